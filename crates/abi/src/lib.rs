@@ -1,0 +1,1 @@
+//! The C ABI between the host and its plugins.

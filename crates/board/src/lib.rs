@@ -1,0 +1,1 @@
+//! Shared variables: typed, stamped, never torn.

@@ -1,0 +1,1 @@
+//! The rules of action selection, as a pure state machine.

@@ -1,0 +1,1 @@
+//! Applications, plugins, executors and supervision.

@@ -1,0 +1,1 @@
+//! Derive macros for values and schemas.

@@ -1,0 +1,1 @@
+//! A world of robots and sensors, stepped by its caller.

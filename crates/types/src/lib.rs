@@ -1,0 +1,1 @@
+//! The standard interfaces of sensors and actuators.

@@ -1,0 +1,1 @@
+//! Plays a CARMEN log as laser and odometry.

@@ -1,0 +1,1 @@
+//! The father of safe navigation: gives its children the targets, one after another.

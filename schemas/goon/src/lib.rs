@@ -1,0 +1,1 @@
+//! Drives straight to the target while the way is free.

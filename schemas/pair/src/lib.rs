@@ -1,0 +1,1 @@
+//! An export and an import in the smallest form.

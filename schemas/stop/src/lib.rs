@@ -1,0 +1,1 @@
+//! Brakes while something stands in a very close area ahead.

@@ -1,0 +1,1 @@
+//! Drives around a close obstacle toward the target by virtual forces.
