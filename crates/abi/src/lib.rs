@@ -1,1 +1,9 @@
-//! The C ABI between the host and its plugins.
+//! The C ABI between the host and its plugins: versioned tables, and a checked way to read them.
+//!
+//! [`raw`] holds the tables exactly as they cross the boundary; `include/jde.h` is made from it. [`describe`] holds what a
+//! plugin says of itself as ordinary owned Rust, and [`read`] is the one door between the two: it checks every table before
+//! anything believes it. This crate loads nothing, calls nothing and depends on nothing.
+
+pub mod describe;
+pub mod raw;
+pub mod read;

@@ -1,0 +1,363 @@
+//! What a plugin says of itself, owned and already checked: what the host, the tools and the recordings work with.
+//!
+//! Made by [`crate::read`], never by hand outside tests; holds no pointer into a plugin.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// What a plugin holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plugin {
+    /// Name, the first half of a type's full name.
+    pub name: String,
+    /// Version, as its author counts.
+    pub version: String,
+    /// One sentence.
+    pub doc: String,
+    /// Its ABI version.
+    pub abi: (u32, u32),
+    /// Its types of schemas.
+    pub schemas: Vec<Schema>,
+}
+
+/// A type of schema.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schema {
+    /// Name, the second half of its full name.
+    pub name: String,
+    /// What it does.
+    pub doc: String,
+    /// What kind it is.
+    pub kind: Kind,
+    /// Default period, ns.
+    pub period_ns: u64,
+    /// Longest iteration, ns.
+    pub budget_ns: u64,
+    /// Inputs and outputs; a port's number is its place here.
+    pub ports: Vec<Port>,
+    /// Roles of children; a child's number is its place here.
+    pub children: Vec<Child>,
+    /// Whether it has an arbitration of its own.
+    pub arbitrates: bool,
+}
+
+/// Kinds of schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Turns data into better data.
+    Perceptive,
+    /// Has a precondition and competes.
+    Motor,
+    /// Exports sensors and takes commands.
+    Driver,
+}
+
+/// An input or output of a type of schema.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Port {
+    /// Name.
+    pub name: String,
+    /// What it means.
+    pub doc: String,
+    /// Unit of a plain number; empty for none.
+    pub unit: String,
+    /// Type of its value.
+    pub value_type: Arc<Type>,
+    /// Which way it goes, and what belongs to that.
+    pub role: Role,
+    /// The application may leave it unbound.
+    pub optional: bool,
+}
+
+/// Which way a port goes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Role {
+    /// Reads another schema's variable.
+    Import {
+        /// A new value re-evaluates the precondition at once (R12).
+        trigger: bool,
+    },
+    /// Writes a variable.
+    Export,
+    /// Input that the father or an operator writes.
+    Modulation {
+        /// Value until somebody writes.
+        default: Vec<u8>,
+        /// Least and greatest value of a plain number.
+        range: (Option<f64>, Option<f64>),
+        /// Read on awakening only.
+        fixed: bool,
+    },
+    /// Input of a driver that reaches an actuator.
+    Command {
+        /// Value that stops the actuator.
+        neutral: Vec<u8>,
+        /// How long a command is in force, ns.
+        validity_ns: u64,
+    },
+    /// Writes a driver's command.
+    Actuator,
+    /// Writes a modulation of a child.
+    ChildModulation {
+        /// The child's number.
+        child: usize,
+    },
+}
+
+/// A role for a child.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Child {
+    /// Name of the role.
+    pub name: String,
+    /// What the child is for.
+    pub doc: String,
+    /// Whether a motor schema competes here; else a perceptive one helps.
+    pub motor: bool,
+    /// Group in which it competes.
+    pub group: String,
+    /// The application may leave it unbound.
+    pub optional: bool,
+}
+
+/// A type of value. Two are the same when names and layouts are; units and docs may differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Type {
+    /// Name, as ROS 2 writes it.
+    pub name: String,
+    /// What it means.
+    pub doc: String,
+    /// Bytes of a value.
+    pub bytes: usize,
+    /// Alignment of a value.
+    pub align: usize,
+    /// Its fields, by offset.
+    pub fields: Vec<Field>,
+}
+
+/// A field of a type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Name.
+    pub name: String,
+    /// What it means.
+    pub doc: String,
+    /// Unit; empty for none.
+    pub unit: String,
+    /// Kind of its elements.
+    pub kind: FieldKind,
+    /// How many elements.
+    pub form: Form,
+    /// Bytes from the start of the value to the first element.
+    pub offset: usize,
+}
+
+/// Kind of a field's elements.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldKind {
+    /// A number or a bool.
+    Scalar(Scalar),
+    /// A structure.
+    Struct(Arc<Type>),
+}
+
+/// Kinds of scalars.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Scalar {
+    Bool,
+    U8,
+    U16,
+    U32,
+    U64,
+    I8,
+    I16,
+    I32,
+    I64,
+    F32,
+    F64,
+}
+
+/// How many elements a field has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// One.
+    One,
+    /// A fixed number.
+    Array(usize),
+    /// Up to a capacity; the number is a `u32` at the offset.
+    Sequence {
+        /// Most elements.
+        capacity: usize,
+        /// Where their number is.
+        length_offset: usize,
+    },
+    /// UTF-8 up to a capacity; the number of bytes is a `u32` at the offset.
+    Text {
+        /// Most bytes.
+        capacity: usize,
+        /// Where their number is.
+        length_offset: usize,
+    },
+}
+
+impl Scalar {
+    /// Bytes of one.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Bool | Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+        }
+    }
+
+    /// Its name as ROS 2 interface definitions write it.
+    #[must_use]
+    pub fn ros_name(self) -> &'static str {
+        match self {
+            Self::Bool => "bool",
+            Self::U8 => "uint8",
+            Self::U16 => "uint16",
+            Self::U32 => "uint32",
+            Self::U64 => "uint64",
+            Self::I8 => "int8",
+            Self::I16 => "int16",
+            Self::I32 => "int32",
+            Self::I64 => "int64",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+        }
+    }
+}
+
+impl FieldKind {
+    /// Bytes of one element.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Scalar(scalar) => scalar.bytes(),
+            Self::Struct(ty) => ty.bytes,
+        }
+    }
+
+    /// Alignment of one element.
+    #[must_use]
+    pub fn align(&self) -> usize {
+        match self {
+            Self::Scalar(scalar) => scalar.bytes(),
+            Self::Struct(ty) => ty.align,
+        }
+    }
+}
+
+impl Form {
+    /// Most elements.
+    #[must_use]
+    pub fn capacity(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Array(capacity) | Self::Sequence { capacity, .. } | Self::Text { capacity, .. } => capacity,
+        }
+    }
+
+    /// Where the number of elements is, if it varies.
+    #[must_use]
+    pub fn length_offset(self) -> Option<usize> {
+        match self {
+            Self::One | Self::Array(_) => None,
+            Self::Sequence { length_offset, .. } | Self::Text { length_offset, .. } => Some(length_offset),
+        }
+    }
+}
+
+impl Type {
+    /// A number that is the same for the same name and layout and, but for a chance of 2^-64, for no other.
+    ///
+    /// FNV-1a (Fowler, Noll, Vo) over the name and each field's name, kind, form and offset.
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        let mut hash = Fnv::new();
+        self.feed(&mut hash);
+        hash.0
+    }
+
+    /// Whether values of the two may stand for each other.
+    #[must_use]
+    pub fn same_as(&self, other: &Self) -> bool {
+        self.name == other.name && self.hash() == other.hash()
+    }
+
+    /// The single number this type is, if it is nothing else: its only field, one scalar.
+    #[must_use]
+    pub fn as_number(&self) -> Option<Scalar> {
+        match self.fields.as_slice() {
+            [
+                Field {
+                    kind: FieldKind::Scalar(scalar),
+                    form: Form::One,
+                    ..
+                },
+            ] => Some(*scalar),
+            _ => None,
+        }
+    }
+
+    fn feed(&self, hash: &mut Fnv) {
+        hash.text(&self.name);
+        hash.number(self.bytes as u64);
+        hash.number(self.align as u64);
+        for field in &self.fields {
+            hash.text(&field.name);
+            hash.number(field.offset as u64);
+            hash.number(field.form.capacity() as u64);
+            hash.number(match field.form {
+                Form::One => 0,
+                Form::Array(_) => 1,
+                Form::Sequence { .. } => 2,
+                Form::Text { .. } => 3,
+            });
+            hash.number(
+                field
+                    .form
+                    .length_offset()
+                    .map_or(u64::MAX, |offset| offset as u64),
+            );
+            match &field.kind {
+                FieldKind::Scalar(scalar) => hash.text(scalar.ros_name()),
+                FieldKind::Struct(ty) => ty.feed(hash),
+            }
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Perceptive => "perceptive",
+            Self::Motor => "motor",
+            Self::Driver => "driver",
+        })
+    }
+}
+
+struct Fnv(u64);
+
+impl Fnv {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn text(&mut self, text: &str) {
+        self.number(text.len() as u64);
+        text.bytes().for_each(|byte| self.byte(byte));
+    }
+
+    fn number(&mut self, number: u64) {
+        number.to_le_bytes().into_iter().for_each(|byte| self.byte(byte));
+    }
+
+    fn byte(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+}

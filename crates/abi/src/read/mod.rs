@@ -1,0 +1,452 @@
+//! The one door from a plugin's tables to owned descriptions: reads each table within the size it states, and refuses with
+//! words whatever cannot be right. It calls no function of the plugin.
+//!
+//! What no check can find is a pointer into nowhere; a plugin is native code, and loading one is an act of trust.
+
+#![allow(unsafe_code)]
+
+use core::mem::size_of;
+use std::fmt;
+use std::sync::Arc;
+
+use crate::describe::{Child, Field, FieldKind, Form, Kind, Plugin, Port, Role, Scalar, Schema, Type};
+use crate::raw;
+
+mod place;
+
+use place::Place;
+
+/// Largest value: eight images of 4K.
+const MOST_BYTES: u64 = 256 << 20;
+/// Structures within structures.
+const DEEPEST: usize = 16;
+/// Names that an application file gives a meaning of its own.
+pub const RESERVED: &[&str] = &[
+    "type",
+    "period",
+    "budget",
+    "imports",
+    "actuators",
+    "children",
+    "groups",
+    "triggers",
+    "restart",
+    "isolate",
+    "doc",
+];
+
+/// Why a plugin's tables were refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The symbol is there, but it is no table of ours.
+    NotAPlugin,
+    /// Built for another version of the ABI.
+    Version {
+        /// The plugin's.
+        plugin: (u32, u32),
+        /// The host's.
+        host: (u32, u32),
+    },
+    /// Built so that a panic ends the process.
+    Aborts,
+    /// A table says something that cannot be.
+    Table {
+        /// Which table, from the plugin inward: "schema `goon`, port `laser`".
+        place: String,
+        /// What is wrong with it.
+        wrong: String,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotAPlugin => write!(
+                f,
+                "its symbol `{}` does not begin with the mark of a jde plugin; export it with `jde_schema::export!` or JDE_PLUGIN of jde.h",
+                raw::ENTRY_SYMBOL
+            ),
+            Self::Version { plugin, host } => {
+                let older = if plugin < host { "older" } else { "newer" };
+                write!(
+                    f,
+                    "it was built for ABI {}.{}, {older} than this host's {}.{}; build it again with this host's SDK{}",
+                    plugin.0,
+                    plugin.1,
+                    host.0,
+                    host.1,
+                    if plugin > host {
+                        ", or use a newer host"
+                    } else {
+                        ""
+                    }
+                )
+            }
+            Self::Aborts => write!(
+                f,
+                "it was built with panic = \"abort\", so one panic would end the whole application; build it with panic = \"unwind\""
+            ),
+            Self::Table { place, wrong } => write!(f, "its description is wrong at {place}: {wrong}"),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+/// Reads and checks what a plugin says of itself.
+///
+/// # Errors
+/// The first thing found wrong, the version before all else.
+///
+/// # Safety
+/// `plugin` points to at least the bytes of a [`raw::Plugin`] up to and with `abi_minor`; if magic and version are right, it
+/// and all it points to follow the rules at the head of [`raw`].
+pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
+    // SAFETY: the caller vouches for these first fields.
+    let (magic, major, minor) = unsafe {
+        (
+            (&raw const (*plugin).magic).read(),
+            (&raw const (*plugin).abi_major).read(),
+            (&raw const (*plugin).abi_minor).read(),
+        )
+    };
+    if magic != raw::MAGIC {
+        return Err(Refusal::NotAPlugin);
+    }
+    let host = (raw::ABI_MAJOR, raw::ABI_MINOR);
+    if major != host.0 || minor > host.1 {
+        return Err(Refusal::Version {
+            plugin: (major, minor),
+            host,
+        });
+    }
+    let here = Place::new("the plugin");
+    // SAFETY: the version is ours, so the table follows the rules of `raw`; `size` follows the version.
+    let table = unsafe {
+        here.size((&raw const (*plugin).size).read(), size_of::<raw::Plugin>())?;
+        &*plugin
+    };
+    if table.flags & raw::PLUGIN_ABORTS != 0 {
+        return Err(Refusal::Aborts);
+    }
+    // SAFETY: as above, for all that follows from here.
+    unsafe {
+        let name = here.name("name", table.name)?;
+        let here = Place::new(format!("plugin `{name}`"));
+        let schemas = here.array("schemas", table.schemas, table.schema_count)?;
+        if schemas.is_empty() {
+            return here.wrong("it holds no schema");
+        }
+        let schemas = schemas
+            .into_iter()
+            .map(|schema| self::schema(&here, schema))
+            .collect::<Result<Vec<_>, _>>()?;
+        here.distinct("schemas", schemas.iter().map(|schema| schema.name.clone()))?;
+        Ok(Plugin {
+            name,
+            version: here.text("version", table.version)?,
+            doc: here.text("doc", table.doc)?,
+            abi: (major, minor),
+            schemas,
+        })
+    }
+}
+
+unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> {
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let here = outer.inner("schema", outer.name("a schema's name", table.name)?.as_str());
+        outer.size(table.size, size_of::<raw::Schema>())?;
+        let kind = match table.kind {
+            raw::PERCEPTIVE => Kind::Perceptive,
+            raw::MOTOR => Kind::Motor,
+            raw::DRIVER => Kind::Driver,
+            other => return here.wrong(format!("kind is {other}, and only 0 to 2 exist")),
+        };
+        if table.period_ns == 0 {
+            return here.wrong("period_ns is 0; a schema iterates periodically, so give at least 1");
+        }
+        if table.create.is_none() || table.iterate.is_none() {
+            return here.wrong("create or iterate is null; both are required");
+        }
+        let children = here.array("children", table.children, table.child_count)?;
+        let children = children
+            .into_iter()
+            .map(|child| self::child(&here, child))
+            .collect::<Result<Vec<_>, _>>()?;
+        here.distinct("children", children.iter().map(|child| child.name.clone()))?;
+        let ports = here.array("ports", table.ports, table.port_count)?;
+        let ports = ports
+            .into_iter()
+            .map(|port| self::port(&here, port, kind, children.len()))
+            .collect::<Result<Vec<_>, _>>()?;
+        here.distinct(
+            "ports",
+            ports.iter().map(|port| match port.role {
+                Role::ChildModulation { child } => format!("{}.{}", children[child].name, port.name),
+                Role::Import { .. } => format!("import {}", port.name),
+                Role::Actuator => format!("actuator {}", port.name),
+                Role::Export | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
+            }),
+        )?;
+        if kind != Kind::Motor && children.iter().any(|child| child.motor) {
+            return here.wrong("only a motor schema may have motor children");
+        }
+        Ok(Schema {
+            name: here.name("name", table.name)?,
+            doc: here.text("doc", table.doc)?,
+            kind,
+            period_ns: table.period_ns,
+            budget_ns: if table.budget_ns == 0 {
+                table.period_ns
+            } else {
+                table.budget_ns
+            },
+            ports,
+            children,
+            arbitrates: table.arbitrate.is_some(),
+        })
+    }
+}
+
+unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) -> Result<Port, Refusal> {
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let name = outer.name("a port's name", table.name)?;
+        let here = outer.inner("port", &name);
+        outer.size(table.size, size_of::<raw::Port>())?;
+        let value_type = Arc::new(self::value_type(&here, table.value_type, 0)?);
+        let initial = || -> Result<Vec<u8>, Refusal> {
+            if table.initial.is_null() {
+                return here.wrong(
+                    "a modulation needs a default and a command a neutral value, and `initial` is null",
+                );
+            }
+            Ok(core::slice::from_raw_parts(table.initial.cast::<u8>(), value_type.bytes).to_vec())
+        };
+        let bound = |number: f64| (!number.is_nan()).then_some(number);
+        let role = match table.kind {
+            raw::IMPORT => Role::Import {
+                trigger: table.flags & raw::TRIGGER != 0,
+            },
+            raw::EXPORT => Role::Export,
+            raw::MODULATION => {
+                if RESERVED.contains(&name.as_str()) {
+                    return here
+                        .wrong("application files give this name a meaning of its own; choose another");
+                }
+                Role::Modulation {
+                    default: initial()?,
+                    range: (bound(table.min), bound(table.max)),
+                    fixed: table.flags & raw::FIXED != 0,
+                }
+            }
+            raw::COMMAND if kind != Kind::Driver => return here.wrong("only a driver takes commands"),
+            raw::COMMAND if table.validity_ns == 0 => {
+                return here
+                    .wrong("validity_ns is 0; say how long a command is in force without being repeated");
+            }
+            raw::COMMAND => Role::Command {
+                neutral: initial()?,
+                validity_ns: table.validity_ns,
+            },
+            raw::ACTUATOR if kind != Kind::Motor => {
+                return here.wrong("only a motor schema commands actuators");
+            }
+            raw::ACTUATOR => Role::Actuator,
+            raw::CHILD_MODULATION if table.child as usize >= children => {
+                return here.wrong(format!("it names child {} of {children}", table.child));
+            }
+            raw::CHILD_MODULATION => Role::ChildModulation {
+                child: table.child as usize,
+            },
+            other => return here.wrong(format!("kind is {other}, and only 0 to 5 exist")),
+        };
+        Ok(Port {
+            name,
+            doc: here.text("doc", table.doc)?,
+            unit: here.text("unit", table.unit)?,
+            value_type,
+            role,
+            optional: table.flags & raw::OPTIONAL != 0,
+        })
+    }
+}
+
+unsafe fn child(outer: &Place, table: &raw::Child) -> Result<Child, Refusal> {
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let name = outer.name("a child's name", table.name)?;
+        let here = outer.inner("child", &name);
+        outer.size(table.size, size_of::<raw::Child>())?;
+        let motor = match table.kind {
+            raw::PERCEPTIVE => false,
+            raw::MOTOR => true,
+            other => return here.wrong(format!("kind is {other}; a child is perceptive (0) or motor (1)")),
+        };
+        let group = here.text("group", table.group)?;
+        if motor && group.is_empty() {
+            return here.wrong("a motor child competes in a group, and `group` is empty");
+        }
+        Ok(Child {
+            name,
+            doc: here.text("doc", table.doc)?,
+            motor,
+            group,
+            optional: table.flags & raw::OPTIONAL != 0,
+        })
+    }
+}
+
+unsafe fn value_type(outer: &Place, table: *const raw::Type, depth: usize) -> Result<Type, Refusal> {
+    if depth > DEEPEST {
+        return outer.wrong(format!(
+            "its type nests deeper than {DEEPEST}, or contains itself"
+        ));
+    }
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let table = outer.table(table)?;
+        let name = outer.text("a type's name", table.name)?;
+        if name.is_empty() {
+            return outer.wrong("a type has no name");
+        }
+        let here = outer.inner("type", &name);
+        if table.bytes == 0 || table.bytes > MOST_BYTES {
+            return here.wrong(format!("{} bytes; a value has 1 to {MOST_BYTES}", table.bytes));
+        }
+        if !table.align.is_power_of_two() || table.align > 16 || table.bytes % table.align != 0 {
+            return here.wrong(format!(
+                "alignment {} for {} bytes; it must be 1, 2, 4, 8 or 16 and divide the size",
+                table.align, table.bytes
+            ));
+        }
+        let fields = here.array("fields", table.fields, table.field_count)?;
+        let fields = fields
+            .into_iter()
+            .map(|field| self::field(&here, field, depth))
+            .collect::<Result<Vec<_>, _>>()?;
+        here.distinct("fields", fields.iter().map(|field| field.name.clone()))?;
+        cover(&here, &fields, table.bytes as usize)?;
+        if let Some(field) = fields
+            .iter()
+            .find(|field| field.kind.align() > table.align as usize)
+        {
+            return here.wrong(format!(
+                "field `{}` needs alignment {}, the type has {}",
+                field.name,
+                field.kind.align(),
+                table.align
+            ));
+        }
+        let doc = here.text("doc", table.doc)?;
+        Ok(Type {
+            name,
+            doc,
+            bytes: table.bytes as usize,
+            align: table.align as usize,
+            fields,
+        })
+    }
+}
+
+unsafe fn field(outer: &Place, table: &raw::Field, depth: usize) -> Result<Field, Refusal> {
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let name = outer.name("a field's name", table.name)?;
+        let here = outer.inner("field", &name);
+        outer.size(table.size, size_of::<raw::Field>())?;
+        let kind = match table.kind {
+            raw::BOOL => FieldKind::Scalar(Scalar::Bool),
+            raw::U8 => FieldKind::Scalar(Scalar::U8),
+            raw::U16 => FieldKind::Scalar(Scalar::U16),
+            raw::U32 => FieldKind::Scalar(Scalar::U32),
+            raw::U64 => FieldKind::Scalar(Scalar::U64),
+            raw::I8 => FieldKind::Scalar(Scalar::I8),
+            raw::I16 => FieldKind::Scalar(Scalar::I16),
+            raw::I32 => FieldKind::Scalar(Scalar::I32),
+            raw::I64 => FieldKind::Scalar(Scalar::I64),
+            raw::F32 => FieldKind::Scalar(Scalar::F32),
+            raw::F64 => FieldKind::Scalar(Scalar::F64),
+            raw::STRUCT => FieldKind::Struct(Arc::new(self::value_type(&here, table.value_type, depth + 1)?)),
+            other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
+        };
+        if table.offset > MOST_BYTES || table.length_offset > MOST_BYTES {
+            return here.wrong(format!(
+                "offset {} or {} is past any value",
+                table.offset, table.length_offset
+            ));
+        }
+        let (capacity, length_offset) = (table.capacity as usize, table.length_offset as usize);
+        let form = match table.form {
+            raw::ONE => Form::One,
+            raw::ARRAY => Form::Array(capacity),
+            raw::SEQUENCE => Form::Sequence {
+                capacity,
+                length_offset,
+            },
+            raw::TEXT if kind != FieldKind::Scalar(Scalar::U8) => {
+                return here.wrong("a text is made of bytes (U8)");
+            }
+            raw::TEXT => Form::Text {
+                capacity,
+                length_offset,
+            },
+            other => return here.wrong(format!("form is {other}, and only 0 to 3 exist")),
+        };
+        if form.capacity() == 0 {
+            return here.wrong("capacity is 0");
+        }
+        let doc = here.text("doc", table.doc)?;
+        let unit = here.text("unit", table.unit)?;
+        Ok(Field {
+            name,
+            doc,
+            unit,
+            kind,
+            form,
+            offset: table.offset as usize,
+        })
+    }
+}
+
+/// Fields, with the lengths of sequences, must cover every byte of a value once: no padding, no overlap, nothing outside.
+fn cover(here: &Place, fields: &[Field], bytes: usize) -> Result<(), Refusal> {
+    let mut spans = Vec::with_capacity(fields.len());
+    for field in fields {
+        let length = field.kind.bytes().saturating_mul(field.form.capacity());
+        spans.push((field.offset, length, field.kind.align(), &field.name));
+        if let Some(offset) = field.form.length_offset() {
+            spans.push((offset, 4, 4, &field.name));
+        }
+    }
+    spans.sort_by_key(|span| span.0);
+    let mut reached = 0;
+    for (offset, length, align, name) in spans {
+        if offset % align != 0 {
+            return here.wrong(format!(
+                "field `{name}` at byte {offset} is not aligned to {align}"
+            ));
+        }
+        if offset < reached {
+            return here.wrong(format!(
+                "field `{name}` at byte {offset} overlaps the one before it, which ends at {reached}"
+            ));
+        }
+        if offset > reached {
+            return here.wrong(format!(
+                "bytes {reached} to {offset} before field `{name}` belong to no field"
+            ));
+        }
+        reached = offset.saturating_add(length);
+        if reached > bytes {
+            return here.wrong(format!(
+                "field `{name}` ends at byte {reached}, the type has {bytes}"
+            ));
+        }
+    }
+    if reached != bytes {
+        return here.wrong(format!("the fields end at byte {reached}, the type has {bytes}"));
+    }
+    Ok(())
+}
