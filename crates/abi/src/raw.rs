@@ -156,8 +156,9 @@ pub struct Context {
 
 /// What a plugin exports under the name `jde_plugin`.
 ///
-/// The host reads `magic`, `abi_major` and `abi_minor` before anything else; these four fields never move.
+/// The host reads `magic`, `abi_major` and `abi_minor` before anything else; these three fields never move.
 #[repr(C)]
+#[derive(Debug)]
 pub struct Plugin {
     /// [`MAGIC`].
     pub magic: u64,

@@ -1,0 +1,174 @@
+//! Applications: which schemas there are, how they are bound, who is whose father, all checked before anything starts.
+//!
+//! [`load`] turns an application file into an [`Application`], in which every name is a number and every value has been
+//! encoded, or into the list of all its [`Faults`]. Nothing here opens a library (that is the [`Catalogue`]'s business),
+//! starts a schema or prints.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use jde_abi::describe::{Plugin, Schema};
+use jde_core::{Absence, Policy, Restart};
+
+mod fault;
+mod spec;
+
+pub use fault::{Fault, Faults, Place};
+
+/// An application, complete and free of faults; instances and groups are named by their places in the lists.
+#[derive(Clone, Debug)]
+pub struct Application {
+    /// Its name.
+    pub name: String,
+    /// What it does; may be empty.
+    pub doc: String,
+    /// The file it was read from, absolute.
+    pub path: PathBuf,
+    /// What all of its randomness starts from.
+    pub seed: u64,
+    /// How it runs in real time.
+    pub executor: Executor,
+    /// The export of type `jde_msgs/msg/Mission` that says when it is done: instance and port.
+    pub mission: Option<(usize, usize)>,
+    /// The plugins that its instances come from.
+    pub plugins: Vec<Arc<Plugin>>,
+    /// Its instances, in the file's order.
+    pub instances: Vec<Instance>,
+    /// Its groups: the roots first, then by father, in the file's order.
+    pub groups: Vec<Group>,
+}
+
+/// How an application runs in real time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Executor {
+    /// A thread for each schema that is awake.
+    #[default]
+    Threads,
+    /// Few threads for all schemas: for thousands of light ones.
+    Pool,
+}
+
+/// One schema of an application.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Its name, unique in the application.
+    pub name: String,
+    /// What it is for, in the application's words; may be empty.
+    pub doc: String,
+    /// Its plugin's place in [`Application::plugins`].
+    pub plugin: usize,
+    /// Its type's place in that plugin.
+    pub number: usize,
+    /// Its type.
+    pub schema: Arc<Schema>,
+    /// Its period at the start, ns.
+    pub period_ns: u64,
+    /// Longest iteration, ns.
+    pub budget_ns: u64,
+    /// What follows a fault.
+    pub restart: Restart,
+    /// The father in whose group it competes; none for roots, perceptive schemas and drivers.
+    pub father: Option<usize>,
+    /// The instance in each role of [`Schema::children`].
+    pub children: Vec<Option<usize>>,
+    /// The roles that are bound, in the order in which the application names them.
+    pub child_order: Vec<usize>,
+    /// What each port of [`Schema::ports`] is bound to.
+    pub bindings: Vec<Binding>,
+    /// The group in which each role's child competes; none for perceptive children and roles left unbound.
+    pub child_groups: Vec<Option<usize>>,
+    /// The group in which it competes itself; none for perceptive schemas and drivers.
+    pub group: Option<usize>,
+    /// Where the file defines it, from 1.
+    pub line: usize,
+}
+
+/// What a port is bound to. Pairs are an instance and its port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Binding {
+    /// Reads a variable.
+    Import {
+        /// An export or a modulation; none if left unbound.
+        source: Option<(usize, usize)>,
+        /// A new value re-evaluates the precondition at once (R12).
+        trigger: bool,
+    },
+    /// Writes its own variable.
+    Export,
+    /// Is written by fathers and operators.
+    Modulation {
+        /// Value at the start, as large as the port's type.
+        initial: Vec<u8>,
+    },
+    /// Is written by the motor schemas that have authority.
+    Command,
+    /// Writes a command.
+    Actuator {
+        /// A driver's command; none if left unbound.
+        target: Option<(usize, usize)>,
+    },
+    /// Writes a modulation of a child.
+    ChildModulation {
+        /// None if the child, or the child's modulation, may be missing and is.
+        target: Option<ChildTarget>,
+    },
+}
+
+/// What a father's write to a child changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChildTarget {
+    /// A modulation: instance and port.
+    Port(usize, usize),
+    /// The period of an instance, `std_msgs/msg/Float64` in seconds; every schema has it.
+    Period(usize),
+}
+
+/// One competition among motor schemas: of the roots, or of some children of one father.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// `roots`, or father and group: `example/base`.
+    pub name: String,
+    /// Its father; none for the roots.
+    pub father: Option<usize>,
+    /// Who competes, in the father's order, which is the priority order.
+    pub members: Vec<usize>,
+    /// How collisions are settled.
+    pub policy: Policy,
+    /// What happens when nobody wins.
+    pub absence: Absence,
+    /// How long a loser may hold up the new winner, ns.
+    pub patience_ns: u64,
+    /// Longest arbitration by the father's own function, ns.
+    pub budget_ns: u64,
+}
+
+/// What may be loaded: the plugin loader, or in tests a list.
+pub trait Catalogue {
+    /// The plugin of that name, from the usual folders or these.
+    ///
+    /// # Errors
+    /// Why it cannot be used, in words that complete "plugin `x` cannot be used: ".
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String>;
+
+    /// Names that an application may write as a `type`, to suggest one that is near a slip.
+    fn known(&self) -> Vec<String>;
+}
+
+/// A value given outside the file, for one run: `--set schema.variable=value`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    /// The instance.
+    pub schema: String,
+    /// One of its modulations, or `period`.
+    pub variable: String,
+    /// TOML, or a text without its quotes.
+    pub value: String,
+}
+
+impl Application {
+    /// The place of an instance.
+    #[must_use]
+    pub fn instance(&self, name: &str) -> Option<usize> {
+        self.instances.iter().position(|instance| instance.name == name)
+    }
+}

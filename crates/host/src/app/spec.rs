@@ -1,0 +1,93 @@
+//! What the rules need to know of an application; they know nothing of ports and values.
+
+use jde_abi::describe::{self, Role};
+use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
+
+use super::{Application, Binding, Group, Instance};
+
+impl Application {
+    /// The application as the rules see it: the numbers of schemas and groups are those of [`Application::instances`] and
+    /// [`Application::groups`].
+    ///
+    /// Perceptive children are no needs: their father wakes them.
+    #[must_use]
+    pub fn spec(&self) -> Spec {
+        Spec {
+            schemas: (0..self.instances.len()).map(|index| self.schema_spec(index)).collect(),
+            groups: self.groups.iter().map(group_spec).collect(),
+        }
+    }
+
+    fn schema_spec(&self, index: usize) -> SchemaSpec {
+        let instance = &self.instances[index];
+        SchemaSpec {
+            name: instance.name.clone(),
+            kind: match instance.schema.kind {
+                describe::Kind::Motor => Kind::Motor,
+                describe::Kind::Perceptive | describe::Kind::Driver => Kind::Perceptive,
+            },
+            needs: self.needs(index),
+            restart: instance.restart,
+            period: instance.period_ns,
+            budget: instance.budget_ns,
+            triggered: instance.triggered(),
+        }
+    }
+
+    /// Perceptive schemas and drivers whose exports it imports or which it commands, each once.
+    fn needs(&self, index: usize) -> Vec<SchemaId> {
+        let mut needs = Vec::new();
+        for binding in &self.instances[index].bindings {
+            let (Binding::Import {
+                source: Some((provider, port)),
+                ..
+            }
+            | Binding::Actuator {
+                target: Some((provider, port)),
+            }) = *binding
+            else {
+                continue;
+            };
+            let schema = &self.instances[provider].schema;
+            // A modulation has its value whether its owner is awake or not.
+            let stored = matches!(schema.ports[port].role, Role::Modulation { .. });
+            let need = id(provider);
+            if provider != index && !stored && schema.kind != describe::Kind::Motor && !needs.contains(&need) {
+                needs.push(need);
+            }
+        }
+        needs
+    }
+}
+
+impl Instance {
+    /// Whether some import re-evaluates its precondition when published (R12).
+    #[must_use]
+    pub fn triggered(&self) -> bool {
+        self.bindings.iter().any(|binding| {
+            matches!(
+                binding,
+                Binding::Import {
+                    source: Some(_),
+                    trigger: true
+                }
+            )
+        })
+    }
+}
+
+fn group_spec(group: &Group) -> GroupSpec {
+    GroupSpec {
+        name: group.name.clone(),
+        father: group.father.map(id),
+        members: group.members.iter().copied().map(id).collect(),
+        policy: group.policy.clone(),
+        absence: group.absence.clone(),
+        patience: group.patience_ns,
+        budget: group.budget_ns,
+    }
+}
+
+fn id(index: usize) -> SchemaId {
+    SchemaId(u32::try_from(index).expect("an application file is too small for that many instances"))
+}

@@ -1,0 +1,91 @@
+//! Looks into a library's file before the loader of the system maps it: a truncated or foreign file would otherwise end the
+//! process with a signal, and a wrong library would run its constructors. Reads only; loads nothing.
+
+use object::Endianness;
+use object::elf::{ET_DYN, FileHeader64, PT_LOAD, SHT_DYNSYM, SHT_NOBITS};
+use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
+
+/// Checks that `bytes` are a whole shared library for this machine that exports `symbol`.
+pub(super) fn check(bytes: &[u8], symbol: &str) -> Result<(), String> {
+    let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
+    if bytes.is_empty() {
+        return Err(String::from("the file is empty"));
+    }
+    if !bytes.starts_with(b"\x7fELF") {
+        return Err(String::from("it is not a shared library (no ELF header)"));
+    }
+    let header = FileHeader64::<Endianness>::parse(bytes).map_err(bad)?;
+    let endian = header.endian().map_err(bad)?;
+    if header.e_type(endian) != ET_DYN {
+        return Err(String::from(
+            "it is an ELF file, but no shared library; build it as a cdylib (or with cc -shared)",
+        ));
+    }
+    let machine = header.e_machine(endian);
+    if machine != own_machine() {
+        return Err(format!(
+            "it was built for another processor (ELF machine {machine:?}, this one is {:?})",
+            own_machine()
+        ));
+    }
+    let whole = |offset: u64, size: u64| {
+        offset
+            .checked_add(size)
+            .is_some_and(|end| end <= bytes.len() as u64)
+    };
+    for segment in header.program_headers(endian, bytes).map_err(bad)? {
+        if segment.p_type(endian) == PT_LOAD && !whole(segment.p_offset(endian), segment.p_filesz(endian)) {
+            return Err(truncated(bytes.len()));
+        }
+    }
+    let sections = header
+        .sections(endian, bytes)
+        .map_err(|_| truncated(bytes.len()))?;
+    for section in sections.iter() {
+        let held = section.sh_type(endian) != SHT_NOBITS;
+        if held && !whole(section.sh_offset(endian), section.sh_size(endian)) {
+            return Err(truncated(bytes.len()));
+        }
+    }
+    match symbol_size(bytes, symbol) {
+        Some(_) => Ok(()),
+        None => Err(format!(
+            "it is a shared library, but exports no symbol `{symbol}`, so it is no jde plugin"
+        )),
+    }
+}
+
+/// Bytes of an exported symbol as the file states them; `None` if there is no such symbol.
+pub(super) fn symbol_size(bytes: &[u8], symbol: &str) -> Option<u64> {
+    let header = FileHeader64::<Endianness>::parse(bytes).ok()?;
+    let endian = header.endian().ok()?;
+    let sections = header.sections(endian, bytes).ok()?;
+    let symbols = sections.symbols(endian, bytes, SHT_DYNSYM).ok()?;
+    symbols
+        .iter()
+        .find(|entry| {
+            !entry.is_undefined(endian) && entry.name(endian, symbols.strings()) == Ok(symbol.as_bytes())
+        })
+        .map(|entry| entry.st_size(endian))
+}
+
+/// Whether a file claims to be a plugin, for listings: no more than a look.
+pub(super) fn is_plugin(bytes: &[u8], symbol: &str) -> bool {
+    check(bytes, symbol).is_ok()
+}
+
+fn truncated(length: usize) -> String {
+    format!(
+        "the file ends before the library does (it has {length} bytes): it is truncated or still being written"
+    )
+}
+
+fn own_machine() -> object::elf::Machine {
+    if cfg!(target_arch = "aarch64") {
+        object::elf::EM_AARCH64
+    } else if cfg!(target_arch = "riscv64") {
+        object::elf::EM_RISCV
+    } else {
+        object::elf::EM_X86_64
+    }
+}

@@ -1,0 +1,131 @@
+//! Loads a library from a private copy, checks its tables, and keeps it mapped for good.
+//!
+//! The copy is what makes rebuilding a plugin safe while an application runs: writing over a mapped file kills whoever runs it.
+
+#![allow(unsafe_code)]
+
+use std::io::Write;
+use std::mem::offset_of;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use jde_abi::{describe, raw, read};
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+
+use super::elf;
+
+/// A plugin whose tables were read and found right.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// What it says of itself.
+    pub description: Arc<describe::Plugin>,
+    /// The file it came from; `None` if it is linked in.
+    pub path: Option<PathBuf>,
+    table: &'static raw::Plugin,
+}
+
+/// Why a file could not be loaded as a plugin.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file could not be read or copied.
+    #[error("cannot read it: {0}")]
+    Io(#[from] std::io::Error),
+    /// The file is no library of ours.
+    #[error("{0}")]
+    Foreign(String),
+    /// The system's loader refused it.
+    #[error(
+        "the system cannot load it: {0}; if a symbol is undefined, link the library that defines it into the plugin"
+    )]
+    System(String),
+    /// Its tables were refused.
+    #[error("{0}")]
+    Refused(#[from] read::Refusal),
+}
+
+impl Loaded {
+    /// Takes a plugin that is linked into this program, through the same checks as one from a file.
+    ///
+    /// # Errors
+    /// [`LoadError::Refused`].
+    pub fn linked_in(table: &'static raw::Plugin) -> Result<Self, LoadError> {
+        // SAFETY: a reference to a whole table, made by the SDK's export macro in this program.
+        let description = unsafe { read::plugin(table) }?;
+        Ok(Self {
+            description: Arc::new(description),
+            path: None,
+            table,
+        })
+    }
+
+    /// Loads the library at `path`. No function of the plugin is called; the system runs its constructors, if it has any.
+    ///
+    /// # Errors
+    /// See [`LoadError`]; the process is as before, but for a refused library that stays mapped.
+    pub fn open(path: &Path) -> Result<Self, LoadError> {
+        if path.is_dir() {
+            return Err(LoadError::Foreign(String::from(
+                "it is a directory, not a library",
+            )));
+        }
+        let bytes = std::fs::read(path)?;
+        elf::check(&bytes, raw::ENTRY_SYMBOL).map_err(LoadError::Foreign)?;
+        let mut copy = tempfile::Builder::new().prefix("jde-").suffix(".so").tempfile()?;
+        copy.write_all(&bytes)?;
+        copy.flush()?;
+        // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
+        let library = unsafe { Library::open(Some(copy.path()), RTLD_NOW | RTLD_LOCAL) }
+            .map_err(|error| LoadError::System(cause(&error, copy.path(), path)))?;
+        // SAFETY: the symbol is there; its type is checked below before it is used as a table.
+        let table = unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL.as_bytes()) }
+            .map_err(|error| LoadError::System(error.to_string()))?
+            .into_raw()
+            .cast::<raw::Plugin>()
+            .cast_const();
+        // Never unmapped: whatever came of it may have left threads, thread-locals or hooks behind.
+        std::mem::forget(library);
+        if elf::symbol_size(&bytes, raw::ENTRY_SYMBOL)
+            .is_some_and(|size| size < offset_of!(raw::Plugin, size) as u64)
+        {
+            return Err(read::Refusal::NotAPlugin.into());
+        }
+        if !table.is_aligned() {
+            return Err(read::Refusal::NotAPlugin.into());
+        }
+        // SAFETY: the symbol has at least the bytes of the head, and its library stays mapped.
+        let (description, table) = unsafe { (read::plugin(table)?, &*table) };
+        Ok(Self {
+            description: Arc::new(description),
+            path: Some(path.to_owned()),
+            table,
+        })
+    }
+
+    /// The table of one of its types, by its place in the description.
+    #[must_use]
+    pub(crate) fn schema(&self, index: usize) -> &'static raw::Schema {
+        assert!(
+            index < self.description.schemas.len(),
+            "the description and the table have the same schemas"
+        );
+        // SAFETY: `read::plugin` walked this array with this stride and found `schemas.len()` tables.
+        unsafe {
+            let stride = (*self.table.schemas).size as usize;
+            &*self
+                .table
+                .schemas
+                .cast::<u8>()
+                .add(index * stride)
+                .cast::<raw::Schema>()
+        }
+    }
+}
+
+/// The system's words, with the name of the private copy replaced by the name the user knows.
+fn cause(error: &libloading::Error, copy: &Path, path: &Path) -> String {
+    let text = match std::error::Error::source(error) {
+        Some(source) => source.to_string(),
+        None => error.to_string(),
+    };
+    text.replace(&copy.display().to_string(), &path.display().to_string())
+}

@@ -1,0 +1,12 @@
+//! Plugins: where they are found, how a file is checked before anything of it runs, and what is loaded.
+//!
+//! A library is never unmapped: threads, thread-locals and panics may still need its code (docs/architecture.md, hazards).
+
+mod elf;
+mod load;
+mod search;
+mod store;
+
+pub use load::{LoadError, Loaded};
+pub use search::{Found, SearchPath};
+pub use store::{PluginError, Plugins};

@@ -1,0 +1,131 @@
+//! Where plugins are looked for, and in what order. Looks; loads nothing.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use jde_abi::raw;
+
+use super::elf;
+
+/// Folders in which plugins are looked for, the first that has one wins.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SearchPath {
+    folders: Vec<(PathBuf, &'static str)>,
+}
+
+/// A file that is a plugin by its looks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Its name, from the file's.
+    pub name: String,
+    /// The file.
+    pub path: PathBuf,
+    /// Why this folder is searched: "beside the application", "JDE_PLUGIN_PATH", ...
+    pub because: &'static str,
+}
+
+impl SearchPath {
+    /// The usual order: beside the application (its folder, and `plugins` in it), `JDE_PLUGIN_PATH`, beside the executable
+    /// (where a build of the workspace leaves them), and the installed place (`lib/jde` next to the executable's folder,
+    /// then `~/.local/lib/jde`).
+    #[must_use]
+    pub fn usual(application: Option<&Path>) -> Self {
+        let mut path = Self::default();
+        if let Some(folder) = application.and_then(Path::parent) {
+            let folder = if folder.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                folder
+            };
+            path.push(folder, "beside the application");
+            path.push(folder.join("plugins"), "beside the application");
+        }
+        if let Some(listed) = std::env::var_os("JDE_PLUGIN_PATH") {
+            for folder in std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty()) {
+                path.push(folder, "JDE_PLUGIN_PATH");
+            }
+        }
+        if let Some(folder) = std::env::current_exe()
+            .ok()
+            .and_then(|exe| Some(exe.parent()?.to_owned()))
+        {
+            path.push(&folder, "beside the executable");
+            if let Some(prefix) = folder.parent() {
+                path.push(prefix.join("lib/jde"), "installed");
+            }
+        }
+        if let Some(home) = std::env::home_dir() {
+            path.push(home.join(".local/lib/jde"), "installed");
+        }
+        path
+    }
+
+    /// Adds a folder at the end; one that is there already keeps its place.
+    pub fn push(&mut self, folder: impl Into<PathBuf>, because: &'static str) {
+        let folder = folder.into();
+        if !self.folders.iter().any(|(known, _)| *known == folder) {
+            self.folders.push((folder, because));
+        }
+    }
+
+    /// The folders, each with the reason it is searched.
+    pub fn folders(&self) -> impl Iterator<Item = (&Path, &'static str)> {
+        self.folders
+            .iter()
+            .map(|(folder, because)| (folder.as_path(), *because))
+    }
+
+    /// The file of a plugin by its name, if a folder has one.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<Found> {
+        let file = file_name(name);
+        self.folders.iter().find_map(|(folder, because)| {
+            let path = folder.join(&file);
+            path.exists().then(|| Found {
+                name: name.to_owned(),
+                path,
+                because,
+            })
+        })
+    }
+
+    /// All files that are plugins by their looks, by name; of two with one name the one that would be loaded.
+    #[must_use]
+    pub fn list(&self) -> Vec<Found> {
+        let mut found = BTreeMap::new();
+        for (folder, because) in &self.folders {
+            let Ok(entries) = std::fs::read_dir(folder) else {
+                continue;
+            };
+            for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+                let Some(name) = plugin_name(&path) else { continue };
+                if found.contains_key(&name) || !looks_like_one(&path) {
+                    continue;
+                }
+                found.insert(name.clone(), Found { name, path, because });
+            }
+        }
+        found.into_values().collect()
+    }
+}
+
+fn looks_like_one(path: &Path) -> bool {
+    std::fs::read(path).is_ok_and(|bytes| elf::is_plugin(&bytes, raw::ENTRY_SYMBOL))
+}
+
+fn file_name(plugin: &str) -> String {
+    format!(
+        "{}{}{}",
+        std::env::consts::DLL_PREFIX,
+        plugin.replace('-', "_"),
+        std::env::consts::DLL_SUFFIX
+    )
+}
+
+fn plugin_name(path: &Path) -> Option<String> {
+    let file = path.file_name()?.to_str()?;
+    let name = file
+        .strip_prefix(std::env::consts::DLL_PREFIX)?
+        .strip_suffix(std::env::consts::DLL_SUFFIX)?;
+    Some(name.to_owned())
+}
