@@ -13,7 +13,9 @@ impl Application {
     #[must_use]
     pub fn spec(&self) -> Spec {
         Spec {
-            schemas: (0..self.instances.len()).map(|index| self.schema_spec(index)).collect(),
+            schemas: (0..self.instances.len())
+                .map(|index| self.schema_spec(index))
+                .collect(),
             groups: self.groups.iter().map(group_spec).collect(),
         }
     }
@@ -52,7 +54,8 @@ impl Application {
             // A modulation has its value whether its owner is awake or not.
             let stored = matches!(schema.ports[port].role, Role::Modulation { .. });
             let need = id(provider);
-            if provider != index && !stored && schema.kind != describe::Kind::Motor && !needs.contains(&need) {
+            if provider != index && !stored && schema.kind != describe::Kind::Motor && !needs.contains(&need)
+            {
                 needs.push(need);
             }
         }
