@@ -1,0 +1,94 @@
+//! What every schema and group is doing at one instant: what the oscilloscope shows.
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, Nanos, State};
+
+/// The whole application at one instant.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// ns since the application's start.
+    pub time: Nanos,
+    /// Every schema, in the application's order.
+    pub schemas: Vec<SchemaView>,
+    /// Every group, in the application's order.
+    pub groups: Vec<GroupView>,
+}
+
+/// A schema at one instant.
+#[derive(Clone, Debug)]
+pub struct SchemaView {
+    /// Its name in the application.
+    pub name: String,
+    /// Full name of its type, "plugin/schema".
+    pub type_name: String,
+    /// What kind it is.
+    pub kind: Kind,
+    /// Its father's place, if it has one.
+    pub father: Option<usize>,
+    /// The place of the group in which it competes, if it does.
+    pub group: Option<usize>,
+    /// Its state.
+    pub state: State,
+    /// Its health.
+    pub health: Health,
+    /// It and all its fathers are WINNER: what it commands counts.
+    pub authority: bool,
+    /// Its configured period, ns.
+    pub period: Nanos,
+    /// Mean time between its last cycles, ns; `None` before there are two.
+    pub measured: Option<Nanos>,
+    /// Longest iteration so far, ns.
+    pub longest: Nanos,
+    /// Share of time it spent in calls lately, 0 to 1.
+    pub load: f64,
+    /// Iterations so far.
+    pub iterations: u64,
+    /// Deadlines missed and budgets passed.
+    pub overruns: u64,
+    /// Commands and wakes refused, and commands that were not finite.
+    pub refused: u64,
+    /// Faults so far.
+    pub faults: u64,
+    /// What an operator holds it to: "played", "stopped", "forced".
+    pub operator: Option<&'static str>,
+}
+
+/// A group at one instant.
+#[derive(Clone, Debug)]
+pub struct GroupView {
+    /// Its name: "example/base", "roots".
+    pub name: String,
+    /// The father's place; `None` for the roots.
+    pub father: Option<usize>,
+    /// Its members' places, in the father's order.
+    pub members: Vec<usize>,
+    /// The winner's place.
+    pub winner: Option<usize>,
+    /// Name of its policy.
+    pub policy: String,
+    /// Changes of winner so far.
+    pub switches: u64,
+    /// The last of them.
+    pub last: Option<Switch>,
+    /// Longest time from a cause to the winner's first iteration so far, ns.
+    pub worst: Nanos,
+    /// The longest it may be by its contract (R17), ns.
+    pub allowed: Nanos,
+}
+
+/// A change of winner.
+#[derive(Clone, Debug)]
+pub struct Switch {
+    /// When.
+    pub time: Nanos,
+    /// The winner before.
+    pub from: Option<usize>,
+    /// The winner since.
+    pub to: Option<usize>,
+    /// Who decided.
+    pub decider: String,
+    /// Why, in words.
+    pub reason: String,
+    /// Time from its cause to the winner's first iteration, ns.
+    pub latency: Option<Nanos>,
+}
