@@ -1,0 +1,128 @@
+//! The numbers of a robot: its body, its motors, its wheels and how well they measure.
+//!
+//! The defaults are those of a Pioneer P3-DX, with the source of each beside it.
+
+use crate::error::{WorldError, check};
+
+/// Where a robot's odometry starts to count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OdometryOrigin {
+    /// At zero, wherever the robot stands: what a real robot does when it is switched on.
+    #[default]
+    Zero,
+    /// At the start pose of the world file, so that the odometry's frame is the world's but for its drift.
+    StartPose,
+}
+
+/// A differential robot with a round body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotConfig {
+    /// Radius of the body in metres.
+    pub radius: f64,
+    /// Greatest speed in m/s, ahead and backwards.
+    pub max_linear: f64,
+    /// Greatest turn rate in rad/s, either way.
+    pub max_angular: f64,
+    /// Greatest gain of speed in m/s².
+    pub linear_acceleration: f64,
+    /// Greatest loss of speed in m/s².
+    pub linear_deceleration: f64,
+    /// Greatest gain of turn rate in rad/s².
+    pub angular_acceleration: f64,
+    /// Greatest loss of turn rate in rad/s².
+    pub angular_deceleration: f64,
+    /// Distance between the wheels in metres.
+    pub track: f64,
+    /// Encoder ticks for each metre that a wheel rolls.
+    pub ticks_per_meter: f64,
+    /// Standard deviation of each wheel's constant scale error, as a fraction; drawn once from the seed.
+    pub wheel_scale_sigma: f64,
+    /// Standard deviation of each wheel's slip after one metre, in metres; it grows with the root of the way.
+    pub slip_sigma: f64,
+    /// Where the odometry starts to count.
+    pub odometry_origin: OdometryOrigin,
+}
+
+impl Default for RobotConfig {
+    fn default() -> Self {
+        Self {
+            // RobotRadius of ARIA's p3dx.p.
+            radius: 0.25,
+            // The data sheet of the P3-DX: 1.2 m/s and 300 degrees a second.
+            max_linear: 1.2,
+            max_angular: 300f64.to_radians(),
+            // The firmware's own values as delivered: 300 mm/s² and 100 degrees/s², both ways.
+            linear_acceleration: 0.3,
+            linear_deceleration: 0.3,
+            angular_acceleration: 100f64.to_radians(),
+            angular_deceleration: 100f64.to_radians(),
+            // DiffConvFactor of p3dx.p is 0.0056 rad per mm: the track is twice its inverse.
+            track: 2.0 / 5.6,
+            // The firmware's ticksmm of a P3-DX.
+            ticks_per_meter: 128_000.0,
+            // What is left after a careful calibration of the wheels (UMBmark): a few centimetres in a room.
+            wheel_scale_sigma: 0.0002,
+            slip_sigma: 0.0005,
+            odometry_origin: OdometryOrigin::default(),
+        }
+    }
+}
+
+impl RobotConfig {
+    /// Checks every number, and names the first that cannot work.
+    pub fn check(&self) -> Result<(), WorldError> {
+        let positive = |value: f64| value > 0.0;
+        let not_negative = |value: f64| value >= 0.0;
+        // A body much smaller than a step of its way could pass through a wall.
+        check("radius", self.radius, "0.01 to 10 m", |value| {
+            (0.01..=10.0).contains(&value)
+        })?;
+        check(
+            "max_linear",
+            self.max_linear,
+            "more than 0 and at most 20 m/s",
+            |value| value > 0.0 && value <= 20.0,
+        )?;
+        check(
+            "max_angular",
+            self.max_angular,
+            "more than 0 and at most 100 rad/s",
+            |value| value > 0.0 && value <= 100.0,
+        )?;
+        check(
+            "linear_acceleration",
+            self.linear_acceleration,
+            "more than 0 m/s²",
+            positive,
+        )?;
+        check(
+            "linear_deceleration",
+            self.linear_deceleration,
+            "more than 0 m/s²",
+            positive,
+        )?;
+        check(
+            "angular_acceleration",
+            self.angular_acceleration,
+            "more than 0 rad/s²",
+            positive,
+        )?;
+        check(
+            "angular_deceleration",
+            self.angular_deceleration,
+            "more than 0 rad/s²",
+            positive,
+        )?;
+        check("track", self.track, "more than 0 m", positive)?;
+        check(
+            "ticks_per_meter",
+            self.ticks_per_meter,
+            "1 to 1e9 ticks",
+            |value| (1.0..=1e9).contains(&value),
+        )?;
+        check("wheel_scale_sigma", self.wheel_scale_sigma, "0 to 0.5", |value| {
+            (0.0..=0.5).contains(&value)
+        })?;
+        check("slip_sigma", self.slip_sigma, "0 m or more", not_negative)
+    }
+}

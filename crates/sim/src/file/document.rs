@@ -1,0 +1,287 @@
+//! A TOML text with its lines, read table by table, that collects every fault instead of stopping at the first.
+//!
+//! Knows the grammar of values, not what a world is.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::Fault;
+
+pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
+
+/// What a reader of a value answers: the value, or where it is wrong and how.
+pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
+
+/// Greatest coordinate or length, in metres: beyond it a float no longer tells a tenth of a millimetre apart reliably.
+const FAR: f64 = 1e5;
+
+pub(crate) struct Document<'a> {
+    path: &'a Path,
+    text: &'a str,
+    faults: RefCell<Vec<Fault>>,
+}
+
+/// A table whose keys have been checked against the known ones.
+pub(crate) struct Table<'a> {
+    document: &'a Document<'a>,
+    keys: &'a DeTable<'a>,
+    span: Range<usize>,
+    /// How a fault names it: "box `desk`".
+    what: String,
+}
+
+impl<'a> Document<'a> {
+    pub(crate) fn new(path: &'a Path, text: &'a str) -> Self {
+        Self {
+            path,
+            text,
+            faults: RefCell::default(),
+        }
+    }
+
+    pub(crate) fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    pub(crate) fn line(&self, span: &Range<usize>) -> usize {
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+    }
+
+    /// Notes a fault at a place of the text.
+    pub(crate) fn fault(&self, span: &Range<usize>, message: impl Into<String>) {
+        self.push(self.at(span, message));
+    }
+
+    /// Notes a fault of another file.
+    pub(crate) fn push(&self, fault: Fault) {
+        self.faults.borrow_mut().push(fault);
+    }
+
+    /// Makes a fault without noting it.
+    pub(crate) fn at(&self, span: &Range<usize>, message: impl Into<String>) -> Fault {
+        Fault {
+            file: self.path.to_owned(),
+            line: Some(self.line(span)),
+            message: message.into(),
+        }
+    }
+
+    /// All faults, in the order of their lines.
+    pub(crate) fn into_faults(self) -> Vec<Fault> {
+        let mut faults = self.faults.into_inner();
+        faults.sort_by_key(|fault| (fault.file != self.path, fault.line));
+        faults
+    }
+}
+
+impl<'a> Table<'a> {
+    pub(crate) fn new(
+        document: &'a Document<'a>,
+        keys: &'a DeTable<'a>,
+        span: Range<usize>,
+        what: String,
+        known: &[&str],
+    ) -> Self {
+        for key in keys.keys().filter(|key| !known.contains(&key.get_ref().as_ref())) {
+            let hint = match super::nearest(key.get_ref(), known.iter().copied()) {
+                Some(name) => format!("did you mean `{name}`?"),
+                None => format!("expected one of `{}`", known.join("`, `")),
+            };
+            document.fault(
+                &key.span(),
+                format!("{what}: unknown key `{}`; {hint}", key.get_ref()),
+            );
+        }
+        Self {
+            document,
+            keys,
+            span,
+            what,
+        }
+    }
+
+    /// Reads an item as a table; it is named by its `name`, or else by its number.
+    pub(crate) fn item(
+        document: &'a Document<'a>,
+        item: &'a Item<'a>,
+        kind: &str,
+        number: usize,
+        known: &[&str],
+    ) -> Option<Self> {
+        let Some(keys) = item.get_ref().as_table() else {
+            document.fault(
+                &item.span(),
+                format!("{kind} {number} is {}: expected a table", named(item)),
+            );
+            return None;
+        };
+        let what = match keys.get("name").and_then(|name| name.get_ref().as_str()) {
+            Some(name) => format!("{kind} `{name}`"),
+            None => format!("{kind} {number}"),
+        };
+        Some(Self::new(document, keys, item.span(), what, known))
+    }
+
+    pub(crate) fn span(&self) -> &Range<usize> {
+        &self.span
+    }
+
+    pub(crate) fn get(&self, key: &str) -> Option<&'a Item<'a>> {
+        self.keys.get(key)
+    }
+
+    /// The items of an array, none when the key is missing.
+    pub(crate) fn array(&self, key: &str) -> &'a [Item<'a>] {
+        let Some(item) = self.get(key) else { return &[] };
+        match item.get_ref().as_array() {
+            Some(items) => items,
+            None => {
+                self.fault(
+                    &item.span(),
+                    format!("`{key}` is {}: expected an array of tables", named(item)),
+                );
+                &[]
+            }
+        }
+    }
+
+    /// A value that must be there.
+    pub(crate) fn required<T>(&self, key: &str, read: impl Fn(&Item<'a>) -> Read<T>) -> Option<T> {
+        match self.get(key) {
+            Some(item) => self.noted(key, read(item)),
+            None => {
+                self.fault(&self.span, format!("`{key}` is missing"));
+                None
+            }
+        }
+    }
+
+    /// A value that has a default; nothing when it is there and wrong.
+    pub(crate) fn optional<T>(
+        &self,
+        key: &str,
+        default: T,
+        read: impl Fn(&Item<'a>) -> Read<T>,
+    ) -> Option<T> {
+        self.get(key)
+            .map_or(Some(default), |item| self.noted(key, read(item)))
+    }
+
+    pub(crate) fn fault(&self, span: &Range<usize>, message: impl AsRef<str>) {
+        self.document
+            .fault(span, format!("{}: {}", self.what, message.as_ref()));
+    }
+
+    fn noted<T>(&self, key: &str, read: Read<T>) -> Option<T> {
+        read.map_err(|(span, message)| self.fault(&span, format!("`{key}` {message}")))
+            .ok()
+    }
+}
+
+/// A number within [`FAR`].
+pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
+    let parsed = match item.get_ref() {
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+            .ok()
+            .map(|n| n as f64),
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => return Err((item.span(), format!("is {}: expected a number", named(item)))),
+    };
+    match parsed {
+        Some(number) if number.abs() <= FAR => Ok(number),
+        Some(number) if !number.is_finite() => {
+            Err((item.span(), format!("is {number}: expected a finite number")))
+        }
+        Some(_) | None => Err((
+            item.span(),
+            format!("is out of range: expected at most {FAR} either way"),
+        )),
+    }
+}
+
+pub(crate) fn positive(item: &Item<'_>) -> Read<f64> {
+    match number(item)? {
+        number if number > 0.0 => Ok(number),
+        number => Err((item.span(), format!("is {number}: expected more than 0"))),
+    }
+}
+
+pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
+    match number(item)? {
+        number if number >= 0.0 => Ok(number),
+        number => Err((item.span(), format!("is {number}: expected 0 or more"))),
+    }
+}
+
+/// A point `[x, y]`.
+pub(crate) fn point(item: &Item<'_>) -> Read<[f64; 2]> {
+    pair(item, "a point [x, y]", number)
+}
+
+/// A size `[along x, along y]`.
+pub(crate) fn size(item: &Item<'_>) -> Read<[f64; 2]> {
+    pair(item, "a size [along x, along y]", positive)
+}
+
+/// Two points or more, each apart from the one before it.
+pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
+    let Some(items) = item.get_ref().as_array() else {
+        return Err((
+            item.span(),
+            format!("is {}: expected points [[x, y], ...]", named(item)),
+        ));
+    };
+    let points = items.iter().map(point).collect::<Read<Vec<_>>>()?;
+    if points.len() < 2 {
+        return Err((
+            item.span(),
+            format!("has {} points: expected two or more", points.len()),
+        ));
+    }
+    match points.windows(2).position(|pair| pair[0] == pair[1]) {
+        Some(index) => Err((
+            items[index + 1].span(),
+            format!("has point {} on the one before it: move or drop it", index + 2),
+        )),
+        None => Ok(points),
+    }
+}
+
+pub(crate) fn text(item: &Item<'_>) -> Read<String> {
+    match item.get_ref().as_str() {
+        Some("") => Err((item.span(), "is empty: expected a text".to_owned())),
+        Some(text) => Ok(text.to_owned()),
+        None => Err((item.span(), format!("is {}: expected a text", named(item)))),
+    }
+}
+
+pub(crate) fn flag(item: &Item<'_>) -> Read<bool> {
+    item.get_ref()
+        .as_bool()
+        .ok_or_else(|| (item.span(), format!("is {}: expected true or false", named(item))))
+}
+
+fn pair(item: &Item<'_>, expected: &str, read: fn(&Item<'_>) -> Read<f64>) -> Read<[f64; 2]> {
+    match item.get_ref().as_array().map(|items| &items[..]) {
+        Some([first, second]) => Ok([read(first)?, read(second)?]),
+        Some(items) => Err((
+            item.span(),
+            format!("has {} values: expected {expected}", items.len()),
+        )),
+        None => Err((item.span(), format!("is {}: expected {expected}", named(item)))),
+    }
+}
+
+fn named(item: &Item<'_>) -> String {
+    let kind = item.get_ref().type_str();
+    if kind.starts_with(['a', 'i', 'o']) {
+        format!("an {kind}")
+    } else {
+        format!("a {kind}")
+    }
+}

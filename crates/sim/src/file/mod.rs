@@ -1,0 +1,169 @@
+//! World files: TOML with walls, boxes, circles, movers, a map and the starts of robots.
+//!
+//! All faults of the world and its map are found and reported together; nothing is guessed, and nothing is ignored.
+
+mod document;
+mod grid;
+mod map;
+mod pgm;
+mod picture;
+mod things;
+
+use std::path::{Path, PathBuf};
+
+use toml::de::DeTable;
+
+use self::document::{Document, Table};
+use crate::error::Fault;
+use crate::geometry::{Bounds, Pose2};
+use crate::mover;
+use crate::random::MAX_ROBOTS;
+use crate::scene::Scene;
+
+/// How finely the ways of movers are looked over for things in them, in metres.
+const STRIDE: f64 = 0.05;
+
+/// A world that can be built: its files had no faults.
+pub(crate) struct Plan {
+    pub(crate) name: String,
+    pub(crate) scene: Scene,
+    pub(crate) movers: Vec<mover::Plan>,
+    /// In the order of the robots' names.
+    pub(crate) starts: Vec<Start>,
+    pub(crate) bounds: Bounds,
+    pub(crate) warnings: Vec<Fault>,
+}
+
+/// Where a robot begins, and where the file says so.
+pub(crate) struct Start {
+    pub(crate) robot: String,
+    pub(crate) pose: Pose2,
+    pub(crate) file: PathBuf,
+    pub(crate) line: usize,
+}
+
+pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
+    let (root, errors) = DeTable::parse_recoverable(text);
+    let document = Document::new(path, text);
+    for error in &errors {
+        document.fault(&error.span().unwrap_or(0..0), error.message());
+    }
+    // Behind a fault of syntax the rest of the tree is a guess.
+    if !errors.is_empty() {
+        return Err(document.into_faults());
+    }
+    let keys = [
+        "name", "map", "bounds", "walls", "boxes", "circles", "movers", "robots",
+    ];
+    let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
+    plan(&document, &root).ok_or_else(|| document.into_faults())
+}
+
+/// The known name most like a wrong one, if it is like it at all.
+pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // Below this likeness a suggestion misleads more often than it helps.
+    const LIKENESS: f64 = 0.7;
+    known
+        .map(|name| (strsim::jaro_winkler(wrong, name), name))
+        .filter(|(likeness, _)| *likeness >= LIKENESS)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// Reads everything before it gives up, so that every fault is found.
+fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
+    let file_name = document
+        .path()
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned());
+    let name = root.optional("name", file_name.unwrap_or_default(), document::text);
+    let stated = things::bounds(document, root);
+    let map = map::read(document, root);
+    let fixtures = things::fixtures(document, root);
+    let movers = things::movers(document, root);
+    let starts = things::starts(document, root);
+    let (name, stated, map, mut fixtures, movers, starts) =
+        (name?, stated?, map?, fixtures?, movers?, starts?);
+
+    if starts.len() > MAX_ROBOTS {
+        root.fault(
+            root.span(),
+            format!("{} robots: expected at most {MAX_ROBOTS}", starts.len()),
+        );
+    }
+    let mut sound = starts.len() <= MAX_ROBOTS;
+    fixtures.extend(map.iter().flat_map(map::Map::fixtures));
+    let scene = Scene::new(fixtures);
+    for (start, span) in &starts {
+        let point = [start.pose.x, start.pose.y];
+        if let Some(reason) = misplaced(point, &scene, stated, map.as_ref()) {
+            document.fault(span, format!("robot `{}` starts {reason}", start.robot));
+            sound = false;
+        }
+    }
+    if !sound {
+        return None;
+    }
+    let mut warnings = Vec::new();
+    if scene.is_empty() {
+        warnings.push(document.at(
+            root.span(),
+            "no walls: nothing stands in this world, and every sensor sees nothing",
+        ));
+    }
+    for (mover, span) in &movers {
+        let mut met: Vec<&str> = Vec::new();
+        let solids: Vec<_> = mover::Mover::along(mover, STRIDE).collect();
+        met.extend(solids.iter().flat_map(|solid| scene.touching(solid)));
+        met.sort_unstable();
+        met.dedup();
+        if !met.is_empty() {
+            let text = format!(
+                "the way of mover `{}` crosses `{}`: it goes through",
+                mover.name,
+                met.join("`, `")
+            );
+            warnings.push(document.at(span, text));
+        }
+    }
+    let ways = movers.iter().flat_map(|(mover, _)| mover.way.iter().copied());
+    let corners = scene
+        .corners()
+        .chain(map.iter().flat_map(map::Map::corners))
+        .chain(ways);
+    let around = Bounds::around(corners.chain(starts.iter().map(|(start, _)| [start.pose.x, start.pose.y])));
+    let bounds = stated.or(around).unwrap_or(Bounds {
+        min: [0.0; 2],
+        max: [0.0; 2],
+    });
+    let movers = movers.into_iter().map(|(mover, _)| mover).collect();
+    let starts = starts.into_iter().map(|(start, _)| start).collect();
+    Some(Plan {
+        name,
+        scene,
+        movers,
+        starts,
+        bounds,
+        warnings,
+    })
+}
+
+/// Why no robot, however small, can start at a point.
+fn misplaced(
+    point: [f64; 2],
+    scene: &Scene,
+    stated: Option<Bounds>,
+    map: Option<&map::Map>,
+) -> Option<String> {
+    /// A gap that only rounding makes, in metres.
+    const NONE: f64 = 1e-9;
+    if let Some(bounds) = stated.filter(|bounds| !bounds.contains(point)) {
+        let Bounds { min, max } = bounds;
+        return Some(format!("outside the bounds {min:?} to {max:?}"));
+    }
+    if let Some(reason) = map.and_then(|map| map.misplaced(point)) {
+        return Some(reason);
+    }
+    let (name, gap) = scene.nearest(point.into())?;
+    (gap <= NONE).then(|| format!("inside `{name}`: move it to free ground"))
+}

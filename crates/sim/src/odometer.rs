@@ -1,0 +1,75 @@
+//! Wheel encoders, and the pose that a robot believes from them.
+//!
+//! Knows how far the wheels rolled, never where the robot is.
+
+use crate::config::RobotConfig;
+use crate::geometry::{Pose2, Twist2};
+use crate::random::Noise;
+
+/// What the wheels say: a pose that drifts, and the twist of the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Odometry {
+    /// The pose in the frame of the odometry, whose origin [`crate::OdometryOrigin`] tells.
+    pub pose: Pose2,
+    /// The twist over the last step of the world, in the frame of the robot; as coarse as the encoders' ticks.
+    pub twist: Twist2,
+}
+
+/// The ticks counted since the robot entered the world; backwards counts down.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Encoders {
+    /// The left wheel.
+    pub left: i64,
+    /// The right wheel.
+    pub right: i64,
+}
+
+#[derive(Debug)]
+pub(crate) struct Odometer {
+    pub(crate) odometry: Odometry,
+    pub(crate) encoders: Encoders,
+    /// Metres that each wheel measured, between the ticks too.
+    rolled: [f64; 2],
+    /// What each wheel measures of a metre.
+    scale: [f64; 2],
+}
+
+impl Odometer {
+    pub(crate) fn new(config: &RobotConfig, origin: Pose2, noise: &Noise) -> Self {
+        let scale = noise
+            .normals(0)
+            .map(|normal| 1.0 + config.wheel_scale_sigma * normal);
+        Self {
+            odometry: Odometry {
+                pose: origin,
+                twist: Twist2::default(),
+            },
+            encoders: Encoders::default(),
+            rolled: [0.0; 2],
+            scale,
+        }
+    }
+
+    /// Counts a true motion of `distance` metres and `turn` radians that took `dt` seconds.
+    pub(crate) fn roll(&mut self, config: &RobotConfig, distance: f64, turn: f64, dt: f64, noise: &Noise) {
+        let side = turn * config.track / 2.0;
+        let slip = noise.normals(0);
+        let before = self.encoders;
+        for (wheel, way) in [distance - side, distance + side].into_iter().enumerate() {
+            self.rolled[wheel] +=
+                self.scale[wheel] * way + config.slip_sigma * way.abs().sqrt() * slip[wheel];
+        }
+        let ticks = self
+            .rolled
+            .map(|metres| libm::floor(metres * config.ticks_per_meter) as i64);
+        self.encoders = Encoders {
+            left: ticks[0],
+            right: ticks[1],
+        };
+        let left = (self.encoders.left - before.left) as f64 / config.ticks_per_meter;
+        let right = (self.encoders.right - before.right) as f64 / config.ticks_per_meter;
+        let (ahead, turned) = ((left + right) / 2.0, (right - left) / config.track);
+        self.odometry.pose = self.odometry.pose.along_arc(ahead, turned);
+        self.odometry.twist = Twist2::new(ahead / dt, turned / dt);
+    }
+}

@@ -1,0 +1,172 @@
+//! One robot: how it gains and loses speed, what its body touches, and what is true of it.
+//!
+//! Knows what stands around it only by the clearance that its world gives.
+
+use crate::config::{OdometryOrigin, RobotConfig};
+use crate::geometry::{Pose2, Twist2};
+use crate::odometer::Odometer;
+use crate::random::Noise;
+
+/// A gap at which bodies count as touching, in metres: the travel of a bumper.
+pub(crate) const CONTACT: f64 = 0.001;
+/// The gap at which a contact is over, in metres; more than [`CONTACT`], so that one touch is counted once.
+const RELEASE: f64 = 0.003;
+/// How finely the moment of touching is sought, in halvings of a step.
+const HALVINGS: u32 = 24;
+
+/// What is true of a robot, which no sensor of its own could tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Where it is, in the frame of the world.
+    pub pose: Pose2,
+    /// How it moves, in its own frame.
+    pub twist: Twist2,
+    /// Metres of way, forwards and backwards alike.
+    pub travelled: f64,
+    /// The gap between its body and the nearest thing, mover or robot, in metres; infinite when there is none.
+    pub clearance: f64,
+    /// The least clearance since it entered the world.
+    pub min_clearance: f64,
+    /// Whether it touches something: from a gap below 1 mm until one above 3 mm.
+    pub contact: bool,
+    /// How often it began to touch something.
+    pub collisions: u64,
+    /// Whether its wheels want to move it and something is in the way.
+    pub stalled: bool,
+}
+
+#[derive(Debug)]
+pub(crate) struct Robot {
+    pub(crate) config: RobotConfig,
+    pub(crate) truth: Truth,
+    pub(crate) odometer: Odometer,
+    command: Twist2,
+}
+
+impl Robot {
+    pub(crate) fn new(config: RobotConfig, start: Pose2, clearance: f64, scale: &Noise) -> Self {
+        let origin = match config.odometry_origin {
+            OdometryOrigin::Zero => Pose2::default(),
+            OdometryOrigin::StartPose => start,
+        };
+        let odometer = Odometer::new(&config, origin, scale);
+        let truth = Truth {
+            pose: start,
+            twist: Twist2::default(),
+            travelled: 0.0,
+            clearance,
+            min_clearance: clearance,
+            contact: false,
+            collisions: 0,
+            stalled: false,
+        };
+        let mut robot = Self {
+            config,
+            truth,
+            odometer,
+            command: Twist2::default(),
+        };
+        robot.feel(clearance);
+        robot
+    }
+
+    pub(crate) fn command(&mut self, twist: Twist2) {
+        let (linear, angular) = (self.config.max_linear, self.config.max_angular);
+        self.command = Twist2::new(
+            twist.linear.clamp(-linear, linear),
+            twist.angular.clamp(-angular, angular),
+        );
+    }
+
+    /// Moves for `dt` seconds, as far as `clearance_at` stays positive, and counts what the wheels rolled.
+    pub(crate) fn step(&mut self, dt: f64, slip: &Noise, clearance_at: impl Fn(Pose2) -> f64) {
+        let before = self.truth.twist;
+        let config = &self.config;
+        let linear = approach(
+            before.linear,
+            self.command.linear,
+            config.linear_acceleration * dt,
+            config.linear_deceleration * dt,
+        );
+        let angular = approach(
+            before.angular,
+            self.command.angular,
+            config.angular_acceleration * dt,
+            config.angular_deceleration * dt,
+        );
+        // Under a constant acceleration the mean of the two speeds gives the exact way.
+        let distance = (before.linear + linear) / 2.0 * dt;
+        let turn = (before.angular + angular) / 2.0 * dt;
+        let part = self.free_part(distance, turn, &clearance_at);
+        self.truth.stalled = part < 1.0;
+        self.truth.twist = Twist2::new(if self.truth.stalled { 0.0 } else { linear }, angular);
+        // A round body can always turn: what is left of the turn happens on the spot.
+        let moved = self.truth.pose.along_arc(part * distance, part * turn);
+        self.truth.pose = moved.along_arc(0.0, (1.0 - part) * turn);
+        self.truth.travelled += (part * distance).abs();
+        self.odometer.roll(&self.config, part * distance, turn, dt, slip);
+    }
+
+    /// Notes the gap around the body when all have moved.
+    pub(crate) fn feel(&mut self, clearance: f64) {
+        let truth = &mut self.truth;
+        truth.clearance = clearance;
+        truth.min_clearance = truth.min_clearance.min(clearance);
+        let contact = clearance < if truth.contact { RELEASE } else { CONTACT };
+        if contact && !truth.contact {
+            truth.collisions += 1;
+        }
+        truth.contact = contact;
+    }
+
+    /// The part of an arc, from 0 to 1, that the body can go without entering anything.
+    fn free_part(&self, distance: f64, turn: f64, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
+        let start = self.truth.pose;
+        // The gap shrinks by no more than the way: far from everything one look is enough.
+        if distance == 0.0 || clearance_at(start) > distance.abs() {
+            return 1.0;
+        }
+        let at = |part: f64| clearance_at(start.along_arc(part * distance, part * turn));
+        // Pieces so short beside the body that it cannot pass through the thinnest wall between two looks.
+        let pieces = (distance.abs() / (self.config.radius / 50.0)).ceil();
+        let mut free = 0.0;
+        for piece in 1..=pieces as u32 {
+            let next = f64::from(piece) / pieces;
+            if at(next) < 0.0 {
+                return halve(free, next, at);
+            }
+            free = next;
+        }
+        1.0
+    }
+}
+
+/// The greatest part known free between one that is free and one that is not.
+fn halve(mut free: f64, mut blocked: f64, at: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = (free + blocked) / 2.0;
+        if at(middle) < 0.0 {
+            blocked = middle;
+        } else {
+            free = middle;
+        }
+    }
+    free
+}
+
+/// Brings a speed nearer to the one that is wanted: by no more than `loss` toward zero, by no more than `gain` away from
+/// it, and through zero only after a stop there.
+fn approach(speed: f64, wanted: f64, gain: f64, loss: f64) -> f64 {
+    if speed != 0.0 && wanted * speed < speed * speed {
+        let target = if wanted * speed > 0.0 { wanted } else { 0.0 };
+        if speed > target {
+            (speed - loss).max(target)
+        } else {
+            (speed + loss).min(target)
+        }
+    } else if wanted > speed {
+        (speed + gain).min(wanted)
+    } else {
+        (speed - gain).max(wanted)
+    }
+}

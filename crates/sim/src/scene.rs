@@ -1,0 +1,98 @@
+//! The things that never move, under a tree that answers a ray or a distance in logarithmic time.
+//!
+//! Built once; holds no movers and no robots.
+
+use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
+use parry2d_f64::math::Vector;
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry2d_f64::query::{PointQuery, Ray};
+
+use crate::shape::{Outline, Shape};
+use crate::solid::Solid;
+
+/// A thing that stands where it is, before it becomes solid.
+#[derive(Clone, Debug)]
+pub(crate) struct Fixture {
+    pub(crate) name: String,
+    pub(crate) outline: Outline,
+}
+
+pub(crate) struct Scene {
+    fixtures: Vec<Fixture>,
+    solids: Vec<Solid>,
+    tree: Bvh,
+}
+
+impl Scene {
+    pub(crate) fn new(fixtures: Vec<Fixture>) -> Self {
+        let solids: Vec<Solid> = fixtures
+            .iter()
+            .map(|fixture| Solid::new(&fixture.outline))
+            .collect();
+        // PLOC builds slower and casts faster than binning; a world is built once.
+        let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
+        Self {
+            fixtures,
+            solids,
+            tree,
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.solids.is_empty()
+    }
+
+    /// The distance along the ray to the first thing nearer than `max`.
+    pub(crate) fn cast(&self, ray: &Ray, max: f64) -> Option<f64> {
+        self.tree
+            .cast_ray(ray, max, |index, best| {
+                self.solids[index as usize].cast(ray, best)
+            })
+            .map(|(_, distance)| distance)
+    }
+
+    /// The nearest thing to a point and its distance, 0 inside it.
+    pub(crate) fn nearest(&self, point: Vector) -> Option<(&str, f64)> {
+        self.tree
+            .find_best(
+                f64::MAX,
+                |node, _| node.aabb().distance_to_local_point(point, true),
+                |index, _| Some(self.solids[index as usize].distance_to_point(point)),
+            )
+            .map(|(index, distance)| (self.fixtures[index as usize].name.as_str(), distance))
+    }
+
+    /// The things whose boxes come within `reach` of a point.
+    pub(crate) fn around(&self, point: Vector, reach: f64) -> impl Iterator<Item = &Solid> {
+        let area = Aabb::from_half_extents(point, Vector::splat(reach));
+        self.tree
+            .leaves(move |node| node.aabb().intersects(&area))
+            .map(|index| &self.solids[index as usize])
+    }
+
+    /// The names of the things that touch a solid.
+    pub(crate) fn touching<'a>(&'a self, solid: &'a Solid) -> impl Iterator<Item = &'a str> {
+        let area = solid.aabb();
+        self.tree
+            .leaves(move |node| node.aabb().intersects(&area))
+            .map(|index| index as usize)
+            .filter(|&index| self.solids[index].distance_to_solid(solid) <= 0.0)
+            .map(|index| self.fixtures[index].name.as_str())
+    }
+
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
+        self.fixtures.iter().map(|fixture| Shape {
+            name: &fixture.name,
+            outline: fixture.outline,
+            moving: false,
+        })
+    }
+
+    pub(crate) fn corners(&self) -> impl Iterator<Item = [f64; 2]> {
+        (!self.is_empty())
+            .then(|| self.tree.root_aabb())
+            .into_iter()
+            .flat_map(|area| [area.mins, area.maxs])
+            .map(Into::into)
+    }
+}

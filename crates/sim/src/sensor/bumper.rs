@@ -1,0 +1,48 @@
+//! Bumper rings: which segments of the body touch something.
+//!
+//! The sides, where the wheels are, have none.
+
+use crate::geometry::{Pose2, wrap_angle};
+
+/// The middles of the segments in degrees, ahead from left to right; those behind are the same, half a turn on.
+/// A segment reaches half way to its neighbours, and the outer ones as far to the other side.
+pub const BUMPER_HEADINGS: [f64; 5] = [52.0, 19.0, 0.0, -19.0, -52.0];
+
+/// Which bumpers are pressed; clockwise as seen from above, as the Pioneer numbers them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bumpers {
+    /// Ahead, from left to right.
+    pub front: [bool; 5],
+    /// Behind, from the robot's right to its left.
+    pub rear: [bool; 5],
+}
+
+impl Bumpers {
+    /// Tells whether any is pressed.
+    pub fn any(&self) -> bool {
+        self.front.iter().chain(&self.rear).any(|&pressed| pressed)
+    }
+}
+
+/// Presses the segments that face points of contact on a body.
+pub(crate) fn press(pose: Pose2, touched: impl Iterator<Item = [f64; 2]>) -> Bumpers {
+    let mut bumpers = Bumpers::default();
+    for point in touched {
+        let heading = libm::atan2(point[1] - pose.y, point[0] - pose.x) - pose.heading;
+        let ahead = wrap_angle(heading).to_degrees();
+        let behind = wrap_angle(heading + std::f64::consts::PI).to_degrees();
+        if let Some(segment) = segment(ahead) {
+            bumpers.front[segment] = true;
+        }
+        if let Some(segment) = segment(behind) {
+            bumpers.rear[segment] = true;
+        }
+    }
+    bumpers
+}
+
+fn segment(degrees: f64) -> Option<usize> {
+    // Half way between neighbours; the outermost edge mirrors the inner one of its segment.
+    const EDGES: [f64; 6] = [68.5, 35.5, 9.5, -9.5, -35.5, -68.5];
+    (0..5).find(|&index| degrees <= EDGES[index] && degrees > EDGES[index + 1])
+}

@@ -1,0 +1,129 @@
+//! A scanning laser: one ray a beam.
+//!
+//! All beams of a scan are taken at one instant; the sweep of a turning mirror is not modelled.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::error::{WorldError, check};
+use crate::geometry::Pose2;
+use crate::random::Noise;
+
+/// A laser on a robot. By default 180 beams over half a turn, as far as 8 m.
+///
+/// Beam `i` looks along `angle(i) = -field_of_view / 2 + i · field_of_view / beams` in the frame of the laser, from right to
+/// left: 180 beams over 180° look at -90°, -89°, ... +89°, and a full turn repeats no direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaserConfig {
+    /// Where it sits on the robot, in the robot's frame.
+    pub mount: Pose2,
+    /// Rays in a scan.
+    pub beams: usize,
+    /// The angle that the scan covers, in radians.
+    pub field_of_view: f64,
+    /// The nearest distance it can measure, in metres.
+    pub range_min: f64,
+    /// The farthest distance it can measure, in metres.
+    pub range_max: f64,
+    /// Standard deviation of a range, in metres.
+    pub sigma: f64,
+    /// Tells apart the noise of several lasers of one robot.
+    pub stream: u16,
+}
+
+impl Default for LaserConfig {
+    fn default() -> Self {
+        Self {
+            // LaserX of ARIA's p3dx.p.
+            mount: Pose2 {
+                x: 0.018,
+                y: 0.0,
+                heading: 0.0,
+            },
+            beams: 180,
+            field_of_view: PI,
+            // Nearer than the body's own edge: nothing outside the robot is too near.
+            range_min: 0.02,
+            range_max: 8.0,
+            // The statistical error of a SICK LMS200 on its 8 m range is 5 mm.
+            sigma: 0.005,
+            stream: 0,
+        }
+    }
+}
+
+impl LaserConfig {
+    /// Gives the direction of the first beam, in radians.
+    pub fn angle_min(&self) -> f64 {
+        -self.field_of_view / 2.0
+    }
+
+    /// Gives the angle between neighbouring beams, in radians.
+    pub fn angle_increment(&self) -> f64 {
+        self.field_of_view / self.beams as f64
+    }
+
+    /// Gives the direction of the last beam, in radians: one increment short of the edge.
+    pub fn angle_max(&self) -> f64 {
+        self.angle(self.beams.saturating_sub(1))
+    }
+
+    /// Gives the direction of a beam, in radians.
+    pub fn angle(&self, beam: usize) -> f64 {
+        self.angle_min() + beam as f64 * self.angle_increment()
+    }
+
+    /// Checks every number, and names the first that cannot work.
+    pub fn check(&self) -> Result<(), WorldError> {
+        let any = |_| true;
+        check("laser mount.x", self.mount.x, "a finite number", any)?;
+        check("laser mount.y", self.mount.y, "a finite number", any)?;
+        check("laser mount.heading", self.mount.heading, "a finite number", any)?;
+        check("laser beams", self.beams as f64, "1 to 100000", |value| {
+            (1.0..=1e5).contains(&value)
+        })?;
+        check(
+            "laser field_of_view",
+            self.field_of_view,
+            "more than 0 and at most 2π rad",
+            |value| value > 0.0 && value <= TAU,
+        )?;
+        check("laser range_min", self.range_min, "0 m or more", |value| {
+            value >= 0.0
+        })?;
+        check(
+            "laser range_max",
+            self.range_max,
+            "more than range_min",
+            |value| value > self.range_min,
+        )?;
+        check("laser sigma", self.sigma, "0 m or more", |value| value >= 0.0)
+    }
+
+    /// Fills a scan; `cast` gives the distance to the first thing on a ray.
+    pub(crate) fn scan(
+        &self,
+        robot: Pose2,
+        noise: &Noise,
+        ranges: &mut [f32],
+        cast: impl Fn([f64; 2], f64) -> Option<f64>,
+    ) {
+        let laser = robot.compose(self.mount);
+        let origin = [laser.x, laser.y];
+        for (pair, ranges) in ranges.chunks_mut(2).enumerate() {
+            let errors = if self.sigma > 0.0 {
+                noise.normals(pair as u32)
+            } else {
+                [0.0; 2]
+            };
+            for (index, range) in ranges.iter_mut().enumerate() {
+                let distance = cast(origin, laser.heading + self.angle(2 * pair + index));
+                *range = super::reading(
+                    distance,
+                    self.sigma * errors[index],
+                    self.range_min,
+                    self.range_max,
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! What the robots can measure, each sampled when it is asked for.
+//!
+//! Reading changes nothing: the same sensor at the same time gives the same values, noise included.
+
+mod bumper;
+mod laser;
+mod sonar;
+
+pub use bumper::{BUMPER_HEADINGS, Bumpers};
+pub use laser::LaserConfig;
+pub use sonar::SonarConfig;
+
+pub(crate) use bumper::press;
+
+/// What a range finder reports for a true distance and the error of its reading, after ROS REP-117: plus infinity for
+/// nothing within its reach, minus infinity for something too near to measure.
+fn reading(distance: Option<f64>, error: f64, min: f64, max: f64) -> f32 {
+    match distance.map(|distance| distance + error) {
+        Some(range) if range < min => f32::NEG_INFINITY,
+        Some(range) if range <= max => range as f32,
+        Some(_) | None => f32::INFINITY,
+    }
+}

@@ -1,0 +1,122 @@
+//! A ring of sonars: several rays a cone, the nearest echo wins.
+//!
+//! Echoes from mirrors, crosstalk and surfaces that reflect away from the sensor are not modelled.
+
+use crate::error::{WorldError, check};
+use crate::geometry::Pose2;
+use crate::random::Noise;
+
+/// Sonars on a robot. By default the 16 of a Pioneer P3-DX: eight ahead from left to right, then eight behind from right
+/// to left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SonarConfig {
+    /// Where each sits and looks, in the robot's frame.
+    pub mounts: Vec<Pose2>,
+    /// The whole angle of each cone, in radians.
+    pub cone: f64,
+    /// Rays across a cone, edges included.
+    pub rays: usize,
+    /// The nearest distance it can measure, in metres.
+    pub range_min: f64,
+    /// The farthest distance it can measure, in metres.
+    pub range_max: f64,
+    /// Standard deviation of a range, in metres.
+    pub sigma: f64,
+    /// Tells apart the noise of several rings of one robot.
+    pub stream: u16,
+}
+
+/// Millimetres and degrees of the left half of the ring of a P3-DX, front to rear (SonarUnit in ARIA's p3dx.p).
+const LEFT: [[f64; 3]; 8] = [
+    [69.0, 136.0, 90.0],
+    [114.0, 119.0, 50.0],
+    [148.0, 78.0, 30.0],
+    [166.0, 27.0, 10.0],
+    [-255.0, 27.0, 170.0],
+    [-237.0, 78.0, 150.0],
+    [-203.0, 119.0, 130.0],
+    [-157.0, 136.0, 90.0],
+];
+
+impl Default for SonarConfig {
+    fn default() -> Self {
+        let left = |[x, y, degrees]: [f64; 3]| Pose2::new(x / 1000.0, y / 1000.0, degrees.to_radians());
+        let right = |[x, y, degrees]: [f64; 3]| left([x, -y, -degrees]);
+        let (front, rear) = LEFT.split_at(4);
+        let mounts = (front.iter().map(|&unit| left(unit)))
+            .chain(front.iter().rev().map(|&unit| right(unit)))
+            .chain(rear.iter().rev().map(|&unit| right(unit)))
+            .chain(rear.iter().map(|&unit| left(unit)))
+            .collect();
+        Self {
+            mounts,
+            // The main lobe of the Polaroid transducer, about 30 degrees.
+            cone: 30f64.to_radians(),
+            // Five degrees apart: a leg of a chair at 1 m is not missed.
+            rays: 7,
+            range_min: 0.0,
+            range_max: 5.0,
+            sigma: 0.01,
+            stream: 0,
+        }
+    }
+}
+
+impl SonarConfig {
+    /// Checks every number, and names the first that cannot work.
+    pub fn check(&self) -> Result<(), WorldError> {
+        for mount in &self.mounts {
+            check("sonar mount.x", mount.x, "a finite number", |_| true)?;
+            check("sonar mount.y", mount.y, "a finite number", |_| true)?;
+            check("sonar mount.heading", mount.heading, "a finite number", |_| true)?;
+        }
+        check(
+            "sonar mounts",
+            self.mounts.len() as f64,
+            "1 to 1000 sonars",
+            |value| (1.0..=1e3).contains(&value),
+        )?;
+        check("sonar cone", self.cone, "0 to π rad", |value| {
+            (0.0..=std::f64::consts::PI).contains(&value)
+        })?;
+        check("sonar rays", self.rays as f64, "1 to 1000", |value| {
+            (1.0..=1e3).contains(&value)
+        })?;
+        check("sonar range_min", self.range_min, "0 m or more", |value| {
+            value >= 0.0
+        })?;
+        check(
+            "sonar range_max",
+            self.range_max,
+            "more than range_min",
+            |value| value > self.range_min,
+        )?;
+        check("sonar sigma", self.sigma, "0 m or more", |value| value >= 0.0)
+    }
+
+    /// Fills one range a sonar; `cast` gives the distance to the first thing on a ray.
+    pub(crate) fn measure(
+        &self,
+        robot: Pose2,
+        noise: &Noise,
+        ranges: &mut [f32],
+        cast: impl Fn([f64; 2], f64) -> Option<f64>,
+    ) {
+        for (index, (mount, range)) in self.mounts.iter().zip(ranges).enumerate() {
+            let sonar = robot.compose(*mount);
+            let nearest = (0..self.rays)
+                .filter_map(|ray| cast([sonar.x, sonar.y], sonar.heading + self.offset(ray)))
+                .reduce(f64::min);
+            let error = self.sigma * noise.normals(index as u32)[0];
+            *range = super::reading(nearest, error, self.range_min, self.range_max);
+        }
+    }
+
+    fn offset(&self, ray: usize) -> f64 {
+        if self.rays == 1 {
+            0.0
+        } else {
+            self.cone * (ray as f64 / (self.rays - 1) as f64 - 0.5)
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What stands or moves in a world, as data for pictures and for the geometry behind the sensors.
+//!
+//! Nothing here draws.
+
+/// The outline of a thing, in the frame of the world, in metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outline {
+    /// A wall without thickness.
+    Segment {
+        /// One end.
+        from: [f64; 2],
+        /// The other end.
+        to: [f64; 2],
+    },
+    /// A solid rectangle.
+    Box {
+        /// Its middle.
+        center: [f64; 2],
+        /// Its whole extent along its own x and y.
+        size: [f64; 2],
+        /// The angle from the world's x axis to its own.
+        angle: f64,
+    },
+    /// A solid disc.
+    Circle {
+        /// Its middle.
+        center: [f64; 2],
+        /// Its radius.
+        radius: f64,
+    },
+}
+
+/// A thing of the world as it is now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape<'a> {
+    /// The name in the world file; the things of a ROS map carry the name of its file.
+    pub name: &'a str,
+    /// Where it is and how big.
+    pub outline: Outline,
+    /// Whether it moves on its own.
+    pub moving: bool,
+}

@@ -1,0 +1,385 @@
+//! The world: its time, its robots and what they are asked.
+//!
+//! Time is counted in whole steps, so that a history does not depend on who advances the world, or how often.
+
+use std::fs;
+use std::path::Path;
+
+use parry2d_f64::math::Vector;
+
+use crate::config::RobotConfig;
+use crate::error::{Fault, WorldError};
+use crate::file::{self, Plan, Start};
+use crate::geometry::{Bounds, Pose2, Twist2};
+use crate::mover::{Disc, Mover};
+use crate::odometer::{Encoders, Odometry};
+use crate::random::{Noise, Purpose};
+use crate::robot::{CONTACT, Robot, Truth};
+use crate::scene::Scene;
+use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
+use crate::shape::{Outline, Shape};
+use crate::solid;
+
+/// The length of a step in nanoseconds: short beside the periods of schemas, and 2000 times as fast as real time or more.
+pub const STEP_NS: u64 = 10_000_000;
+
+/// A robot of a world; valid for the world that gave it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RobotId(usize);
+
+/// A world with its robots; made by [`World::load`] or [`World::parse`].
+pub struct World {
+    name: String,
+    seed: u64,
+    steps: u64,
+    scene: Scene,
+    movers: Vec<Mover>,
+    berths: Vec<Berth>,
+    bounds: Bounds,
+    warnings: Vec<Fault>,
+}
+
+/// A start of the world file, and the robot that took it.
+struct Berth {
+    start: Start,
+    robot: Option<Robot>,
+}
+
+impl World {
+    /// Reads a world file, and the map it names; `seed` decides all noise.
+    ///
+    /// Errors: all the faults of the files together, each with its file and line.
+    pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
+        let path = path.as_ref();
+        let text = fs::read_to_string(path).map_err(|error| {
+            WorldError::Faults(vec![Fault {
+                file: path.to_owned(),
+                line: None,
+                message: format!("cannot read the world: {error}"),
+            }])
+        })?;
+        Self::parse(&text, path, seed)
+    }
+
+    /// Makes a world from the text of a file; `path` names it in errors, and a map is looked for beside it.
+    ///
+    /// Errors: all the faults of the text and the map together, each with its file and line.
+    pub fn parse(text: &str, path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
+        let Plan {
+            name,
+            scene,
+            movers,
+            starts,
+            bounds,
+            warnings,
+        } = file::read(text, path.as_ref()).map_err(WorldError::Faults)?;
+        Ok(Self {
+            name,
+            seed,
+            steps: 0,
+            scene,
+            movers: movers.into_iter().map(Mover::new).collect(),
+            berths: starts
+                .into_iter()
+                .map(|start| Berth { start, robot: None })
+                .collect(),
+            bounds,
+            warnings,
+        })
+    }
+
+    /// Gives the name in the file, or the file's own name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Gives what is legal in the files but doubtful: a world without walls, a mover whose way crosses a thing.
+    pub fn warnings(&self) -> &[Fault] {
+        &self.warnings
+    }
+
+    /// Gives the rectangle that holds the world: the one its file states, or the one around all it names.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Gives everything that stands or moves, as it is now, but for the robots.
+    pub fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
+        self.scene.shapes().chain(self.movers.iter().map(Mover::shape))
+    }
+
+    /// Gives the present time in nanoseconds: a whole number of steps, at most one behind what the world was advanced to.
+    pub fn now(&self) -> u64 {
+        self.steps * STEP_NS
+    }
+
+    /// Moves everything on to a time in nanoseconds; a time that is past changes nothing.
+    ///
+    /// The cost is one step for each [`STEP_NS`] of the way.
+    pub fn advance_to(&mut self, time_ns: u64) {
+        while self.steps < time_ns / STEP_NS {
+            self.step();
+        }
+    }
+
+    /// Gives the robots that the file has starts for, whether they have been added or not.
+    pub fn robot_names(&self) -> impl Iterator<Item = &str> {
+        self.berths.iter().map(|berth| berth.start.robot.as_str())
+    }
+
+    /// Gives the robots that have been added, in the order of the file.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &str)> {
+        let added = self
+            .berths
+            .iter()
+            .enumerate()
+            .filter(|(_, berth)| berth.robot.is_some());
+        added.map(|(index, berth)| (RobotId(index), berth.start.robot.as_str()))
+    }
+
+    /// Puts a robot at its start, at rest. The order in which robots are added makes no difference.
+    ///
+    /// Errors: a name without a start, a robot added before, numbers that cannot work, something in its place.
+    pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
+        config.check()?;
+        let index = self
+            .berths
+            .iter()
+            .position(|berth| berth.start.robot == name)
+            .ok_or_else(|| {
+                let known: Vec<String> = self.robot_names().map(str::to_owned).collect();
+                let nearest = file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
+                WorldError::UnknownRobot {
+                    world: self.name.clone(),
+                    robot: name.to_owned(),
+                    known,
+                    nearest,
+                }
+            })?;
+        if self.berths[index].robot.is_some() {
+            return Err(WorldError::AlreadyAdded {
+                robot: name.to_owned(),
+            });
+        }
+        let start = &self.berths[index].start;
+        let (by, clearance) = self.clearance(index, start.pose, config.radius);
+        if clearance < 0.0 {
+            return Err(WorldError::StartBlocked {
+                place: format!("{}:{}", start.file.display(), start.line),
+                robot: name.to_owned(),
+                radius: config.radius,
+                by: by.to_owned(),
+                need: -clearance,
+            });
+        }
+        let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
+        self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
+        Ok(RobotId(index))
+    }
+
+    /// Tells a robot how to move from the next step on, within the limits of its motors, until it is told otherwise.
+    ///
+    /// Errors: a number that is not finite; the robot keeps the command before.
+    pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
+        if !twist.is_finite() {
+            let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
+            return Err(WorldError::BadCommand {
+                robot,
+                linear,
+                angular,
+            });
+        }
+        self.berths[robot.0]
+            .robot
+            .as_mut()
+            .expect("an id is given when its robot is added")
+            .command(twist);
+        Ok(())
+    }
+
+    /// Gives the numbers that the robot was added with.
+    pub fn config(&self, robot: RobotId) -> &RobotConfig {
+        &self.robot(robot).config
+    }
+
+    /// Gives the robot's name.
+    pub fn robot_name(&self, robot: RobotId) -> &str {
+        &self.berths[robot.0].start.robot
+    }
+
+    /// Fills `ranges`, one a beam from right to left, with metres; +∞ for no return, -∞ for too near (REP-117).
+    ///
+    /// Errors: a buffer of another length than `beams`, numbers that cannot work.
+    pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        laser.check()?;
+        buffer("laser", ranges.len(), laser.beams)?;
+        let noise = self.noise(robot, Purpose::Laser, laser.stream);
+        laser.scan(self.truth(robot).pose, &noise, ranges, |origin, angle| {
+            self.cast_ray(origin, angle, laser.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Fills `ranges`, one a sonar in the order of its mounts, with metres; +∞ for no echo, -∞ for too near.
+    ///
+    /// Errors: a buffer of another length than the mounts, numbers that cannot work.
+    pub fn sonars(&self, robot: RobotId, ring: &SonarConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        ring.check()?;
+        buffer("sonars", ranges.len(), ring.mounts.len())?;
+        let noise = self.noise(robot, Purpose::Sonar, ring.stream);
+        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, angle| {
+            self.cast_ray(origin, angle, ring.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Gives the pose and twist that the wheels measured.
+    pub fn odometry(&self, robot: RobotId) -> Odometry {
+        self.robot(robot).odometer.odometry
+    }
+
+    /// Gives the ticks that the wheels counted.
+    pub fn encoders(&self, robot: RobotId) -> Encoders {
+        self.robot(robot).odometer.encoders
+    }
+
+    /// Gives the bumpers that touch something now.
+    pub fn bumpers(&self, robot: RobotId) -> Bumpers {
+        let Robot {
+            truth: Truth { pose, .. },
+            config,
+            ..
+        } = self.robot(robot);
+        let center = Vector::new(pose.x, pose.y);
+        let reach = config.radius + CONTACT;
+        let solids = self
+            .scene
+            .around(center, reach)
+            .chain(self.movers.iter().map(Mover::solid));
+        let things = solids
+            .map(|solid| solid.nearest(center))
+            .filter(|point| point.distance(center) < reach);
+        let robots = self
+            .others(robot.0)
+            .filter(|(_, disc)| center.distance(Vector::from(disc.center)) - disc.radius < reach);
+        sensor::press(
+            *pose,
+            things.map(Into::into).chain(robots.map(|(_, disc)| disc.center)),
+        )
+    }
+
+    /// Gives what is true of a robot.
+    pub fn truth(&self, robot: RobotId) -> Truth {
+        self.robot(robot).truth
+    }
+
+    /// Gives the distance along a ray to the first thing, mover or robot but `except`; nothing beyond `max` metres.
+    pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
+        let ray = solid::ray(origin, angle);
+        let mut nearest = self.scene.cast(&ray, max);
+        let mut consider = |solid: &solid::Solid| {
+            if let Some(distance) = solid.cast(&ray, nearest.unwrap_or(max)) {
+                nearest = Some(distance);
+            }
+        };
+        self.movers.iter().for_each(|mover| consider(mover.solid()));
+        for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
+            consider(&solid::Solid::new(&Outline::Circle {
+                center: disc.center,
+                radius: disc.radius,
+            }));
+        }
+        nearest
+    }
+
+    fn step(&mut self) {
+        let dt = STEP_NS as f64 * 1e-9;
+        let discs: Vec<Disc> = self.others(usize::MAX).map(|(_, disc)| disc).collect();
+        for mover in &mut self.movers {
+            mover.step(dt, &discs);
+        }
+        self.steps += 1;
+        for index in 0..self.berths.len() {
+            // Taken out for its step, so that the rest of the world can be asked for its clearance.
+            let Some(mut robot) = self.berths[index].robot.take() else {
+                continue;
+            };
+            let slip = Noise::new(self.seed, index, Purpose::Slip, 0, self.steps);
+            let radius = robot.config.radius;
+            robot.step(dt, &slip, |pose| self.clearance(index, pose, radius).1);
+            self.berths[index].robot = Some(robot);
+        }
+        for index in 0..self.berths.len() {
+            let Some(robot) = &self.berths[index].robot else {
+                continue;
+            };
+            let (_, clearance) = self.clearance(index, robot.truth.pose, robot.config.radius);
+            if let Some(robot) = &mut self.berths[index].robot {
+                robot.feel(clearance);
+            }
+        }
+    }
+
+    /// What is nearest to a round body, and the gap; negative when they overlap.
+    fn clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
+        let center = Vector::new(pose.x, pose.y);
+        let fixed = self.scene.nearest(center);
+        let movers = self
+            .movers
+            .iter()
+            .map(|mover| (mover.shape().name, mover.solid().distance_to_point(center)));
+        let robots = self.others(robot).map(|(index, disc)| {
+            let gap = center.distance(Vector::from(disc.center)) - disc.radius;
+            (self.berths[index].start.robot.as_str(), gap)
+        });
+        let nearest = fixed
+            .into_iter()
+            .chain(movers)
+            .chain(robots)
+            .reduce(|a, b| if b.1 < a.1 { b } else { a });
+        nearest.map_or(("nothing", f64::INFINITY), |(name, distance)| {
+            (name, distance - radius)
+        })
+    }
+
+    fn others(&self, except: usize) -> impl Iterator<Item = (usize, Disc)> {
+        self.berths
+            .iter()
+            .enumerate()
+            .filter(move |(index, _)| *index != except)
+            .filter_map(|(index, berth)| {
+                let robot = berth.robot.as_ref()?;
+                let center = [robot.truth.pose.x, robot.truth.pose.y];
+                Some((
+                    index,
+                    Disc {
+                        center,
+                        radius: robot.config.radius,
+                    },
+                ))
+            })
+    }
+
+    fn robot(&self, robot: RobotId) -> &Robot {
+        self.berths[robot.0]
+            .robot
+            .as_ref()
+            .expect("an id is given when its robot is added")
+    }
+
+    fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
+        Noise::new(self.seed, robot.0, purpose, stream, self.steps)
+    }
+}
+
+fn buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(WorldError::BadBuffer {
+            sensor,
+            given,
+            expected,
+        })
+    }
+}
