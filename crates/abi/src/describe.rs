@@ -130,7 +130,7 @@ pub struct Type {
     pub bytes: usize,
     /// Alignment of a value.
     pub align: usize,
-    /// Its fields, by offset.
+    /// Its fields, in the order of their ROS interface.
     pub fields: Vec<Field>,
 }
 

@@ -114,10 +114,13 @@ pub const STRUCT: u32 = 11;
 pub const ONE: u32 = 0;
 /// Field form: exactly `capacity` elements.
 pub const ARRAY: u32 = 1;
-/// Field form: up to `capacity` elements, their number a `u32` at `length_offset`.
+/// Field form: up to `capacity` elements, their number a `u32` at `length_offset`. Where the first element comes eight bytes
+/// after that, the four bytes between belong to the number and mean nothing: so elements of any alignment leave no gap.
 pub const SEQUENCE: u32 = 2;
 /// Field form: UTF-8 of up to `capacity` bytes, their number a `u32` at `length_offset`.
 pub const TEXT: u32 = 3;
+/// Field form: `capacity` bytes ([`U8`]) that mean nothing, where C would leave a gap; no description shows them.
+pub const PADDING: u32 = 4;
 
 /// Log level: for the developer of this schema, in every iteration if need be.
 pub const TRACE: u32 = 0;
@@ -274,7 +277,7 @@ pub struct Child {
     pub reserved: u32,
 }
 
-/// A type of value: plain data of fixed size, every bit pattern valid, no padding.
+/// A type of value: plain data of fixed size, every bit pattern valid, every byte described.
 #[repr(C)]
 pub struct Type {
     /// Bytes of this table.
@@ -289,7 +292,7 @@ pub struct Type {
     pub bytes: u64,
     /// Alignment of a value, at most 16.
     pub align: u64,
-    /// The fields, in the order of their offsets; stride is the first one's `size`.
+    /// The fields, in the order of their ROS interface; stride is the first one's `size`.
     pub fields: *const Field,
 }
 
@@ -300,7 +303,7 @@ pub struct Field {
     pub size: u32,
     /// [`BOOL`] to [`F64`], or [`STRUCT`].
     pub kind: u32,
-    /// [`ONE`], [`ARRAY`], [`SEQUENCE`] or [`TEXT`].
+    /// [`ONE`], [`ARRAY`], [`SEQUENCE`], [`TEXT`] or [`PADDING`].
     pub form: u32,
     /// Most elements; 1 for [`ONE`].
     pub capacity: u32,

@@ -9,17 +9,14 @@ use core::mem::size_of;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::describe::{Child, Field, FieldKind, Form, Kind, Plugin, Port, Role, Scalar, Schema, Type};
+use crate::describe::{Child, Kind, Plugin, Port, Role, Schema, Type};
 use crate::raw;
 
 mod place;
+mod types;
 
 use place::Place;
 
-/// Largest value: eight images of 4K.
-const MOST_BYTES: u64 = 256 << 20;
-/// Structures within structures.
-const DEEPEST: usize = 16;
 /// Names that an application file gives a meaning of its own.
 pub const RESERVED: &[&str] = &[
     "type",
@@ -152,6 +149,18 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
     }
 }
 
+/// Reads and checks a type of value.
+///
+/// # Errors
+/// The first thing found wrong.
+///
+/// # Safety
+/// `table` and all it points to follow the rules at the head of [`raw`].
+pub unsafe fn value_type(table: *const raw::Type) -> Result<Type, Refusal> {
+    // SAFETY: the caller's.
+    unsafe { types::value_type(&Place::new("the type"), table, 0) }
+}
+
 unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> {
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
@@ -215,7 +224,7 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
         let name = outer.name("a port's name", table.name)?;
         let here = outer.inner("port", &name);
         outer.size(table.size, size_of::<raw::Port>())?;
-        let value_type = Arc::new(self::value_type(&here, table.value_type, 0)?);
+        let value_type = Arc::new(types::value_type(&here, table.value_type, 0)?);
         let initial = || -> Result<Vec<u8>, Refusal> {
             if table.initial.is_null() {
                 return here.wrong(
@@ -296,157 +305,4 @@ unsafe fn child(outer: &Place, table: &raw::Child) -> Result<Child, Refusal> {
             optional: table.flags & raw::OPTIONAL != 0,
         })
     }
-}
-
-unsafe fn value_type(outer: &Place, table: *const raw::Type, depth: usize) -> Result<Type, Refusal> {
-    if depth > DEEPEST {
-        return outer.wrong(format!(
-            "its type nests deeper than {DEEPEST}, or contains itself"
-        ));
-    }
-    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
-    unsafe {
-        let table = outer.table(table)?;
-        let name = outer.text("a type's name", table.name)?;
-        if name.is_empty() {
-            return outer.wrong("a type has no name");
-        }
-        let here = outer.inner("type", &name);
-        if table.bytes == 0 || table.bytes > MOST_BYTES {
-            return here.wrong(format!("{} bytes; a value has 1 to {MOST_BYTES}", table.bytes));
-        }
-        if !table.align.is_power_of_two() || table.align > 16 || table.bytes % table.align != 0 {
-            return here.wrong(format!(
-                "alignment {} for {} bytes; it must be 1, 2, 4, 8 or 16 and divide the size",
-                table.align, table.bytes
-            ));
-        }
-        let fields = here.array("fields", table.fields, table.field_count)?;
-        let fields = fields
-            .into_iter()
-            .map(|field| self::field(&here, field, depth))
-            .collect::<Result<Vec<_>, _>>()?;
-        here.distinct("fields", fields.iter().map(|field| field.name.clone()))?;
-        cover(&here, &fields, table.bytes as usize)?;
-        if let Some(field) = fields
-            .iter()
-            .find(|field| field.kind.align() > table.align as usize)
-        {
-            return here.wrong(format!(
-                "field `{}` needs alignment {}, the type has {}",
-                field.name,
-                field.kind.align(),
-                table.align
-            ));
-        }
-        let doc = here.text("doc", table.doc)?;
-        Ok(Type {
-            name,
-            doc,
-            bytes: table.bytes as usize,
-            align: table.align as usize,
-            fields,
-        })
-    }
-}
-
-unsafe fn field(outer: &Place, table: &raw::Field, depth: usize) -> Result<Field, Refusal> {
-    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
-    unsafe {
-        let name = outer.name("a field's name", table.name)?;
-        let here = outer.inner("field", &name);
-        outer.size(table.size, size_of::<raw::Field>())?;
-        let kind = match table.kind {
-            raw::BOOL => FieldKind::Scalar(Scalar::Bool),
-            raw::U8 => FieldKind::Scalar(Scalar::U8),
-            raw::U16 => FieldKind::Scalar(Scalar::U16),
-            raw::U32 => FieldKind::Scalar(Scalar::U32),
-            raw::U64 => FieldKind::Scalar(Scalar::U64),
-            raw::I8 => FieldKind::Scalar(Scalar::I8),
-            raw::I16 => FieldKind::Scalar(Scalar::I16),
-            raw::I32 => FieldKind::Scalar(Scalar::I32),
-            raw::I64 => FieldKind::Scalar(Scalar::I64),
-            raw::F32 => FieldKind::Scalar(Scalar::F32),
-            raw::F64 => FieldKind::Scalar(Scalar::F64),
-            raw::STRUCT => FieldKind::Struct(Arc::new(self::value_type(&here, table.value_type, depth + 1)?)),
-            other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
-        };
-        if table.offset > MOST_BYTES || table.length_offset > MOST_BYTES {
-            return here.wrong(format!(
-                "offset {} or {} is past any value",
-                table.offset, table.length_offset
-            ));
-        }
-        let (capacity, length_offset) = (table.capacity as usize, table.length_offset as usize);
-        let form = match table.form {
-            raw::ONE => Form::One,
-            raw::ARRAY => Form::Array(capacity),
-            raw::SEQUENCE => Form::Sequence {
-                capacity,
-                length_offset,
-            },
-            raw::TEXT if kind != FieldKind::Scalar(Scalar::U8) => {
-                return here.wrong("a text is made of bytes (U8)");
-            }
-            raw::TEXT => Form::Text {
-                capacity,
-                length_offset,
-            },
-            other => return here.wrong(format!("form is {other}, and only 0 to 3 exist")),
-        };
-        if form.capacity() == 0 {
-            return here.wrong("capacity is 0");
-        }
-        let doc = here.text("doc", table.doc)?;
-        let unit = here.text("unit", table.unit)?;
-        Ok(Field {
-            name,
-            doc,
-            unit,
-            kind,
-            form,
-            offset: table.offset as usize,
-        })
-    }
-}
-
-/// Fields, with the lengths of sequences, must cover every byte of a value once: no padding, no overlap, nothing outside.
-fn cover(here: &Place, fields: &[Field], bytes: usize) -> Result<(), Refusal> {
-    let mut spans = Vec::with_capacity(fields.len());
-    for field in fields {
-        let length = field.kind.bytes().saturating_mul(field.form.capacity());
-        spans.push((field.offset, length, field.kind.align(), &field.name));
-        if let Some(offset) = field.form.length_offset() {
-            spans.push((offset, 4, 4, &field.name));
-        }
-    }
-    spans.sort_by_key(|span| span.0);
-    let mut reached = 0;
-    for (offset, length, align, name) in spans {
-        if offset % align != 0 {
-            return here.wrong(format!(
-                "field `{name}` at byte {offset} is not aligned to {align}"
-            ));
-        }
-        if offset < reached {
-            return here.wrong(format!(
-                "field `{name}` at byte {offset} overlaps the one before it, which ends at {reached}"
-            ));
-        }
-        if offset > reached {
-            return here.wrong(format!(
-                "bytes {reached} to {offset} before field `{name}` belong to no field"
-            ));
-        }
-        reached = offset.saturating_add(length);
-        if reached > bytes {
-            return here.wrong(format!(
-                "field `{name}` ends at byte {reached}, the type has {bytes}"
-            ));
-        }
-    }
-    if reached != bytes {
-        return here.wrong(format!("the fields end at byte {reached}, the type has {bytes}"));
-    }
-    Ok(())
 }

@@ -1,0 +1,208 @@
+//! Reads the tables of types of values: every byte of a value belongs to one field, once. What C leaves as gaps is refused,
+//! unless a field of padding says so; padding is checked and then left out of the description.
+
+use core::mem::size_of;
+use std::sync::Arc;
+
+use super::Refusal;
+use super::place::Place;
+use crate::describe::{Field, FieldKind, Form, Scalar, Type};
+use crate::raw;
+
+/// Largest value: eight images of 4K.
+const MOST_BYTES: u64 = 256 << 20;
+/// Structures within structures.
+const DEEPEST: usize = 16;
+
+/// Bytes of a value that one field takes.
+struct Span {
+    offset: usize,
+    bytes: usize,
+    align: usize,
+    field: String,
+}
+
+/// A field as the table has it: what it shows, if anything, and what it takes.
+struct Part {
+    field: Option<Field>,
+    spans: Vec<Span>,
+}
+
+pub(super) unsafe fn value_type(
+    outer: &Place,
+    table: *const raw::Type,
+    depth: usize,
+) -> Result<Type, Refusal> {
+    if depth > DEEPEST {
+        return outer.wrong(format!(
+            "its type nests deeper than {DEEPEST}, or contains itself"
+        ));
+    }
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let table = outer.table(table)?;
+        let name = outer.text("a type's name", table.name)?;
+        if name.is_empty() {
+            return outer.wrong("a type has no name");
+        }
+        let here = outer.inner("type", &name);
+        if table.bytes == 0 || table.bytes > MOST_BYTES {
+            return here.wrong(format!("{} bytes; a value has 1 to {MOST_BYTES}", table.bytes));
+        }
+        if !table.align.is_power_of_two() || table.align > 16 || table.bytes % table.align != 0 {
+            return here.wrong(format!(
+                "alignment {} for {} bytes; it must be 1, 2, 4, 8 or 16 and divide the size",
+                table.align, table.bytes
+            ));
+        }
+        let fields = here.array("fields", table.fields, table.field_count)?;
+        let mut spans = Vec::new();
+        let mut shown = Vec::new();
+        for table in fields {
+            let part = field(&here, table, depth)?;
+            spans.extend(part.spans);
+            shown.extend(part.field);
+        }
+        let fields = shown;
+        here.distinct("fields", fields.iter().map(|field| field.name.clone()))?;
+        cover(&here, spans, table.bytes as usize)?;
+        if let Some(field) = fields
+            .iter()
+            .find(|field| field.kind.align() > table.align as usize)
+        {
+            return here.wrong(format!(
+                "field `{}` needs alignment {}, the type has {}",
+                field.name,
+                field.kind.align(),
+                table.align
+            ));
+        }
+        let doc = here.text("doc", table.doc)?;
+        Ok(Type {
+            name,
+            doc,
+            bytes: table.bytes as usize,
+            align: table.align as usize,
+            fields,
+        })
+    }
+}
+
+unsafe fn field(outer: &Place, table: &raw::Field, depth: usize) -> Result<Part, Refusal> {
+    // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
+    unsafe {
+        let name = outer.name("a field's name", table.name)?;
+        let here = outer.inner("field", &name);
+        outer.size(table.size, size_of::<raw::Field>())?;
+        let kind = match table.kind {
+            raw::BOOL => FieldKind::Scalar(Scalar::Bool),
+            raw::U8 => FieldKind::Scalar(Scalar::U8),
+            raw::U16 => FieldKind::Scalar(Scalar::U16),
+            raw::U32 => FieldKind::Scalar(Scalar::U32),
+            raw::U64 => FieldKind::Scalar(Scalar::U64),
+            raw::I8 => FieldKind::Scalar(Scalar::I8),
+            raw::I16 => FieldKind::Scalar(Scalar::I16),
+            raw::I32 => FieldKind::Scalar(Scalar::I32),
+            raw::I64 => FieldKind::Scalar(Scalar::I64),
+            raw::F32 => FieldKind::Scalar(Scalar::F32),
+            raw::F64 => FieldKind::Scalar(Scalar::F64),
+            raw::STRUCT => FieldKind::Struct(Arc::new(value_type(&here, table.value_type, depth + 1)?)),
+            other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
+        };
+        if table.offset > MOST_BYTES || table.length_offset > MOST_BYTES {
+            return here.wrong(format!(
+                "offset {} or {} is past any value",
+                table.offset, table.length_offset
+            ));
+        }
+        let (capacity, length_offset) = (table.capacity as usize, table.length_offset as usize);
+        if capacity == 0 {
+            return here.wrong("capacity is 0");
+        }
+        let length = kind
+            .bytes()
+            .saturating_mul(if table.form == raw::ONE { 1 } else { capacity });
+        let span = |offset, bytes, align| Span {
+            offset,
+            bytes,
+            align,
+            field: name.clone(),
+        };
+        let mut spans = vec![span(table.offset as usize, length, kind.align())];
+        let form = match table.form {
+            raw::ONE => Form::One,
+            raw::ARRAY => Form::Array(capacity),
+            raw::SEQUENCE => {
+                let spare = table.offset == table.length_offset + 8;
+                spans.push(span(length_offset, if spare { 8 } else { 4 }, 4));
+                Form::Sequence {
+                    capacity,
+                    length_offset,
+                }
+            }
+            raw::TEXT | raw::PADDING if kind != FieldKind::Scalar(Scalar::U8) => {
+                return here.wrong("a text and padding are made of bytes (U8)");
+            }
+            raw::TEXT => {
+                spans.push(span(length_offset, 4, 4));
+                Form::Text {
+                    capacity,
+                    length_offset,
+                }
+            }
+            raw::PADDING => return Ok(Part { field: None, spans }),
+            other => return here.wrong(format!("form is {other}, and only 0 to 4 exist")),
+        };
+        let field = Field {
+            doc: here.text("doc", table.doc)?,
+            unit: here.text("unit", table.unit)?,
+            name,
+            kind,
+            form,
+            offset: table.offset as usize,
+        };
+        Ok(Part {
+            field: Some(field),
+            spans,
+        })
+    }
+}
+
+/// Fields, with the lengths of sequences, must cover every byte of a value once: no gap, no overlap, nothing outside.
+fn cover(here: &Place, mut spans: Vec<Span>, bytes: usize) -> Result<(), Refusal> {
+    spans.sort_by_key(|span| span.offset);
+    let mut reached = 0;
+    for Span {
+        offset,
+        bytes: length,
+        align,
+        field: name,
+    } in spans
+    {
+        if offset % align != 0 {
+            return here.wrong(format!(
+                "field `{name}` at byte {offset} is not aligned to {align}"
+            ));
+        }
+        if offset < reached {
+            return here.wrong(format!(
+                "field `{name}` at byte {offset} overlaps the one before it, which ends at {reached}"
+            ));
+        }
+        if offset > reached {
+            return here.wrong(format!(
+                "bytes {reached} to {offset} before field `{name}` belong to no field"
+            ));
+        }
+        reached = offset.saturating_add(length);
+        if reached > bytes {
+            return here.wrong(format!(
+                "field `{name}` ends at byte {reached}, the type has {bytes}"
+            ));
+        }
+    }
+    if reached != bytes {
+        return here.wrong(format!("the fields end at byte {reached}, the type has {bytes}"));
+    }
+    Ok(())
+}
