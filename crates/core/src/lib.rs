@@ -1,1 +1,57 @@
-//! The rules of action selection, as a pure state machine.
+//! The rules of action selection (R1 to R17 of the semantics), as a pure state machine.
+//!
+//! A [`Spec`] says who is whose father, who needs whom and how each group is decided. A [`Hierarchy`]
+//! made from it is told what happens (a check, the begin and the end of an iteration, a fault, a timer) and
+//! answers with [`Effect`]s, to be applied in order and inside the same transaction. Two executors drive it:
+//! one in real time, one in virtual time.
+//!
+//! It refuses to know a clock, a thread, a file or a random number: everything that is not decided by the rules
+//! comes in as an argument, so that the same calls give the same effects to the bit. It never panics on an
+//! identifier it does not know: such a call is refused or has no effect.
+//!
+//! ```
+//! use jde_core::{Check, GroupSpec, Hierarchy, Kind, SchemaId, SchemaSpec, Spec};
+//!
+//! let ms = 1_000_000;
+//! let (stop, goon) = (SchemaId(0), SchemaId(1));
+//! let spec = Spec {
+//!     schemas: vec![
+//!         SchemaSpec::new("stop", Kind::Motor, 200 * ms),
+//!         SchemaSpec::new("goon", Kind::Motor, 75 * ms),
+//!     ],
+//!     groups: vec![GroupSpec::new("roots", None, vec![stop, goon])],
+//! };
+//! let mut hierarchy = Hierarchy::new(spec).expect("a sound specification");
+//! let mut effects = Vec::new();
+//! hierarchy.start(0, &mut effects);
+//! hierarchy.checked(1 * ms, goon, Check { ready: true, urgency: 0.0, cause: 0 }, &mut effects);
+//! assert!(hierarchy.has_authority(goon));
+//! assert!(hierarchy.begin(2 * ms, goon, &mut effects));
+//!
+//! // stop becomes ready while goon iterates: goon keeps its authority until its iteration has ended.
+//! hierarchy.checked(3 * ms, stop, Check { ready: true, urgency: 0.0, cause: 2 * ms }, &mut effects);
+//! assert!(hierarchy.has_authority(goon) && !hierarchy.has_authority(stop));
+//! hierarchy.end(4 * ms, goon, &mut effects);
+//! assert!(!hierarchy.has_authority(goon) && hierarchy.has_authority(stop));
+//! ```
+
+mod contract;
+mod effect;
+mod hierarchy;
+mod record;
+mod refused;
+mod spec;
+mod state;
+mod validate;
+
+pub use contract::{GroupContract, Term, contract};
+pub use effect::{Effect, Level};
+pub use hierarchy::{Answer, Check, Handover, Hierarchy, Operator, Timer};
+pub use record::{Candidate, Case, Cause, Decider, Record};
+pub use refused::Refused;
+pub use spec::{
+    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId,
+    SchemaSpec, Spec,
+};
+pub use state::{Health, Requester, State};
+pub use validate::SpecError;

@@ -1,0 +1,284 @@
+//! The handover from a loser to the next choice (R1, R5): the loser keeps WINNER and authority until its iteration
+//! has ended and all below it sleeps, or until patience ends.
+//!
+//! While it is under way nothing in the loser's subtree begins, wakes or is selected.
+
+use std::sync::Arc;
+
+use super::Hierarchy;
+use super::parts::{Group, Run, Standing};
+use super::selection::Why;
+use super::sleep::Pace;
+use super::timer::Timer;
+use crate::effect::Effect;
+use crate::spec::{Absence, GroupId, Nanos, SchemaId};
+use crate::state::State;
+
+/// A handover under way in a group, away from its winner.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Handover {
+    /// Who comes next; `None` if nobody.
+    pub to: Option<SchemaId>,
+    /// When it was decided first.
+    pub since: Nanos,
+    /// When patience ends; it stays when the target changes.
+    pub deadline: Nanos,
+    /// The record that chose the target.
+    pub record: u64,
+    /// When the situation that led to that record came to be.
+    pub cause_time: Nanos,
+}
+
+/// The selection that a promotion carries out.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Origin {
+    pub(super) record: u64,
+    pub(super) cause_time: Nanos,
+}
+
+impl Hierarchy {
+    /// Carries out a choice that may differ from the present one.
+    pub(super) fn carry_out(
+        &mut self,
+        now: Nanos,
+        id: GroupId,
+        to: Option<SchemaId>,
+        origin: Origin,
+        why: Why,
+        out: &mut Vec<Effect>,
+    ) {
+        let patience = self.plan.group(id).patience;
+        let Origin { record, cause_time } = origin;
+        let group = self.group_mut(id);
+        match (group.winner, group.handover) {
+            (None, _) => self.seat(id, now, to, origin, out),
+            (Some(winner), None) if to == Some(winner) => {}
+            (Some(winner), Some(_)) if to == Some(winner) => {
+                self.drop_handover(id);
+                self.thaw(now, winner, why, out);
+            }
+            (Some(_), Some(handover)) if handover.to == to => {}
+            (Some(_), Some(handover)) => {
+                group.handover = Some(Handover {
+                    to,
+                    record,
+                    cause_time,
+                    ..handover
+                });
+            }
+            (Some(_), None) => {
+                let deadline = now.saturating_add(patience);
+                group.handover = Some(Handover {
+                    to,
+                    since: now,
+                    deadline,
+                    record,
+                    cause_time,
+                });
+                self.arm(Timer::Patience(id), deadline);
+                self.advance(now, id, out);
+            }
+        }
+    }
+
+    /// Puts to sleep what can sleep below the loser, and hands over once nothing is left.
+    pub(super) fn advance(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
+        let (Some(loser), Some(handover)) = (self.group(id).winner, self.group(id).handover) else {
+            return;
+        };
+        let dry = self.drain(loser, Pace::BetweenIterations, out);
+        if dry && self.node(loser).run == Run::Between {
+            self.complete(now, id, out);
+        } else if handover.deadline <= now {
+            self.expire(now, id, out);
+        }
+    }
+
+    /// Patience has ended: the loser and all below it lose their authority where they stand.
+    pub(super) fn expire(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
+        let Some(loser) = self.group(id).winner else {
+            return;
+        };
+        self.withdraw(loser, out);
+        self.drain(loser, Pace::AtOnce, out);
+        let node = self.node_mut(loser);
+        if node.run == Run::Iterating {
+            // It cannot check while it is stuck, so that nobody knows whether it is still ready.
+            node.run = Run::Abandoned;
+            node.ready = false;
+        }
+        self.complete(now, id, out);
+    }
+
+    /// The winner that is being handed over, on the way up from a schema and including it: its group.
+    pub(super) fn leaving(&self, id: SchemaId) -> Option<GroupId> {
+        let mut at = Some(id);
+        while let Some(here) = at {
+            let group = self.plan.group_of(here)?;
+            if self.group(group).handover.is_some() && self.group(group).winner == Some(here) {
+                return Some(group);
+            }
+            at = self.plan.group(group).father;
+        }
+        None
+    }
+
+    /// Whether the father of a group, or one above, is being handed over.
+    pub(super) fn frozen(&self, group: GroupId) -> bool {
+        self.plan
+            .group(group)
+            .father
+            .is_some_and(|father| self.leaving(father).is_some())
+    }
+
+    pub(super) fn drop_handover(&mut self, group: GroupId) -> Option<Handover> {
+        let handover = self.group_mut(group).handover.take();
+        if handover.is_some() {
+            self.disarm(Timer::Patience(group));
+        }
+        handover
+    }
+
+    /// Takes back everything a group remembers of its last life, when its father's subtree slept.
+    pub(super) fn reset(&mut self, id: GroupId) {
+        let forced = self.group(id).forced;
+        self.disarm(Timer::Hold(id));
+        *self.group_mut(id) = Group {
+            forced,
+            ..Group::default()
+        };
+    }
+
+    pub(super) fn hold_over(&mut self, id: GroupId, out: &mut Vec<Effect>) {
+        self.group_mut(id).standing = Standing::Braked;
+        out.push(Effect::Brake { group: id });
+    }
+
+    fn complete(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
+        let (Some(loser), Some(handover)) = (self.group(id).winner, self.drop_handover(id)) else {
+            return;
+        };
+        self.step_down(loser, out);
+        let origin = Origin {
+            record: handover.record,
+            cause_time: handover.cause_time,
+        };
+        self.seat(id, now, handover.to, origin, out);
+    }
+
+    fn step_down(&mut self, loser: SchemaId, out: &mut Vec<Effect>) {
+        if !self.node(loser).wanted() {
+            self.lay_down(loser, out);
+            return;
+        }
+        self.withdraw(loser, out);
+        if let Some(group) = self.plan.group_of(loser) {
+            self.group_mut(group).winner = None;
+            self.group_mut(group).taking = None;
+        }
+        out.push(Effect::Demoted(loser));
+        let to = if self.node(loser).ready {
+            State::Ready
+        } else {
+            State::Checking
+        };
+        self.change(loser, to, out);
+    }
+
+    /// Promotes the choice in a group without a winner, or lets its absence policy act.
+    pub(super) fn seat(
+        &mut self,
+        id: GroupId,
+        now: Nanos,
+        to: Option<SchemaId>,
+        origin: Origin,
+        out: &mut Vec<Effect>,
+    ) {
+        match to {
+            Some(to) => self.promote(id, to, origin, out),
+            None => self.vacate(id, now, out),
+        }
+    }
+
+    fn promote(&mut self, id: GroupId, to: SchemaId, origin: Origin, out: &mut Vec<Effect>) {
+        let group = self.group_mut(id);
+        group.winner = Some(to);
+        group.taking = Some(origin);
+        group.standing = Standing::Commanding;
+        self.disarm(Timer::Hold(id));
+        self.change(to, State::Winner, out);
+        if self
+            .plan
+            .group(id)
+            .father
+            .is_none_or(|father| self.node(father).authority)
+        {
+            self.grant(to, out);
+        }
+        out.push(Effect::Promoted(to));
+    }
+
+    /// Nobody wins: brakes or holds, once per absence (R9).
+    fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
+        let held = match self.plan.group(id).absence {
+            Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
+            Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
+        };
+        match (self.group(id).standing, held) {
+            (Standing::Holding | Standing::Braked, _) => {}
+            (Standing::Commanding, Some(until)) => {
+                self.group_mut(id).standing = Standing::Holding;
+                self.arm(Timer::Hold(id), until);
+                out.push(Effect::Hold { group: id, until });
+            }
+            // A fresh group has commanded nothing that could be held.
+            (Standing::Commanding, None) | (Standing::Fresh, _) => {
+                self.group_mut(id).standing = Standing::Braked;
+                out.push(Effect::Brake { group: id });
+            }
+        }
+    }
+
+    fn grant(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        self.node_mut(id).authority = true;
+        out.push(Effect::Granted(id));
+        let plan = Arc::clone(&self.plan);
+        // An operator may have played children before their father won.
+        for winner in plan
+            .groups_under(id)
+            .iter()
+            .filter_map(|&g| self.winner(g))
+            .collect::<Vec<_>>()
+        {
+            self.grant(winner, out);
+        }
+    }
+
+    /// Takes the authority of a schema and of all below it, children before fathers.
+    pub(super) fn withdraw(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        if !self.node(id).authority {
+            return;
+        }
+        let plan = Arc::clone(&self.plan);
+        for &group in plan.groups_under(id) {
+            if let Some(winner) = self.group(group).winner {
+                self.withdraw(winner, out);
+            }
+        }
+        self.node_mut(id).authority = false;
+        out.push(Effect::Withdrawn(id));
+    }
+
+    /// The loser is chosen again: what is left of its subtree competes again.
+    fn thaw(&mut self, now: Nanos, id: SchemaId, why: Why, out: &mut Vec<Effect>) {
+        let plan = Arc::clone(&self.plan);
+        for &group in plan.groups_under(id) {
+            if plan.members(group).iter().any(|&m| self.is_awake(m)) {
+                self.select(now, group, why, out);
+            }
+            for &member in plan.members(group) {
+                self.thaw(now, member, why, out);
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! What the executor reports of a schema's own doing: checks, and the begin and end of iterations.
+//!
+//! The hot path: nothing is allocated when nothing changes.
+
+use super::parts::{Phase, Run};
+use super::selection::Why;
+use super::{Hierarchy, parts::Urgency};
+use crate::effect::Effect;
+use crate::record::Cause;
+use crate::spec::{Kind, Nanos, SchemaId};
+use crate::state::State;
+
+/// What a motor schema found when it checked its precondition.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Check {
+    /// Whether the precondition is true.
+    pub ready: bool,
+    /// How urgent it is, in a measure its siblings share; a NaN counts as the lowest.
+    pub urgency: f64,
+    /// When the situation it reports came to be.
+    pub cause: Nanos,
+}
+
+impl Hierarchy {
+    /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking, lead to a
+    /// selection (R2). A check of one that sleeps or is inside an abandoned iteration has no effect.
+    pub fn checked(&mut self, now: Nanos, id: SchemaId, check: Check, out: &mut Vec<Effect>) {
+        let Some(node) = self.nodes.get_mut(id.index()) else {
+            return;
+        };
+        if node.state == State::Slept || node.run == Run::Abandoned {
+            return;
+        }
+        let Some(group) = self.plan.group_of(id) else {
+            return;
+        };
+        node.urgency = Urgency::new(check.urgency);
+        let news = !node.checked || node.ready != check.ready;
+        node.checked = true;
+        node.ready = check.ready;
+        if !news {
+            return;
+        }
+        let state = node.state;
+        if state != State::Winner {
+            // The snapshot of the selection shows the state that the check found.
+            self.change(
+                id,
+                if check.ready {
+                    State::Ready
+                } else {
+                    State::Checking
+                },
+                out,
+            );
+        }
+        let why = Why::new(Cause::Readiness(id), check.cause.min(now));
+        self.select(now, group, why, out);
+        self.settle(out);
+    }
+
+    /// Asks for permission to start an iteration, and notes that it runs if granted: for a WINNER that somebody
+    /// wants, is not inside an older iteration, and is not about to lose its place, nor is one of its fathers.
+    ///
+    /// The first one after a promotion gives [`Effect::Took`].
+    pub fn begin(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> bool {
+        let Some(node) = self.nodes.get(id.index()) else {
+            return false;
+        };
+        let may = node.state == State::Winner && node.run == Run::Between && node.wanted();
+        if !may || self.leaving(id).is_some() {
+            return false;
+        }
+        self.node_mut(id).run = Run::Iterating;
+        if let Some(group) = self.plan.group_of(id)
+            && let Some(origin) = self.group_mut(group).taking.take()
+        {
+            let latency = now.saturating_sub(origin.cause_time);
+            out.push(Effect::Took {
+                group,
+                record: origin.record,
+                id,
+                latency,
+            });
+        }
+        true
+    }
+
+    /// Reports that the iteration of a schema ended, in whatever way: by returning, or by a panic (after
+    /// [`faulted`](Self::faulted)). A handover that waited for it goes on; a winner competes again (R2).
+    pub fn end(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        let Some(node) = self.nodes.get_mut(id.index()) else {
+            return;
+        };
+        let ended = std::mem::replace(&mut node.run, Run::Between);
+        let awake = node.state != State::Slept;
+        if ended == Run::Between || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
+            return;
+        }
+        if let Some(group) = self.leaving(id) {
+            self.advance(now, group, out);
+        } else if awake && let Some(group) = self.plan.group_of(id) {
+            self.select(now, group, Why::new(Cause::Iterated(id), now), out);
+        }
+        self.settle(out);
+    }
+}

@@ -1,0 +1,205 @@
+//! The running hierarchy: who is awake, who competes, who wins and who holds authority at this instant.
+//!
+//! One value, driven by one caller at a time; every method is one transaction (R2). It refuses to act: it
+//! answers with effects. The invariants that hold between any two calls:
+//!
+//! - at most one member of a group is WINNER, and it is the group's `winner` (R1);
+//! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots (R7);
+//! - a schema sleeps exactly if nobody requests it, an operator stopped it, or it is faulted (R6), except for a
+//!   WINNER that nobody wants any more, which sleeps when its iteration has ended;
+//! - a motor schema inside an abandoned iteration is neither READY nor WINNER.
+
+mod arbitration;
+mod handover;
+mod iteration;
+mod operator;
+mod parts;
+mod policy;
+mod query;
+mod restart;
+mod selection;
+mod sleep;
+mod timer;
+mod wake;
+
+use std::collections::BTreeMap;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+use crate::effect::Effect;
+use crate::record::Cause;
+use crate::refused::Refused;
+use crate::spec::{GroupId, Kind, Nanos, Policy, SchemaId, Spec};
+use crate::state::{Requester, State};
+use crate::validate::{SpecError, policy_fault};
+
+pub use arbitration::Answer;
+pub use handover::Handover;
+pub use iteration::Check;
+pub use operator::Operator;
+pub use timer::Timer;
+
+use parts::{Group, Node, Phase, Plan};
+use selection::Why;
+
+/// The pure state machine of an application; see the crate's documentation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Hierarchy {
+    plan: Arc<Plan>,
+    phase: Phase,
+    nodes: Vec<Node>,
+    groups: Vec<Group>,
+    timers: BTreeMap<Timer, Nanos>,
+    records: u64,
+    tickets: u64,
+    /// Perceptive schemas that lost a requester in this transaction; empty between transactions.
+    loose: Vec<SchemaId>,
+}
+
+impl Hierarchy {
+    /// Makes a hierarchy in which everything sleeps.
+    ///
+    /// # Errors
+    /// All faults of the specification at once.
+    pub fn new(spec: Spec) -> Result<Self, Vec<SpecError>> {
+        spec.validate()?;
+        Ok(Self {
+            nodes: vec![Node::default(); spec.schemas.len()],
+            groups: vec![Group::default(); spec.groups.len()],
+            plan: Arc::new(Plan::new(spec)),
+            phase: Phase::Fresh,
+            timers: BTreeMap::new(),
+            records: 0,
+            tickets: 0,
+            loose: Vec::new(),
+        })
+    }
+
+    /// Wakes the roots (R13). A second call has no effect.
+    pub fn start(&mut self, now: Nanos, out: &mut Vec<Effect>) {
+        if self.phase != Phase::Fresh {
+            return;
+        }
+        self.phase = Phase::Running;
+        let plan = Arc::clone(&self.plan);
+        for &group in plan.root_groups() {
+            for &root in plan.members(group) {
+                self.request(root, Requester::Application, out);
+            }
+            self.select(now, group, Why::new(Cause::Start, now), out);
+        }
+    }
+
+    /// Ends everything: authority is withdrawn, every group brakes, all go to sleep, children before fathers and
+    /// perceptive schemas last. Nothing wakes afterwards.
+    pub fn shutdown(&mut self, _now: Nanos, out: &mut Vec<Effect>) {
+        if self.phase != Phase::Running {
+            self.phase = Phase::Over;
+            return;
+        }
+        self.phase = Phase::Over;
+        let plan = Arc::clone(&self.plan);
+        for &group in plan.root_groups() {
+            if let Some(winner) = self.group(group).winner {
+                self.withdraw(winner, out);
+            }
+        }
+        out.extend(plan.group_ids().map(|group| Effect::Brake { group }));
+        for &group in plan.root_groups() {
+            self.silence(group, sleep::Pace::AtOnce, out);
+        }
+        for id in plan.ids_of(Kind::Perceptive) {
+            for who in [Requester::Application, Requester::Operator] {
+                self.release(id, who);
+            }
+        }
+        self.settle(out);
+        self.timers.clear();
+    }
+
+    /// Changes how a group is decided, by its father; the group selects at once (R2). A question to the father that
+    /// is still open is dropped.
+    ///
+    /// # Errors
+    /// A policy this group cannot have; nothing changes then.
+    pub fn set_policy(
+        &mut self,
+        now: Nanos,
+        group: GroupId,
+        policy: Policy,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), SpecError> {
+        let Some(spec) = self.plan.spec.groups.get(group.index()) else {
+            return Ok(());
+        };
+        if let Some(fault) = policy_fault(spec, policy) {
+            return Err(fault);
+        }
+        if spec.policy != policy {
+            Arc::make_mut(&mut self.plan).spec.groups[group.index()].policy = policy;
+            self.drop_ask(group);
+            if self.plan.members(group).iter().any(|&m| self.is_awake(m)) {
+                self.select(now, group, Why::new(Cause::PolicyChanged, now), out);
+            }
+            self.settle(out);
+        }
+        Ok(())
+    }
+
+    /// Changes the declared period of a schema, for the contract; a period of 0 is ignored.
+    pub fn set_period(&mut self, id: SchemaId, period: Nanos) {
+        if self.plan.knows(id) && period > 0 {
+            Arc::make_mut(&mut self.plan).spec.schemas[id.index()].period = period;
+        }
+    }
+
+    fn node(&self, id: SchemaId) -> &Node {
+        &self.nodes[id.index()]
+    }
+
+    fn node_mut(&mut self, id: SchemaId) -> &mut Node {
+        &mut self.nodes[id.index()]
+    }
+
+    fn group(&self, id: GroupId) -> &Group {
+        &self.groups[id.index()]
+    }
+
+    fn group_mut(&mut self, id: GroupId) -> &mut Group {
+        &mut self.groups[id.index()]
+    }
+
+    fn name(&self, id: SchemaId) -> String {
+        self.plan.spec.schemas[id.index()].name.clone()
+    }
+
+    fn change(&mut self, id: SchemaId, to: State, out: &mut Vec<Effect>) {
+        let from = std::mem::replace(&mut self.node_mut(id).state, to);
+        if from != to {
+            out.push(Effect::Changed { id, from, to });
+        }
+    }
+
+    fn running_and_known(&self, id: SchemaId) -> Result<(), Refused> {
+        if self.phase != Phase::Running {
+            return Err(Refused::NotRunning);
+        }
+        if self.plan.knows(id) {
+            Ok(())
+        } else {
+            Err(Refused::Unknown { index: id.0 })
+        }
+    }
+}
+
+/// Over what changes while it runs; equal hierarchies have equal hashes, and the specification is left out for speed.
+impl Hash for Hierarchy {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.phase.hash(state);
+        self.nodes.hash(state);
+        self.groups.hash(state);
+        self.timers.hash(state);
+        self.records.hash(state);
+        self.tickets.hash(state);
+    }
+}

@@ -1,0 +1,119 @@
+//! Operators who act as a father would (R14), and let go again.
+//!
+//! It refuses to override a fault, and gives nobody authority that the fathers above do not have.
+
+use super::Hierarchy;
+use super::selection::Why;
+use crate::effect::Effect;
+use crate::record::Cause;
+use crate::refused::Refused;
+use crate::spec::{Nanos, SchemaId};
+use crate::state::{Health, Requester};
+
+/// What an operator does to a schema.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Operator {
+    /// Wants it awake, as a father would; it lapses when a father's subtree sleeps. Takes back a stop.
+    Play(SchemaId),
+    /// Puts it to sleep with its subtree and keeps it down; takes back a play.
+    Stop(SchemaId),
+    /// Makes it the choice of its group while it is awake, also with a false precondition; takes back the force on
+    /// a sibling.
+    Force(SchemaId),
+    /// Undoes all of the above for it.
+    Release(SchemaId),
+}
+
+impl Hierarchy {
+    /// Does what an operator wants.
+    ///
+    /// # Errors
+    /// The application is not running, the schema does not exist, a faulted one is to be played or forced, a perceptive
+    /// one is to be forced, or one is to be played below a father that is losing its place. Nothing changes then.
+    pub fn operator(&mut self, now: Nanos, act: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        match act {
+            Operator::Play(id) => self.play(now, id, out),
+            Operator::Stop(id) => self.stop(now, id, out),
+            Operator::Force(id) => self.force(now, id, out),
+            Operator::Release(id) => self.let_go(now, id, out),
+        }?;
+        self.settle(out);
+        Ok(())
+    }
+
+    fn play(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.running_and_known(id)?;
+        self.not_faulted(id)?;
+        if self
+            .plan
+            .father(id)
+            .is_some_and(|father| self.leaving(father).is_some())
+        {
+            return Err(Refused::Leaving {
+                schema: self.name(id),
+            });
+        }
+        self.node_mut(id).stopped = false;
+        let woke = self.request(id, Requester::Operator, out);
+        self.compete(now, id, woke, Cause::Operator(id), out);
+        Ok(())
+    }
+
+    fn stop(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.running_and_known(id)?;
+        self.node_mut(id).stopped = true;
+        self.release(id, Requester::Operator);
+        self.let_sleep(now, id, Cause::Operator(id), out);
+        Ok(())
+    }
+
+    fn force(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.running_and_known(id)?;
+        self.not_faulted(id)?;
+        let Some(group) = self.plan.group_of(id) else {
+            return Err(Refused::NotMotor {
+                schema: self.name(id),
+            });
+        };
+        self.group_mut(group).forced = Some(id);
+        if self.is_awake(id) {
+            self.select(now, group, Why::new(Cause::Operator(id), now), out);
+        }
+        Ok(())
+    }
+
+    fn let_go(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.running_and_known(id)?;
+        let stopped = std::mem::take(&mut self.node_mut(id).stopped);
+        self.release(id, Requester::Operator);
+        let group = self.plan.group_of(id);
+        let forced = group.is_some_and(|g| self.group_mut(g).forced.take_if(|f| *f == id).is_some());
+        let woke = stopped && self.rise(id, out);
+        if self.node(id).wanted() {
+            if woke || stopped || forced {
+                self.compete_again(now, id, out);
+            }
+        } else {
+            self.let_sleep(now, id, Cause::Operator(id), out);
+        }
+        Ok(())
+    }
+
+    fn compete_again(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        if let Some(group) = self.plan.group_of(id)
+            && self.is_awake(id)
+        {
+            self.select(now, group, Why::new(Cause::Operator(id), now), out);
+        }
+    }
+
+    fn not_faulted(&self, id: SchemaId) -> Result<(), Refused> {
+        match self.health(id) {
+            Health::Faulted(reason) => Err(Refused::Faulted {
+                schema: self.name(id),
+                reason: reason.clone(),
+            }),
+            Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => Ok(()),
+        }
+    }
+}

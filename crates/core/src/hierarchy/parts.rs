@@ -1,0 +1,257 @@
+//! The parts a hierarchy is made of: the fixed plan, and the changing facts of schemas and groups.
+//!
+//! Data and look-ups; no rule is decided here.
+
+use std::hash::{Hash, Hasher};
+
+use super::handover::{Handover, Origin};
+use super::selection::Why;
+use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
+use crate::state::{Health, Requester, State};
+
+/// The specification with the way up and the way down looked up beforehand.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Plan {
+    pub(super) spec: Spec,
+    group_of: Vec<Option<GroupId>>,
+    under: Vec<Vec<GroupId>>,
+    roots: Vec<GroupId>,
+}
+
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Phase {
+    Fresh,
+    Running,
+    Over,
+}
+
+/// The changing facts of one schema.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Node {
+    pub(super) state: State,
+    pub(super) health: Health,
+    pub(super) run: Run,
+    /// R7: WINNER with all its fathers, and not withdrawn.
+    pub(super) authority: bool,
+    /// Whether its precondition held at its last check; false while it sleeps or its iteration is abandoned.
+    pub(super) ready: bool,
+    /// Whether it was checked since it woke.
+    pub(super) checked: bool,
+    pub(super) urgency: Urgency,
+    /// Sorted, each once.
+    pub(super) requesters: Vec<Requester>,
+    /// The perceptive schemas it woke as a father.
+    pub(super) woke: Vec<SchemaId>,
+    pub(super) stopped: bool,
+    /// Faults since the start or since its code was replaced.
+    pub(super) faults: u32,
+    /// Restarts since the start or since its code was replaced.
+    pub(super) restarts: u32,
+}
+
+/// Where a schema is with respect to its iteration.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Run {
+    Between,
+    Iterating,
+    /// It iterates still, but lost its place or was put to sleep meanwhile.
+    Abandoned,
+}
+
+/// The changing facts of one group.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Group {
+    /// The member whose state is WINNER.
+    pub(super) winner: Option<SchemaId>,
+    /// Away from the winner; there is none without a winner.
+    pub(super) handover: Option<Handover>,
+    pub(super) asked: Option<Asked>,
+    pub(super) standing: Standing,
+    /// When the present choice was made.
+    pub(super) since: u64,
+    /// The last one chosen, for round robin.
+    pub(super) last: Option<SchemaId>,
+    pub(super) forced: Option<SchemaId>,
+    /// The winner was promoted by this and has not begun an iteration yet.
+    pub(super) taking: Option<Origin>,
+}
+
+/// An open question to the father.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Asked {
+    pub(super) ticket: u64,
+    pub(super) case: crate::record::Case,
+    /// Whom the father may name.
+    pub(super) offered: Vec<SchemaId>,
+    pub(super) why: Why,
+    /// The first trigger that came after the question.
+    pub(super) again: Option<Why>,
+}
+
+/// What the actuators do on behalf of a group.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Standing {
+    /// Nobody has won since the father woke the first member.
+    Fresh,
+    /// Somebody wins, or did until this transaction.
+    Commanding,
+    /// Nobody wins; the last commands stand.
+    Holding,
+    /// Nobody wins; the group has braked.
+    Braked,
+}
+
+/// A number without NaN and without a negative zero, so that it can be compared and hashed to the bit.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Urgency(f64);
+
+impl Plan {
+    pub(super) fn new(spec: Spec) -> Self {
+        let mut group_of = vec![None; spec.schemas.len()];
+        let mut under = vec![Vec::new(); spec.schemas.len()];
+        let mut roots = Vec::new();
+        for (index, group) in (0u32..).zip(&spec.groups) {
+            let id = GroupId(index);
+            match group.father {
+                Some(father) => under[father.index()].push(id),
+                None => roots.push(id),
+            }
+            for member in &group.members {
+                group_of[member.index()] = Some(id);
+            }
+        }
+        Self {
+            spec,
+            group_of,
+            under,
+            roots,
+        }
+    }
+
+    pub(super) fn knows(&self, id: SchemaId) -> bool {
+        id.index() < self.spec.schemas.len()
+    }
+
+    pub(super) fn schema(&self, id: SchemaId) -> &SchemaSpec {
+        &self.spec.schemas[id.index()]
+    }
+
+    pub(super) fn kind(&self, id: SchemaId) -> Kind {
+        self.schema(id).kind
+    }
+
+    pub(super) fn group(&self, id: GroupId) -> &GroupSpec {
+        &self.spec.groups[id.index()]
+    }
+
+    pub(super) fn members(&self, id: GroupId) -> &[SchemaId] {
+        &self.group(id).members
+    }
+
+    pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
+        self.group_of[id.index()]
+    }
+
+    pub(super) fn father(&self, id: SchemaId) -> Option<SchemaId> {
+        self.group(self.group_of(id)?).father
+    }
+
+    pub(super) fn groups_under(&self, id: SchemaId) -> &[GroupId] {
+        &self.under[id.index()]
+    }
+
+    pub(super) fn root_groups(&self) -> &[GroupId] {
+        &self.roots
+    }
+
+    pub(super) fn group_ids(&self) -> impl Iterator<Item = GroupId> + use<> {
+        (0..u32::try_from(self.spec.groups.len()).unwrap_or(u32::MAX)).map(GroupId)
+    }
+
+    pub(super) fn ids_of(&self, kind: Kind) -> impl Iterator<Item = SchemaId> {
+        (0u32..)
+            .zip(&self.spec.schemas)
+            .filter(move |(_, s)| s.kind == kind)
+            .map(|(i, _)| SchemaId(i))
+    }
+}
+
+impl Node {
+    /// Whether it is to be awake: somebody wants it, and neither an operator nor a fault keeps it down.
+    pub(super) fn wanted(&self) -> bool {
+        !self.requesters.is_empty() && !self.stopped && !matches!(self.health, Health::Faulted(_))
+    }
+}
+
+impl Default for Node {
+    fn default() -> Self {
+        Self {
+            state: State::Slept,
+            health: Health::Ok,
+            run: Run::Between,
+            authority: false,
+            ready: false,
+            checked: false,
+            urgency: Urgency::new(0.0),
+            requesters: Vec::new(),
+            woke: Vec::new(),
+            stopped: false,
+            faults: 0,
+            restarts: 0,
+        }
+    }
+}
+
+impl Default for Group {
+    fn default() -> Self {
+        Self {
+            winner: None,
+            handover: None,
+            asked: None,
+            standing: Standing::Fresh,
+            since: 0,
+            last: None,
+            forced: None,
+            taking: None,
+        }
+    }
+}
+
+impl Group {
+    /// Who is chosen at present: whom a handover goes to, else the winner.
+    pub(super) fn choice(&self) -> Option<SchemaId> {
+        match self.handover {
+            Some(handover) => handover.to,
+            None => self.winner,
+        }
+    }
+}
+
+impl Urgency {
+    pub(super) fn new(offered: f64) -> Self {
+        // Adding 0 turns the negative zero into the positive one.
+        Self(if offered.is_nan() {
+            f64::NEG_INFINITY
+        } else {
+            offered + 0.0
+        })
+    }
+
+    pub(super) fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl PartialEq for Urgency {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.to_bits() == other.0.to_bits()
+    }
+}
+
+impl Eq for Urgency {}
+
+impl Hash for Urgency {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.to_bits().hash(state);
+    }
+}

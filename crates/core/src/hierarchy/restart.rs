@@ -1,0 +1,129 @@
+//! Faults, health and restarts: who hurts nobody else, and when it may try again.
+//!
+//! It refuses to judge what a fault is; the executor reports it.
+
+use super::Hierarchy;
+use super::handover::Origin;
+use super::parts::Phase;
+use super::selection::Why;
+use super::sleep::Pace;
+use super::timer::Timer;
+use crate::effect::Effect;
+use crate::record::Cause;
+use crate::spec::{Nanos, Restart, SchemaId};
+use crate::state::{Health, State};
+
+impl Hierarchy {
+    /// Reports that a schema panicked, returned an error, hung or died: it sleeps at once with its subtree, its
+    /// level selects again, and its restart policy decides what follows.
+    ///
+    /// An iteration that runs counts as abandoned until [`end`](Self::end) is called for it, also if the fault itself
+    /// ended it: report the fault, then the end. A second report before the restart has no effect.
+    pub fn faulted(&mut self, now: Nanos, id: SchemaId, reason: String, out: &mut Vec<Effect>) {
+        if !self.plan.knows(id) || matches!(self.node(id).health, Health::Faulted(_)) {
+            return;
+        }
+        self.node_mut(id).faults = self.node(id).faults.saturating_add(1);
+        self.set_health(id, Health::Faulted(reason), out);
+        if self.phase != Phase::Running {
+            return;
+        }
+        if let Some(due) = self.restart_due(now, id) {
+            self.arm(Timer::Restart(id), due);
+        }
+        if self.is_awake(id) {
+            self.fall(now, id, out);
+        }
+        self.settle(out);
+    }
+
+    /// Reports that the code or the process of a schema was replaced: a fault is cleared and forgotten, and the
+    /// schema wakes if somebody wants it.
+    pub fn restored(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        if self.plan.knows(id) {
+            self.disarm(Timer::Restart(id));
+            self.node_mut(id).faults = 0;
+            self.node_mut(id).restarts = 0;
+            self.recover(now, id, out);
+            self.settle(out);
+        }
+    }
+
+    /// Reports a missed deadline.
+    pub fn overrun(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        if *self.health(id) == Health::Ok {
+            self.set_health(id, Health::Overrun, out);
+        }
+    }
+
+    /// Reports that a schema keeps its deadlines again.
+    pub fn on_time(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        if *self.health(id) == Health::Overrun {
+            self.set_health(id, Health::Ok, out);
+        }
+    }
+
+    pub(super) fn restart(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        self.node_mut(id).restarts += 1;
+        self.recover(now, id, out);
+    }
+
+    pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
+        if let Some(node) = self.nodes.get_mut(id.index())
+            && node.health != health
+        {
+            node.health = health.clone();
+            out.push(Effect::Health { id, health });
+        }
+    }
+
+    fn recover(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        self.set_health(id, Health::Ok, out);
+        let woke = self.rise(id, out);
+        if woke {
+            self.compete(now, id, woke, Cause::Woken(id), out);
+        }
+    }
+
+    fn restart_due(&self, now: Nanos, id: SchemaId) -> Option<Nanos> {
+        let node = self.node(id);
+        match self.plan.schema(id).restart {
+            Restart::OnFault { backoff, limit } if node.restarts < limit => {
+                let doubled = 1u64
+                    .checked_shl(node.faults.saturating_sub(1))
+                    .unwrap_or(Nanos::MAX);
+                Some(now.saturating_add(backoff.saturating_mul(doubled)))
+            }
+            Restart::OnFault { .. } | Restart::Never => None,
+        }
+    }
+
+    /// Takes an awake schema out where it stands, with all below it.
+    fn fall(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        let Some(group) = self.plan.group_of(id) else {
+            return self.lay_down(id, out);
+        };
+        let waiting = self
+            .group(group)
+            .handover
+            .filter(|_| self.node(id).state == State::Winner);
+        self.withdraw(id, out);
+        self.drain(id, Pace::AtOnce, out);
+        self.lay_down(id, out);
+        if let Some(above) = self.leaving(id) {
+            self.advance(now, above, out);
+            return;
+        }
+        if let Some(handover) = waiting
+            && self.group(group).asked.is_some()
+        {
+            // The father is being asked, but this place was already promised.
+            let origin = Origin {
+                record: handover.record,
+                cause_time: handover.cause_time,
+            };
+            self.seat(group, now, handover.to, origin, out);
+        }
+        self.select(now, group, Why::new(Cause::Faulted(id), now), out);
+    }
+}

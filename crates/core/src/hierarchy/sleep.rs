@@ -1,0 +1,119 @@
+//! Going to sleep (R5, R6, R10): children before fathers, between iterations where there is time, and perceptive
+//! schemas once nobody needs them.
+//!
+//! It decides nothing about winners; whoever empties a seat selects afterwards.
+
+use std::sync::Arc;
+
+use super::Hierarchy;
+use super::parts::Run;
+use super::timer::Timer;
+use crate::effect::Effect;
+use crate::spec::{GroupId, Kind, SchemaId};
+use crate::state::{Requester, State};
+
+/// When a schema in an iteration goes to sleep.
+#[derive(Copy, Clone, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// When the iteration has ended.
+    BetweenIterations,
+    /// Now; the iteration is abandoned.
+    AtOnce,
+}
+
+impl Hierarchy {
+    /// Puts the subtree of a schema to sleep, without itself, as far as the pace allows; true if nothing is left awake.
+    pub(super) fn drain(&mut self, id: SchemaId, pace: Pace, out: &mut Vec<Effect>) -> bool {
+        let plan = Arc::clone(&self.plan);
+        let mut dry = true;
+        for &group in plan.groups_under(id) {
+            dry &= self.silence(group, pace, out);
+        }
+        dry
+    }
+
+    /// Puts the members of a group to sleep with all below them; true if nobody is left awake. What fathers and
+    /// operators wanted awake in it is forgotten.
+    pub(super) fn silence(&mut self, group: GroupId, pace: Pace, out: &mut Vec<Effect>) -> bool {
+        let plan = Arc::clone(&self.plan);
+        self.drop_handover(group);
+        self.drop_ask(group);
+        self.disarm(Timer::Turn(group));
+        let mut dry = true;
+        for &member in plan.members(group) {
+            let below = self.drain(member, pace, out);
+            if self.is_awake(member) {
+                let may = pace == Pace::AtOnce || (below && self.node(member).run != Run::Iterating);
+                if !may {
+                    dry = false;
+                    continue;
+                }
+                self.lay_down(member, out);
+            }
+            self.node_mut(member).requesters.clear();
+            dry &= below;
+        }
+        if dry {
+            self.reset(group);
+        }
+        dry
+    }
+
+    /// Puts one awake schema to sleep at once; those below it sleep already. Who requests it stays noted.
+    pub(super) fn lay_down(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        self.withdraw(id, out);
+        if let Some(group) = self.plan.group_of(id) {
+            if self.group(group).winner == Some(id) {
+                self.drop_handover(group);
+                self.group_mut(group).winner = None;
+                self.group_mut(group).taking = None;
+            } else if let Some(handover) = &mut self.group_mut(group).handover
+                && handover.to == Some(id)
+            {
+                handover.to = None;
+            }
+        }
+        let node = self.node_mut(id);
+        node.ready = false;
+        node.checked = false;
+        let abandoned = node.run != Run::Between;
+        if abandoned {
+            node.run = Run::Abandoned;
+        }
+        let woke = std::mem::take(&mut node.woke);
+        out.push(Effect::Slept { id, abandoned });
+        self.change(id, State::Slept, out);
+        let plan = Arc::clone(&self.plan);
+        for &need in &plan.schema(id).needs {
+            self.release(need, Requester::Need(id));
+        }
+        for perceptive in woke {
+            self.release(perceptive, Requester::Father(id));
+        }
+    }
+
+    /// One requester less; a perceptive schema that has none left sleeps when the transaction settles.
+    pub(super) fn release(&mut self, id: SchemaId, who: Requester) -> bool {
+        let requesters = &mut self.node_mut(id).requesters;
+        let Ok(at) = requesters.binary_search(&who) else {
+            return false;
+        };
+        requesters.remove(at);
+        if self.plan.kind(id) == Kind::Perceptive && !self.node(id).wanted() {
+            self.loose.push(id);
+        }
+        true
+    }
+
+    /// Ends a transaction: perceptive schemas that nobody needs any more go to sleep, after those who needed them.
+    pub(super) fn settle(&mut self, out: &mut Vec<Effect>) {
+        let mut next = 0;
+        while let Some(&id) = self.loose.get(next) {
+            next += 1;
+            if !self.node(id).wanted() && self.is_awake(id) {
+                self.lay_down(id, out);
+            }
+        }
+        self.loose.clear();
+    }
+}

@@ -1,0 +1,71 @@
+//! The timers of a hierarchy: when something is due although nobody calls.
+//!
+//! It refuses to wait: an executor asks for the next due time and reports when it has come.
+
+use super::Hierarchy;
+use crate::effect::Effect;
+use crate::spec::{GroupId, Nanos, SchemaId};
+
+/// What is due at some time. Each exists at most once.
+#[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Timer {
+    /// The patience with the loser of this group ends (R1).
+    Patience(GroupId),
+    /// The father of this group has used up its time to arbitrate (R4).
+    Arbitration(GroupId),
+    /// A dwell time or a turn in this group ends, which can change the choice.
+    Turn(GroupId),
+    /// The last command from this group has stood long enough (R9).
+    Hold(GroupId),
+    /// The back-off of this faulted schema ends.
+    Restart(SchemaId),
+}
+
+impl Hierarchy {
+    /// The time of the next timer.
+    #[must_use]
+    pub fn next_timer(&self) -> Option<Nanos> {
+        self.timers.values().min().copied()
+    }
+
+    /// All armed timers with their due times, in the order of [`Timer`].
+    pub fn timers(&self) -> impl Iterator<Item = (Nanos, Timer)> {
+        self.timers.iter().map(|(&timer, &due)| (due, timer))
+    }
+
+    /// Fires every timer that is due, the earliest first.
+    pub fn tick(&mut self, now: Nanos, out: &mut Vec<Effect>) {
+        while let Some((due, timer)) = self.timers().min()
+            && due <= now
+        {
+            self.fire(now, timer, out);
+        }
+    }
+
+    /// Fires one timer, as if its time had come; without effect if it is not armed. A `now` before the due time
+    /// counts as the due time.
+    pub fn fire(&mut self, now: Nanos, timer: Timer, out: &mut Vec<Effect>) {
+        let Some(due) = self.timers.remove(&timer) else {
+            return;
+        };
+        let now = now.max(due);
+        match timer {
+            Timer::Patience(group) => self.expire(now, group, out),
+            Timer::Arbitration(group) => self.arbitration_late(now, group, out),
+            Timer::Turn(group) => self.turn_over(now, group, out),
+            Timer::Hold(group) => self.hold_over(group, out),
+            Timer::Restart(id) => self.restart(now, id, out),
+        }
+        self.settle(out);
+    }
+
+    pub(super) fn arm(&mut self, timer: Timer, due: Nanos) {
+        self.timers.insert(timer, due);
+    }
+
+    pub(super) fn disarm(&mut self, timer: Timer) {
+        if !self.timers.is_empty() {
+            self.timers.remove(&timer);
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Why a father or an operator was refused.
+//!
+//! The one error of the running hierarchy; a specification has its own.
+
+use std::fmt;
+
+/// Why a request to wake, sleep, play, stop, force or release was refused.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Refused {
+    /// The application has not started or is shut down.
+    NotRunning,
+    /// No schema has this identifier.
+    Unknown {
+        /// Its index.
+        index: u32,
+    },
+    /// A father may wake its own motor children and any perceptive schema, nobody else.
+    NotChild {
+        /// Who asked.
+        father: String,
+        /// For whom.
+        child: String,
+    },
+    /// Only a WINNER whose fathers are all WINNER may wake or sleep (R7).
+    NoAuthority {
+        /// Who asked.
+        father: String,
+        /// The first on the way up that is not WINNER.
+        because: String,
+    },
+    /// A handover takes the place away from it or from one of its fathers: what is below is going to sleep (R5).
+    Leaving {
+        /// Who asked, or whom an operator wanted awake.
+        schema: String,
+    },
+    /// An operator stopped it; the father's wish counts again once it is released (R14).
+    Stopped {
+        /// The stopped one.
+        schema: String,
+    },
+    /// It is faulted, which an operator cannot override.
+    Faulted {
+        /// The faulted one.
+        schema: String,
+        /// Its fault.
+        reason: String,
+    },
+    /// Only a motor schema competes, so only one can be forced.
+    NotMotor {
+        /// The perceptive one.
+        schema: String,
+    },
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotRunning => {
+                write!(
+                    f,
+                    "the application is not running: it has not started, or it is shut down"
+                )
+            }
+            Self::Unknown { index } => {
+                write!(
+                    f,
+                    "there is no schema number {index}: use an identifier of this application"
+                )
+            }
+            Self::NotChild { father, child } => write!(
+                f,
+                "`{child}` is not a child of `{father}`: a father wakes its own motor children and perceptive schemas"
+            ),
+            Self::NoAuthority { father, because } => write!(
+                f,
+                "`{father}` has no authority: `{because}` is not WINNER; wake and sleep children only while winning"
+            ),
+            Self::Leaving { schema } => write!(
+                f,
+                "`{schema}` is losing its place, and what is below goes to sleep: try again when it wins"
+            ),
+            Self::Stopped { schema } => {
+                write!(
+                    f,
+                    "`{schema}` was stopped by an operator: release it to let it wake"
+                )
+            }
+            Self::Faulted { schema, reason } => {
+                write!(
+                    f,
+                    "`{schema}` is faulted ({reason}): it wakes by its restart policy or when it is replaced"
+                )
+            }
+            Self::NotMotor { schema } => {
+                write!(
+                    f,
+                    "`{schema}` is perceptive and competes with nobody: play or stop it instead"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for Refused {}
