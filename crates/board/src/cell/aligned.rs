@@ -1,0 +1,76 @@
+//! Zeroed memory on a cache line's boundary. Never grows.
+
+#![allow(unsafe_code, reason = "memory of a stated alignment can only be had raw")]
+
+use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::ptr::NonNull;
+
+/// Bytes of a cache line, and the alignment of everything here.
+pub const LINE: usize = 64;
+
+/// Owned bytes, zero at first, 64-byte aligned, a whole number of lines of them.
+pub struct Aligned {
+    base: NonNull<u8>,
+    layout: Layout,
+}
+
+// SAFETY: it owns its memory as a `Box<[u8]>` does.
+unsafe impl Send for Aligned {}
+// SAFETY: through a shared reference it only gives out shared bytes and a raw pointer.
+unsafe impl Sync for Aligned {}
+
+impl Aligned {
+    /// At least `bytes` of them.
+    ///
+    /// # Panics
+    /// If that is more than the address space holds.
+    pub fn new(bytes: usize) -> Self {
+        let whole = bytes.max(1).next_multiple_of(LINE);
+        let layout = Layout::from_size_align(whole, LINE).expect("a value fits the address space");
+        // SAFETY: the layout is not empty.
+        let Some(base) = NonNull::new(unsafe { alloc_zeroed(layout) }) else {
+            handle_alloc_error(layout)
+        };
+        Self { base, layout }
+    }
+
+    /// The first byte. Outlives moves of this owner.
+    pub fn base(&self) -> *mut u8 {
+        self.base.as_ptr()
+    }
+
+    /// The first `bytes` bytes.
+    pub fn bytes(&self, bytes: usize) -> &[u8] {
+        assert!(bytes <= self.layout.size());
+        // SAFETY: inside the allocation, initialised since it was made, and borrowed with it.
+        unsafe { std::slice::from_raw_parts(self.base(), bytes) }
+    }
+
+    /// The first `bytes` bytes.
+    pub fn bytes_mut(&mut self, bytes: usize) -> &mut [u8] {
+        assert!(bytes <= self.layout.size());
+        // SAFETY: as in `bytes`, and borrowed alone.
+        unsafe { std::slice::from_raw_parts_mut(self.base(), bytes) }
+    }
+
+    /// The first `words` words.
+    pub fn words(&self, words: usize) -> &[u64] {
+        assert!(words <= self.layout.size() / 8);
+        // SAFETY: as in `bytes`; a line is aligned for words, and any bits are one.
+        unsafe { std::slice::from_raw_parts(self.base().cast(), words) }
+    }
+
+    /// The first `words` words.
+    pub fn words_mut(&mut self, words: usize) -> &mut [u64] {
+        assert!(words <= self.layout.size() / 8);
+        // SAFETY: as in `words`, and borrowed alone.
+        unsafe { std::slice::from_raw_parts_mut(self.base().cast(), words) }
+    }
+}
+
+impl Drop for Aligned {
+    fn drop(&mut self) {
+        // SAFETY: allocated in `new` with this layout, and owned.
+        unsafe { dealloc(self.base(), self.layout) }
+    }
+}

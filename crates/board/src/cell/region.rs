@@ -1,0 +1,115 @@
+//! One contiguous region: atomic words first, then blocks of plain bytes, each part and each block on a line of its own.
+//!
+//! ```text
+//! 0                     words * 8, rounded up to 64          + block * stride
+//! | word 0 | word 1 | … | block 0                            | block 1 | …
+//! ```
+//! It says where things are; who may touch a block, and when, is for the cells to say.
+
+#![allow(unsafe_code, reason = "words and blocks are views of one piece of memory")]
+
+#[cfg(not(loom))]
+pub use machine::Region;
+#[cfg(loom)]
+pub use model::Region;
+
+#[cfg(not(loom))]
+mod machine {
+    use std::ops::Range;
+
+    use crate::cell::aligned::{Aligned, LINE};
+    use crate::sync::AtomicU64;
+
+    /// Words and blocks in one piece of memory.
+    pub struct Region {
+        memory: Aligned,
+        words: usize,
+        blocks: usize,
+        first_block: usize,
+        stride: usize,
+    }
+
+    impl Region {
+        /// All zero. With `block_bytes` 0 there are no blocks.
+        ///
+        /// # Panics
+        /// If it is larger than the address space.
+        pub fn new(words: usize, blocks: usize, block_bytes: usize) -> Self {
+            let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(LINE);
+            let stride = block_bytes.next_multiple_of(LINE);
+            let bytes = stride
+                .checked_mul(blocks)
+                .and_then(|bytes| bytes.checked_add(first_block))
+                .expect("the region fits the address space");
+            Self {
+                memory: Aligned::new(bytes),
+                words,
+                blocks,
+                first_block,
+                stride,
+            }
+        }
+
+        /// Word number `index`.
+        pub fn word(&self, index: usize) -> &AtomicU64 {
+            &self.words(index..index + 1)[0]
+        }
+
+        /// The words of a range.
+        pub fn words(&self, range: Range<usize>) -> &[AtomicU64] {
+            // SAFETY: the words are inside the memory, aligned, initialised, and touched as atomics only.
+            let words = unsafe { std::slice::from_raw_parts(self.memory.base().cast(), self.words) };
+            &words[range]
+        }
+
+        /// The first byte of block number `index`, on a line's boundary.
+        pub fn block(&self, index: usize) -> *mut u8 {
+            assert!(index < self.blocks, "block {index} of {}", self.blocks);
+            // SAFETY: inside the memory, by the assertion and the size it was made with.
+            unsafe { self.memory.base().add(self.first_block + index * self.stride) }
+        }
+    }
+}
+
+#[cfg(loom)]
+mod model {
+    use std::ops::Range;
+
+    use loom::cell::UnsafeCell;
+
+    use crate::sync::AtomicU64;
+
+    /// Words and blocks as loom follows them; a block is one word, whatever its stated size.
+    pub struct Region {
+        words: Box<[AtomicU64]>,
+        blocks: Box<[UnsafeCell<u64>]>,
+    }
+
+    // SAFETY: loom finds every access to a block that is not ordered.
+    unsafe impl Sync for Region {}
+
+    impl Region {
+        /// All zero.
+        pub fn new(words: usize, blocks: usize, _block_bytes: usize) -> Self {
+            Self {
+                words: (0..words).map(|_| AtomicU64::new(0)).collect(),
+                blocks: (0..blocks).map(|_| UnsafeCell::new(0)).collect(),
+            }
+        }
+
+        /// Word number `index`.
+        pub fn word(&self, index: usize) -> &AtomicU64 {
+            &self.words[index]
+        }
+
+        /// The words of a range.
+        pub fn words(&self, range: Range<usize>) -> &[AtomicU64] {
+            &self.words[range]
+        }
+
+        /// Block number `index`.
+        pub fn block(&self, index: usize) -> &UnsafeCell<u64> {
+            &self.blocks[index]
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The name that was probably meant.
+
+/// The candidate nearest to `wanted`, if near enough to be worth naming.
+pub(crate) fn nearest<'a>(wanted: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(wanted, candidate), candidate))
+        // A third of the letters: `lasr` means `laser`, `goal` does not mean `pose`.
+        .filter(|(distance, candidate)| *distance * 3 <= wanted.len().max(candidate.len()))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}

@@ -1,0 +1,95 @@
+//! How often a variable is published, estimated from the stamps of its values. An estimate: writers may race on it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::Nanos;
+
+/// Weight of the newest interval: about the last eight count.
+const WEIGHT: f64 = 1.0 / 8.0;
+/// A pause counts as at most this many mean intervals, so that a schema that slept is soon measured right again.
+const LONGEST: f64 = 4.0;
+
+/// Exponential average of the intervals between values.
+#[derive(Default)]
+pub(crate) struct Rate {
+    /// Bits of the mean interval in ns; 0 until there are two values.
+    interval: AtomicU64,
+    /// Time of the last value, plus one; 0 until there is one.
+    last: AtomicU64,
+}
+
+impl Rate {
+    pub(crate) fn published(&self, time: Nanos) {
+        let last = self.last.load(Ordering::Relaxed);
+        self.last.store(time.saturating_add(1), Ordering::Relaxed);
+        let Some(interval) = last.checked_sub(1).and_then(|last| time.checked_sub(last)) else {
+            return;
+        };
+        let (interval, mean) = (
+            interval as f64,
+            f64::from_bits(self.interval.load(Ordering::Relaxed)),
+        );
+        let mean = if mean == 0.0 {
+            interval
+        } else {
+            mean + WEIGHT * (interval.min(LONGEST * mean) - mean)
+        };
+        self.interval.store(mean.to_bits(), Ordering::Relaxed);
+    }
+
+    /// Values per second; falls while nothing comes. 0 until there are two values.
+    pub(crate) fn hz(&self, age: Nanos) -> f64 {
+        let mean = f64::from_bits(self.interval.load(Ordering::Relaxed));
+        if mean == 0.0 {
+            return 0.0;
+        }
+        1e9 / mean.max(age as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD: Nanos = 10_000_000;
+
+    fn after(times: impl IntoIterator<Item = Nanos>) -> Rate {
+        let rate = Rate::default();
+        times.into_iter().for_each(|time| rate.published(time));
+        rate
+    }
+
+    #[test]
+    fn one_value_has_no_rate() {
+        assert_eq!(after([5]).hz(0), 0.0);
+    }
+
+    #[test]
+    fn a_steady_variable_shows_its_rate() {
+        let rate = after((0..50).map(|n| n * PERIOD));
+        assert!((rate.hz(0) - 100.0).abs() < 1e-6, "{}", rate.hz(0));
+    }
+
+    #[test]
+    fn the_rate_falls_while_nothing_comes() {
+        let rate = after((0..50).map(|n| n * PERIOD));
+        assert!((rate.hz(1_000_000_000) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_long_sleep_is_soon_forgotten() {
+        let hour = 3_600_000_000_000;
+        let rate = after(
+            (0..50)
+                .map(|n| n * PERIOD)
+                .chain((0..30).map(|n| hour + n * PERIOD)),
+        );
+        assert!((rate.hz(0) - 100.0).abs() < 5.0, "{}", rate.hz(0));
+    }
+
+    #[test]
+    fn stamps_that_run_backwards_do_no_harm() {
+        let rate = after([PERIOD, 2 * PERIOD, 0, PERIOD, 2 * PERIOD]);
+        assert!((rate.hz(0) - 100.0).abs() < 1e-6);
+    }
+}

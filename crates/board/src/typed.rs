@@ -1,0 +1,193 @@
+//! Variables as Rust values: for tests, tools and examples. Checks size and alignment, not the meaning of fields.
+
+#![allow(unsafe_code, reason = "bytes and plain values are views of each other")]
+
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+use std::ptr::NonNull;
+use std::sync::Arc;
+
+use crate::{Error, Nanos, Reader, Refused, Stamp, Variable, Writer};
+
+/// Strictest alignment a value may ask for; what is loaned and latched has more.
+const MOST_ALIGN: usize = 16;
+
+/// Plain data.
+///
+/// # Safety
+/// Every bit pattern is a value, and there is no padding.
+pub unsafe trait Plain: Copy + Send + Sync + 'static {}
+
+macro_rules! plain {
+    ($($number:ty)*) => { $(
+        // SAFETY: numbers have no padding and no forbidden bits.
+        unsafe impl Plain for $number {}
+    )* };
+}
+plain!(u8 u16 u32 u64 u128 i8 i16 i32 i64 i128 f32 f64);
+
+// SAFETY: an array is its elements, without anything between.
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
+
+/// Writes a variable as `T`s.
+pub struct TypedWriter<T> {
+    writer: Writer,
+    value: PhantomData<fn(T)>,
+}
+
+/// Reads a variable as `T`s.
+pub struct TypedReader<T> {
+    reader: Reader,
+    value: PhantomData<fn() -> T>,
+}
+
+/// Room for the next value; dropped unpublished, it is discarded.
+pub struct LoanMut<'a, T: Plain> {
+    writer: &'a mut Writer,
+    /// In the writer's loan, which stays where it is until it is published or discarded.
+    value: NonNull<T>,
+}
+
+/// A value that is read in place and stays as it is.
+pub struct Ref<'a, T> {
+    value: &'a T,
+    stamp: Stamp,
+}
+
+impl<T: Plain> TypedWriter<T> {
+    /// Opens a variable for writing.
+    ///
+    /// # Errors
+    /// As [`Variable::writer`], and a `T` of another size or of an alignment above 16.
+    pub fn open(variable: &Arc<Variable>, id: u32, name: &str) -> Result<Self, Error> {
+        fits::<T>(variable)?;
+        Ok(Self {
+            writer: variable.writer(id, name)?,
+            value: PhantomData,
+        })
+    }
+
+    /// Room for the next value, holding an arbitrary one.
+    pub fn loan(&mut self) -> LoanMut<'_, T> {
+        let value = NonNull::from(self.writer.loan()).cast();
+        LoanMut {
+            writer: &mut self.writer,
+            value,
+        }
+    }
+
+    /// Publishes a value.
+    ///
+    /// # Errors
+    /// As [`Writer::publish`].
+    pub fn write(&mut self, value: T, time: Nanos, now: Nanos) -> Result<u64, Refused> {
+        let mut loan = self.loan();
+        *loan = value;
+        loan.publish(time, now)
+    }
+}
+
+impl<T: Plain> TypedReader<T> {
+    /// Opens a variable for reading.
+    ///
+    /// # Errors
+    /// A `T` of another size or of an alignment above 16.
+    pub fn open(variable: &Arc<Variable>, name: &str) -> Result<Self, Error> {
+        fits::<T>(variable)?;
+        Ok(Self {
+            reader: variable.reader(name),
+            value: PhantomData,
+        })
+    }
+
+    /// A copy of the newest value; none before the first.
+    pub fn get(&mut self) -> Option<(T, Stamp)> {
+        let borrowed = self.borrow()?;
+        let copy = (*borrowed, borrowed.stamp);
+        // A pin kept longer than the copy would only cost the writer a slot.
+        self.reader.release();
+        Some(copy)
+    }
+
+    /// The newest value, in place; none before the first.
+    pub fn borrow(&mut self) -> Option<Ref<'_, T>> {
+        self.reader.release();
+        let latched = self.reader.latch()?;
+        // SAFETY: size and alignment were checked at opening, and any bits are a `T`.
+        let value = unsafe { &*latched.bytes.as_ptr().cast::<T>() };
+        Some(Ref {
+            value,
+            stamp: latched.stamp,
+        })
+    }
+}
+
+impl<T: Plain> LoanMut<'_, T> {
+    /// Publishes it.
+    ///
+    /// # Errors
+    /// As [`Writer::publish`].
+    pub fn publish(self, time: Nanos, now: Nanos) -> Result<u64, Refused> {
+        self.writer.publish(time, now)
+    }
+}
+
+impl<T: Plain> Deref for LoanMut<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        // SAFETY: as in `deref_mut`.
+        unsafe { self.value.as_ref() }
+    }
+}
+
+impl<T: Plain> DerefMut for LoanMut<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        // SAFETY: size and alignment were checked at opening, any bits are a `T`, and the writer is borrowed for as long.
+        unsafe { self.value.as_mut() }
+    }
+}
+
+impl<T: Plain> Drop for LoanMut<'_, T> {
+    fn drop(&mut self) {
+        self.writer.discard();
+    }
+}
+
+impl<T> Ref<'_, T> {
+    /// When, which and whose.
+    #[must_use]
+    pub fn stamp(&self) -> Stamp {
+        self.stamp
+    }
+}
+
+impl<T> Deref for Ref<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.value
+    }
+}
+
+fn fits<T: Plain>(variable: &Variable) -> Result<(), Error> {
+    let declaration = variable.describe();
+    let rust = std::any::type_name::<T>();
+    if size_of::<T>() != declaration.value_type.bytes {
+        return Err(Error::TypeSize {
+            variable: declaration.full_name(),
+            value_type: declaration.value_type.name.clone(),
+            rust,
+            expected: declaration.value_type.bytes,
+            got: size_of::<T>(),
+        });
+    }
+    if align_of::<T>() > MOST_ALIGN {
+        return Err(Error::TypeAlign {
+            variable: declaration.full_name(),
+            rust,
+            align: align_of::<T>(),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! From bytes to a [`Value`]. Never fails: a length past the capacity counts as the capacity, a bad letter of a text is
+//! replaced.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use super::Value;
+
+/// The fields of a value by name.
+///
+/// # Panics
+/// If there are fewer bytes than the type has.
+#[must_use]
+pub fn decode(value_type: &Type, bytes: &[u8]) -> Value {
+    let fields = value_type.fields.iter();
+    Value::Map(
+        fields
+            .map(|field| (field.name.clone(), decode_field(field, bytes)))
+            .collect(),
+    )
+}
+
+/// One field of the structure at the start of `bytes`.
+pub(super) fn decode_field(field: &Field, bytes: &[u8]) -> Value {
+    match field.form {
+        Form::One => decode_element(field, bytes, 0),
+        Form::Array(_) | Form::Sequence { .. } => {
+            let count = length(field, bytes);
+            Value::List(
+                (0..count)
+                    .map(|index| decode_element(field, bytes, index))
+                    .collect(),
+            )
+        }
+        Form::Text { .. } => {
+            let text = &bytes[field.offset..][..length(field, bytes)];
+            Value::Text(String::from_utf8_lossy(text).into_owned())
+        }
+    }
+}
+
+/// One element of a field of the structure at the start of `bytes`.
+pub(super) fn decode_element(field: &Field, bytes: &[u8], index: usize) -> Value {
+    let bytes = &bytes[field.offset + index * field.kind.bytes()..];
+    match &field.kind {
+        FieldKind::Struct(inner) => decode(inner, bytes),
+        FieldKind::Scalar(scalar) => decode_scalar(*scalar, bytes),
+    }
+}
+
+/// How many elements a field has in the structure at the start of `bytes`.
+pub(super) fn length(field: &Field, bytes: &[u8]) -> usize {
+    match field.form.length_offset() {
+        None => field.form.capacity(),
+        Some(offset) => (u32::from_ne_bytes(chunk(&bytes[offset..])) as usize).min(field.form.capacity()),
+    }
+}
+
+fn decode_scalar(scalar: Scalar, bytes: &[u8]) -> Value {
+    match scalar {
+        Scalar::Bool => Value::Bool(bytes[0] != 0),
+        Scalar::U8 => Value::UInt(bytes[0].into()),
+        Scalar::U16 => Value::UInt(u16::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::U32 => Value::UInt(u32::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::U64 => Value::UInt(u64::from_ne_bytes(chunk(bytes))),
+        Scalar::I8 => Value::Int(i8::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::I16 => Value::Int(i16::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::I32 => Value::Int(i32::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::I64 => Value::Int(i64::from_ne_bytes(chunk(bytes))),
+        Scalar::F32 => Value::Float(f32::from_ne_bytes(chunk(bytes)).into()),
+        Scalar::F64 => Value::Float(f64::from_ne_bytes(chunk(bytes))),
+    }
+}
+
+fn chunk<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    *bytes.first_chunk().expect("a value has all bytes of its type")
+}

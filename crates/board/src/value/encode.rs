@@ -1,0 +1,267 @@
+//! From a [`Value`] to bytes. All or nothing: when a part does not fit, nothing is written.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use super::decode::length;
+use super::{Value, ValueError};
+use crate::nearest::nearest;
+
+/// Writes a value over the one that is in `into`.
+///
+/// Fields that a map does not name keep what they hold; new elements of sequences start at zero. A type with a single field
+/// takes that field's value as well, and a structure of numbers takes a list of them in the order of its fields.
+///
+/// # Errors
+/// What does not fit, with its path; `into` is then as it was.
+pub fn encode(value_type: &Type, value: &Value, into: &mut [u8]) -> Result<(), ValueError> {
+    if into.len() != value_type.bytes {
+        return Err(ValueError::Size {
+            value_type: value_type.name.clone(),
+            expected: value_type.bytes,
+            got: into.len(),
+        });
+    }
+    let mut scratch = into.to_vec();
+    encode_struct(value_type, value, &mut scratch, "")?;
+    into.copy_from_slice(&scratch);
+    Ok(())
+}
+
+fn encode_struct(value_type: &Type, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+    match value {
+        Value::Map(entries) => {
+            for (name, value) in entries {
+                let Some(field) = value_type.fields.iter().find(|field| field.name == *name) else {
+                    return Err(unknown_field(value_type, path, name));
+                };
+                encode_field(field, value, into, &below(path, name))?;
+            }
+            Ok(())
+        }
+        Value::List(values) if is_numbers(value_type) => {
+            exactly(value_type.fields.len(), values.len(), path)?;
+            for (field, value) in value_type.fields.iter().zip(values) {
+                encode_field(field, value, into, &below(path, &field.name))?;
+            }
+            Ok(())
+        }
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::UInt(_)
+        | Value::Float(_)
+        | Value::Text(_)
+        | Value::List(_) => {
+            match value_type.fields.as_slice() {
+                // The path stays: who gave a bare value does not know the field's name.
+                [only] => encode_field(only, value, into, path),
+                _ => Err(ValueError::Kind {
+                    path: path.to_owned(),
+                    expected: expected_struct(value_type),
+                    got: value.named(),
+                }),
+            }
+        }
+    }
+}
+
+fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+    match (field.form, value) {
+        (Form::One, _) => encode_element(field, value, into, 0, path),
+        (Form::Array(count), Value::List(values)) => {
+            exactly(count, values.len(), path)?;
+            encode_elements(field, values, into, path)
+        }
+        (
+            Form::Sequence {
+                capacity,
+                length_offset,
+            },
+            Value::List(values),
+        ) => {
+            at_most(capacity, values.len(), "elements", path)?;
+            let (old, new) = (length(field, into), values.len());
+            // Neither what is past the old end nor what is past the new one is anybody's.
+            let bytes = field.kind.bytes();
+            into[field.offset..][old.min(new) * bytes..capacity * bytes].fill(0);
+            set_length(into, length_offset, new);
+            encode_elements(field, values, into, path)
+        }
+        (
+            Form::Text {
+                capacity,
+                length_offset,
+            },
+            Value::Text(text),
+        ) => {
+            at_most(capacity, text.len(), "bytes of text", path)?;
+            let room = &mut into[field.offset..][..capacity];
+            room[..text.len()].copy_from_slice(text.as_bytes());
+            room[text.len()..].fill(0);
+            set_length(into, length_offset, text.len());
+            Ok(())
+        }
+        (Form::Array(_) | Form::Sequence { .. }, _) => Err(kind(path, "a list", value)),
+        (Form::Text { .. }, _) => Err(kind(path, "a text", value)),
+    }
+}
+
+fn encode_elements(field: &Field, values: &[Value], into: &mut [u8], path: &str) -> Result<(), ValueError> {
+    for (index, value) in values.iter().enumerate() {
+        encode_element(field, value, into, index, &format!("{path}[{index}]"))?;
+    }
+    Ok(())
+}
+
+fn encode_element(
+    field: &Field,
+    value: &Value,
+    into: &mut [u8],
+    index: usize,
+    path: &str,
+) -> Result<(), ValueError> {
+    let bytes = field.kind.bytes();
+    let into = &mut into[field.offset + index * bytes..][..bytes];
+    match &field.kind {
+        FieldKind::Struct(inner) => encode_struct(inner, value, into, path),
+        FieldKind::Scalar(scalar) => encode_scalar(*scalar, value, into, path),
+    }
+}
+
+fn encode_scalar(scalar: Scalar, value: &Value, into: &mut [u8], path: &str) -> Result<(), ValueError> {
+    macro_rules! whole {
+        ($number:ty) => {{
+            let number = match value {
+                Value::Int(number) => i128::from(*number),
+                Value::UInt(number) => i128::from(*number),
+                Value::Bool(_) | Value::Float(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => {
+                    return Err(kind(path, "a whole number", value));
+                }
+            };
+            let number = <$number>::try_from(number)
+                .map_err(|_| range(scalar, value, <$number>::MIN, <$number>::MAX, path))?;
+            into.copy_from_slice(&number.to_ne_bytes());
+        }};
+    }
+    let float = || match value {
+        Value::Int(number) => Ok(*number as f64),
+        Value::UInt(number) => Ok(*number as f64),
+        Value::Float(number) => Ok(*number),
+        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => {
+            Err(kind(path, "a number", value))
+        }
+    };
+    match scalar {
+        Scalar::Bool => match value {
+            Value::Bool(flag) => into[0] = u8::from(*flag),
+            Value::Int(_)
+            | Value::UInt(_)
+            | Value::Float(_)
+            | Value::Text(_)
+            | Value::List(_)
+            | Value::Map(_) => {
+                return Err(kind(path, "true or false", value));
+            }
+        },
+        Scalar::U8 => whole!(u8),
+        Scalar::U16 => whole!(u16),
+        Scalar::U32 => whole!(u32),
+        Scalar::U64 => whole!(u64),
+        Scalar::I8 => whole!(i8),
+        Scalar::I16 => whole!(i16),
+        Scalar::I32 => whole!(i32),
+        Scalar::I64 => whole!(i64),
+        Scalar::F32 => {
+            let number = float()?;
+            let narrow = number as f32;
+            if number.is_finite() && !narrow.is_finite() {
+                return Err(range(scalar, value, f32::MIN, f32::MAX, path));
+            }
+            into.copy_from_slice(&narrow.to_ne_bytes());
+        }
+        Scalar::F64 => into.copy_from_slice(&float()?.to_ne_bytes()),
+    }
+    Ok(())
+}
+
+pub(super) fn unknown_field(value_type: &Type, path: &str, field: &str) -> ValueError {
+    let known: Vec<String> = value_type.fields.iter().map(|field| field.name.clone()).collect();
+    ValueError::UnknownField {
+        path: path.to_owned(),
+        field: field.to_owned(),
+        nearest: nearest(field, known.iter().map(String::as_str)).map(str::to_owned),
+        known,
+    }
+}
+
+/// Whether every field is one number, so that a list in their order says it all.
+fn is_numbers(value_type: &Type) -> bool {
+    let number = |field: &Field| field.form == Form::One && matches!(field.kind, FieldKind::Scalar(_));
+    !value_type.fields.is_empty() && value_type.fields.iter().all(number)
+}
+
+fn expected_struct(value_type: &Type) -> String {
+    let names: Vec<&str> = value_type
+        .fields
+        .iter()
+        .map(|field| field.name.as_str())
+        .collect();
+    if is_numbers(value_type) {
+        format!("named fields or a list of {}: {}", names.len(), names.join(", "))
+    } else {
+        format!("named fields: {}", names.join(", "))
+    }
+}
+
+fn set_length(into: &mut [u8], offset: usize, length: usize) {
+    // A capacity is a u32 in the tables.
+    into[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
+}
+
+fn exactly(expected: usize, got: usize, path: &str) -> Result<(), ValueError> {
+    if expected == got {
+        return Ok(());
+    }
+    Err(ValueError::Count {
+        path: path.to_owned(),
+        expected,
+        got,
+    })
+}
+
+fn at_most(capacity: usize, got: usize, what: &'static str, path: &str) -> Result<(), ValueError> {
+    if got <= capacity {
+        return Ok(());
+    }
+    Err(ValueError::TooLong {
+        path: path.to_owned(),
+        what,
+        capacity,
+        got,
+    })
+}
+
+fn kind(path: &str, expected: &str, value: &Value) -> ValueError {
+    ValueError::Kind {
+        path: path.to_owned(),
+        expected: expected.to_owned(),
+        got: value.named(),
+    }
+}
+
+fn range<T: ToString>(scalar: Scalar, value: &Value, least: T, greatest: T, path: &str) -> ValueError {
+    ValueError::Range {
+        path: path.to_owned(),
+        scalar: scalar.ros_name(),
+        got: value.named(),
+        least: least.to_string(),
+        greatest: greatest.to_string(),
+    }
+}
+
+fn below(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
+    }
+}

@@ -1,0 +1,86 @@
+//! One part of a value by its path: `pose.position.x`, `ranges[3]`, `poses[2].position`. Looks at that part only.
+
+use jde_abi::describe::{Field, FieldKind, Form, Type};
+
+use super::decode::{decode, decode_element, decode_field, length};
+use super::encode::unknown_field;
+use super::{Value, ValueError};
+
+/// The part of a value that a path names; the empty path names all of it.
+///
+/// # Errors
+/// A field or an element that is not there; bytes that are not a value of the type.
+pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, ValueError> {
+    if bytes.len() != value_type.bytes {
+        return Err(ValueError::Size {
+            value_type: value_type.name.clone(),
+            expected: value_type.bytes,
+            got: bytes.len(),
+        });
+    }
+    if path.is_empty() {
+        return Ok(decode(value_type, bytes));
+    }
+    let (mut value_type, mut bytes, mut walked) = (value_type, bytes, 0);
+    let steps: Vec<&str> = path.split('.').collect();
+    for (number, step) in steps.iter().enumerate() {
+        let last = number + 1 == steps.len();
+        let parent = &path[..walked];
+        let (name, index) = parse(step).map_err(|wrong| bad(path, wrong))?;
+        let Some(field) = value_type.fields.iter().find(|field| field.name == name) else {
+            return Err(unknown_field(value_type, parent, name));
+        };
+        walked += step.len() + usize::from(walked > 0);
+        let part = &path[..walked];
+        let element = match index {
+            Some(index) => Some(element(field, bytes, part, index)?),
+            None if field.form == Form::One => Some(0),
+            None => None,
+        };
+        match (element, &field.kind) {
+            (Some(index), FieldKind::Struct(inner)) if !last => {
+                bytes = &bytes[field.offset + index * inner.bytes..];
+                value_type = inner;
+            }
+            (Some(index), _) if last => return Ok(decode_element(field, bytes, index)),
+            (None, _) if last => return Ok(decode_field(field, bytes)),
+            (Some(_), _) => return Err(bad(path, format!("`{part}` has no fields"))),
+            (None, _) => {
+                return Err(bad(
+                    path,
+                    format!("`{part}` is a list; say which, as in `{part}[0]`"),
+                ));
+            }
+        }
+    }
+    unreachable!("a path that is not empty has a last step")
+}
+
+/// `name` or `name[index]`.
+fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
+    let Some((name, rest)) = step.split_once('[') else {
+        return Ok((step, None));
+    };
+    let index = rest.strip_suffix(']').and_then(|index| index.parse().ok());
+    let index = index.ok_or_else(|| format!("`{step}` is not like `{name}[3]`"))?;
+    Ok((name, Some(index)))
+}
+
+fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usize, ValueError> {
+    let length = match field.form {
+        Form::Array(_) | Form::Sequence { .. } => length(field, bytes),
+        Form::One | Form::Text { .. } => return Err(bad(part, "is not a list".to_owned())),
+    };
+    if index >= length {
+        let path = part.split('[').next().unwrap_or(part).to_owned();
+        return Err(ValueError::NoElement { path, index, length });
+    }
+    Ok(index)
+}
+
+fn bad(path: &str, wrong: String) -> ValueError {
+    ValueError::Path {
+        path: path.to_owned(),
+        wrong,
+    }
+}

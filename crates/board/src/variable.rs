@@ -1,0 +1,422 @@
+//! A shared variable: its cell, who opened it, who is granted, and how it is doing. Opens readers and writers.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::Duration;
+
+use crate::bell::Bell;
+use crate::cell::{Aligned, Claim, Mark, Pinned, Ring};
+use crate::finite::Finite;
+use crate::rate::Rate;
+use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Stamp, Writer};
+
+/// Largest value that readers copy rather than borrow, bytes: two cache lines.
+const MOST_COPIED: usize = 128;
+/// Slots of a small value's ring: a reader tries again only when three values are published while it copies one.
+const RING_SLOTS: u64 = 4;
+/// Slots beside the declared ones: one for values that the host puts, one for all readers beyond the declared number.
+const SPARE: usize = 2;
+
+type Subscriber = Arc<dyn Fn() + Send + Sync>;
+
+/// A shared variable. Any thread may call it.
+pub struct Variable {
+    declaration: Declaration,
+    pub(crate) cell: Cell,
+    finite: Option<Finite>,
+    bell: Bell,
+    rate: Rate,
+    refused: AtomicU64,
+    not_finite: AtomicU64,
+    not_finite_at: Mutex<Option<String>>,
+    subscribed: AtomicBool,
+    subscribers: RwLock<Arc<[Subscriber]>>,
+    register: Mutex<Register>,
+    /// Held while the host puts a value, so that one spare slot does for all of them.
+    putting: Mutex<()>,
+    /// Held while a reader beyond the declared number copies, so that one spare pin does for all of them.
+    pub(crate) copying: Mutex<()>,
+}
+
+/// How a variable is doing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VariableStatus {
+    /// Number of the newest value; 0 before the first.
+    pub sequence: u64,
+    /// Time since the newest value; none before the first.
+    pub age: Option<Nanos>,
+    /// Values per second, estimated.
+    pub rate_hz: f64,
+    /// Who wrote the newest value; none before the first.
+    pub last_writer: Option<u32>,
+    /// Who has it open for writing.
+    pub writers: Vec<String>,
+    /// Who has it open for reading.
+    pub readers: Vec<String>,
+    /// Values refused because their writer held no grant.
+    pub refused: u64,
+    /// Values refused because they held a NaN or an infinity.
+    pub not_finite: u64,
+    /// The field at which the last of these was not finite.
+    pub not_finite_at: Option<String>,
+}
+
+pub(crate) enum Cell {
+    Ring(Ring),
+    Pinned(Pinned),
+}
+
+#[derive(Default)]
+struct Register {
+    /// By seat; grants in the cell have the same numbers.
+    writers: Vec<Option<(u32, String)>>,
+    /// Ids that hold a grant, open or not.
+    granted: BTreeSet<u32>,
+    /// By ticket; those past the declared number copy.
+    readers: Vec<Option<String>>,
+}
+
+impl Variable {
+    pub(crate) fn new(mut declaration: Declaration) -> Result<Self, Error> {
+        let variable = declaration.full_name();
+        if declaration.owner.is_empty() || declaration.name.is_empty() {
+            return Err(Error::Nameless {
+                owner: declaration.owner,
+                name: declaration.name,
+            });
+        }
+        let bytes = declaration.value_type.bytes;
+        let finite = match declaration.access {
+            Access::Export => {
+                declaration.writers = 1;
+                None
+            }
+            Access::Modulation | Access::Command { .. } => Some(Finite::new(&declaration.value_type)),
+        };
+        if let Some(initial) = &declaration.initial {
+            if initial.len() != bytes {
+                return Err(Error::InitialSize {
+                    variable,
+                    value_type: declaration.value_type.name.clone(),
+                    expected: bytes,
+                    got: initial.len(),
+                });
+            }
+            if let Some(field) = finite
+                .as_ref()
+                .and_then(|finite| finite.first_not_finite(initial))
+            {
+                return Err(Error::InitialNotFinite { variable, field });
+            }
+        }
+        let most = Pinned::MOST_SLOTS - 1 - SPARE;
+        if declaration.writers.saturating_add(declaration.readers) > most {
+            return Err(Error::TooMany {
+                variable,
+                writers: declaration.writers,
+                readers: declaration.readers,
+                most,
+            });
+        }
+        let cell = Cell::new(&declaration);
+        let register = Register {
+            writers: vec![None; declaration.writers],
+            ..Register::default()
+        };
+        Ok(Self {
+            declaration,
+            cell,
+            finite,
+            bell: Bell::default(),
+            rate: Rate::default(),
+            refused: AtomicU64::new(0),
+            not_finite: AtomicU64::new(0),
+            not_finite_at: Mutex::new(None),
+            subscribed: AtomicBool::new(false),
+            subscribers: RwLock::new(Arc::new([])),
+            register: Mutex::new(register),
+            putting: Mutex::new(()),
+            copying: Mutex::new(()),
+        })
+    }
+
+    /// What it was declared to be.
+    #[must_use]
+    pub fn describe(&self) -> &Declaration {
+        &self.declaration
+    }
+
+    /// How it is doing at `now`.
+    #[must_use]
+    pub fn status(&self, now: Nanos) -> VariableStatus {
+        let mark = self.cell.newest();
+        let written = mark.sequence > 0;
+        let age = now.saturating_sub(mark.time);
+        let register = lock(&self.register);
+        VariableStatus {
+            sequence: mark.sequence,
+            age: written.then_some(age),
+            rate_hz: self.rate.hz(age),
+            last_writer: written.then_some(mark.writer),
+            writers: register
+                .writers
+                .iter()
+                .flatten()
+                .map(|(_, name)| name.clone())
+                .collect(),
+            readers: register.readers.iter().flatten().cloned().collect(),
+            refused: self.refused.load(Ordering::Relaxed),
+            not_finite: self.not_finite.load(Ordering::Relaxed),
+            not_finite_at: lock(&self.not_finite_at).clone(),
+        }
+    }
+
+    /// Number of the newest value; 0 before the first.
+    #[must_use]
+    pub fn newest(&self) -> u64 {
+        match &self.cell {
+            Cell::Ring(ring) => ring.newest(),
+            Cell::Pinned(pinned) => pinned.newest().sequence,
+        }
+    }
+
+    /// Opens it for writing, as `id` in stamps and grants and `name` in what people see.
+    ///
+    /// # Errors
+    /// [`Error::WritersTaken`]: an export has one writer at a time, others as many as were declared.
+    pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
+        let mut register = lock(&self.register);
+        let Some(seat) = register.writers.iter().position(Option::is_none) else {
+            return Err(Error::WritersTaken {
+                variable: self.declaration.full_name(),
+                name: name.to_owned(),
+                most: self.declaration.writers,
+                taken: register
+                    .writers
+                    .iter()
+                    .flatten()
+                    .map(|(_, name)| name.clone())
+                    .collect(),
+            });
+        };
+        register.writers[seat] = Some((id, name.to_owned()));
+        if let Cell::Pinned(pinned) = &self.cell
+            && register.granted.contains(&id)
+        {
+            pinned.grant(seat);
+        }
+        Ok(Writer::new(self.clone(), id, seat))
+    }
+
+    /// Opens it for reading, as `name` in what people see.
+    #[must_use]
+    pub fn reader(self: &Arc<Self>, name: &str) -> Reader {
+        let mut register = lock(&self.register);
+        let ticket = match register.readers.iter().position(Option::is_none) {
+            Some(ticket) => ticket,
+            None => {
+                register.readers.push(None);
+                register.readers.len() - 1
+            }
+        };
+        register.readers[ticket] = Some(name.to_owned());
+        Reader::new(self.clone(), ticket)
+    }
+
+    /// Waits for a value newer than number `sequence`, at most `timeout`, and answers the number of the newest. Returns at
+    /// once if there is one.
+    pub fn wait_newer(&self, sequence: u64, timeout: Duration) -> u64 {
+        if self.newest() <= sequence {
+            self.bell.wait(timeout, || self.newest() > sequence);
+        }
+        self.newest()
+    }
+
+    /// Has `call` called after each publish, by the writer's thread (R12): it must return quickly and not publish here.
+    pub fn subscribe(&self, call: Arc<dyn Fn() + Send + Sync>) {
+        let mut subscribers = self.subscribers.write().unwrap_or_else(PoisonError::into_inner);
+        *subscribers = subscribers.iter().cloned().chain([call]).collect();
+        self.subscribed.store(true, Ordering::Release);
+    }
+
+    /// Lets a writer's commands through (R7), now or as soon as it is opened. Variables that are no commands need no grants.
+    pub fn grant(&self, writer_id: u32) {
+        let mut register = lock(&self.register);
+        register.granted.insert(writer_id);
+        if let Cell::Pinned(pinned) = &self.cell {
+            register.seats_of(writer_id).for_each(|seat| pinned.grant(seat));
+        }
+    }
+
+    /// Refuses a writer's commands from now on: once this has returned no publish of that writer takes effect, whenever it
+    /// began. Never waits for the writer. What it had published before stays until it is replaced or runs out.
+    pub fn withdraw(&self, writer_id: u32) {
+        let mut register = lock(&self.register);
+        register.granted.remove(&writer_id);
+        if let Cell::Pinned(pinned) = &self.cell {
+            register
+                .seats_of(writer_id)
+                .for_each(|seat| pinned.withdraw(seat));
+        }
+    }
+
+    /// Whether a writer's commands are let through.
+    #[must_use]
+    pub fn holds_grant(&self, writer_id: u32) -> bool {
+        lock(&self.register).granted.contains(&writer_id)
+    }
+
+    /// Publishes a value of the host itself (braking, holding, an operator), whoever is granted, and answers its number.
+    ///
+    /// # Errors
+    /// [`Refused::NoAuthority`] for exports, [`Refused::NotFinite`], [`Refused::WrongSize`].
+    pub fn put(&self, writer: u32, bytes: &[u8], time: Nanos, valid_until: Nanos) -> Result<u64, Refused> {
+        let (Access::Modulation | Access::Command { .. }, Cell::Pinned(pinned)) =
+            (self.declaration.access, &self.cell)
+        else {
+            return Err(Refused::NoAuthority);
+        };
+        if bytes.len() != self.declaration.value_type.bytes {
+            return Err(Refused::WrongSize);
+        }
+        self.check_finite(bytes)?;
+        let putting = lock(&self.putting);
+        let mut claim = pinned.claim();
+        fill(pinned, &mut claim, bytes);
+        let published = pinned.publish(claim, None, time, writer, valid_until);
+        drop(putting);
+        self.settle(published.map_err(|_| Refused::NoAuthority), time)
+    }
+
+    /// Whether readers get a value: one was published, or there is an initial one.
+    pub(crate) fn shows(&self, sequence: u64) -> bool {
+        sequence > 0 || self.declaration.initial.is_some()
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.declaration.value_type.bytes
+    }
+
+    /// The grant that a writer on this seat must hold, if any.
+    pub(crate) fn gate(&self, seat: usize) -> Option<usize> {
+        match self.declaration.access {
+            Access::Export | Access::Modulation => None,
+            Access::Command { .. } => Some(seat),
+        }
+    }
+
+    pub(crate) fn valid_until(&self, now: Nanos) -> Nanos {
+        match self.declaration.access {
+            Access::Export | Access::Modulation => Nanos::MAX,
+            Access::Command { validity } => now.saturating_add(validity),
+        }
+    }
+
+    pub(crate) fn check_finite(&self, bytes: &[u8]) -> Result<(), Refused> {
+        let Some(field) = self
+            .finite
+            .as_ref()
+            .and_then(|finite| finite.first_not_finite(bytes))
+        else {
+            return Ok(());
+        };
+        self.not_finite.fetch_add(1, Ordering::Relaxed);
+        // Whoever is looking at it keeps the older name: a writer does not wait for a tool.
+        if let Ok(mut at) = self.not_finite_at.try_lock() {
+            *at = Some(field);
+        }
+        Err(Refused::NotFinite)
+    }
+
+    /// What follows every attempt to publish: those who wait and watch hear of a success, a refusal is counted.
+    pub(crate) fn settle(&self, published: Result<u64, Refused>, time: Nanos) -> Result<u64, Refused> {
+        if published.is_err() {
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            return published;
+        }
+        self.rate.published(time);
+        self.bell.ring();
+        if self.subscribed.load(Ordering::Acquire) {
+            let subscribers = self
+                .subscribers
+                .read()
+                .unwrap_or_else(PoisonError::into_inner)
+                .clone();
+            subscribers.iter().for_each(|call| call());
+        }
+        published
+    }
+
+    pub(crate) fn close_writer(&self, seat: usize) {
+        let mut register = lock(&self.register);
+        register.writers[seat] = None;
+        if let Cell::Pinned(pinned) = &self.cell {
+            pinned.withdraw(seat);
+        }
+    }
+
+    pub(crate) fn close_reader(&self, ticket: usize) {
+        lock(&self.register).readers[ticket] = None;
+    }
+}
+
+impl Cell {
+    fn new(declaration: &Declaration) -> Self {
+        let bytes = declaration.value_type.bytes;
+        match declaration.access {
+            Access::Export if bytes <= MOST_COPIED => {
+                let words = bytes.div_ceil(8);
+                let mut initial = Aligned::new(bytes);
+                if let Some(value) = &declaration.initial {
+                    initial.bytes_mut(bytes).copy_from_slice(value);
+                }
+                Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words)))
+            }
+            Access::Export | Access::Modulation | Access::Command { .. } => {
+                let (claims, pins) = (declaration.writers + 1, declaration.readers + 1);
+                let mut pinned = Pinned::new(bytes, declaration.writers, claims, pins);
+                if let Some(value) = &declaration.initial {
+                    pinned.set_initial(value);
+                }
+                Self::Pinned(pinned)
+            }
+        }
+    }
+
+    fn newest(&self) -> Mark {
+        match self {
+            Self::Ring(ring) => ring.mark(),
+            Self::Pinned(pinned) => pinned.newest(),
+        }
+    }
+}
+
+impl Register {
+    fn seats_of(&self, id: u32) -> impl Iterator<Item = usize> {
+        let writers = self.writers.iter().enumerate();
+        writers
+            .filter_map(move |(seat, writer)| writer.as_ref().filter(|(open, _)| *open == id).map(|_| seat))
+    }
+}
+
+impl From<Mark> for Stamp {
+    fn from(mark: Mark) -> Self {
+        Self {
+            time: mark.time,
+            sequence: mark.sequence,
+            writer: mark.writer,
+            valid_until: mark.valid_until,
+        }
+    }
+}
+
+#[allow(unsafe_code, reason = "a claimed slot is written in place")]
+fn fill(pinned: &Pinned, claim: &mut Claim, bytes: &[u8]) {
+    // SAFETY: the caller claimed from this cell, and holds no slice of it.
+    unsafe { pinned.bytes_mut(claim) }.copy_from_slice(bytes);
+}
+
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
