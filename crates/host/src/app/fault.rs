@@ -4,6 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
+/// Most faults in one text; whoever has more mends these first.
+const MOST_SHOWN: usize = 40;
+
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -40,6 +43,16 @@ pub enum Place {
 pub struct Faults(Vec<Fault>);
 
 impl Faults {
+    /// Puts them in order.
+    pub(super) fn new(mut faults: Vec<Fault>) -> Self {
+        faults.sort_by_key(|fault| match &fault.place {
+            Place::File(_) => (0, 0),
+            Place::Text { span, .. } => (1, span.start),
+            Place::Option(_) => (2, 0),
+        });
+        Self(faults)
+    }
+
     /// The faults, in order.
     #[must_use]
     pub fn list(&self) -> &[Fault] {
@@ -55,6 +68,11 @@ impl Fault {
             Place::Text { line, .. } => Some(*line),
             Place::File(_) | Place::Option(_) => None,
         }
+    }
+
+    pub(super) fn advise(&mut self, help: impl Into<String>) -> &mut Self {
+        self.help = Some(help.into());
+        self
     }
 }
 
@@ -82,13 +100,16 @@ impl fmt::Display for Fault {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, fault) in self.0.iter().enumerate() {
+        for (index, fault) in self.0.iter().take(MOST_SHOWN).enumerate() {
             if index > 0 {
                 f.write_str("\n")?;
             }
             write!(f, "{fault}")?;
         }
-        Ok(())
+        match self.0.len().saturating_sub(MOST_SHOWN) {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more"),
+        }
     }
 }
 

@@ -10,10 +10,29 @@ use std::sync::Arc;
 use jde_abi::describe::{Plugin, Schema};
 use jde_core::{Absence, Policy, Restart};
 
+mod conflict;
+mod cycle;
+mod document;
+mod family;
 mod fault;
+mod groups;
+mod load;
+mod modulations;
+mod needs;
+mod outline;
+mod report;
+mod settings;
 mod spec;
+mod suggest;
+mod time;
+mod types;
+mod units;
+mod values;
+mod variable;
+mod wiring;
 
 pub use fault::{Fault, Faults, Place};
+pub use load::{load, parse};
 
 /// An application, complete and free of faults; instances and groups are named by their places in the lists.
 #[derive(Clone, Debug)]

@@ -1,8 +1,9 @@
 //! What the rules need to know of an application; they know nothing of ports and values.
 
-use jde_abi::describe::{self, Role};
+use jde_abi::describe;
 use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
+use super::needs::keeps_awake;
 use super::{Application, Binding, Group, Instance};
 
 impl Application {
@@ -51,11 +52,8 @@ impl Application {
                 continue;
             };
             let schema = &self.instances[provider].schema;
-            // A modulation has its value whether its owner is awake or not.
-            let stored = matches!(schema.ports[port].role, Role::Modulation { .. });
             let need = id(provider);
-            if provider != index && !stored && schema.kind != describe::Kind::Motor && !needs.contains(&need)
-            {
+            if provider != index && keeps_awake(schema, port) && !needs.contains(&need) {
                 needs.push(need);
             }
         }
@@ -84,8 +82,8 @@ fn group_spec(group: &Group) -> GroupSpec {
         name: group.name.clone(),
         father: group.father.map(id),
         members: group.members.iter().copied().map(id).collect(),
-        policy: group.policy.clone(),
-        absence: group.absence.clone(),
+        policy: group.policy,
+        absence: group.absence,
         patience: group.patience_ns,
         budget: group.budget_ns,
     }

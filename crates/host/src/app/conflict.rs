@@ -1,0 +1,107 @@
+//! Two motor schemas that could hold authority at one instant must not command one actuator: never two of them. Relies on
+//! fathers without ways round.
+
+use std::collections::HashMap;
+
+use super::Binding;
+use super::outline::Drafts;
+use super::report::{Report, quote};
+use super::{Group, Instance};
+
+/// Who commands the actuator in question at a father, or below it.
+#[derive(Clone, Copy)]
+enum Claim {
+    Itself,
+    Below { group: usize, user: usize },
+}
+
+/// Reports every pair of schemas that could command one actuator at the same time. Exclusive are different members of one
+/// group, and whatever is below them.
+pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>], groups: &[Group]) {
+    let mut claims: HashMap<(usize, usize), HashMap<usize, Claim>> = HashMap::new();
+    for (user, instance) in instances.iter().enumerate() {
+        let Some(instance) = instance else { continue };
+        for (port, binding) in instance.bindings.iter().enumerate() {
+            let Binding::Actuator { target: Some(target) } = *binding else {
+                continue;
+            };
+            let claims = claims.entry(target).or_default();
+            let Some((rival, why)) = claim(claims, drafts, instances, groups, user) else {
+                continue;
+            };
+            let role = &instance.schema.ports[port].name;
+            let span = instance_span(drafts, user, role);
+            let command = command(drafts, target);
+            let message = if rival == user {
+                format!(
+                    "{} commands {command} by two of its actuators",
+                    drafts.quoted(user)
+                )
+            } else {
+                format!(
+                    "{} and {} could command {command} at the same time: {why}",
+                    drafts.quoted(rival),
+                    drafts.quoted(user)
+                )
+            };
+            report
+                .fault(&span, message)
+                .advise("leave the command to one of them, or let them compete in one group");
+        }
+    }
+}
+
+/// Enters a user of the actuator, at itself and at all its fathers; gives a rival that is not exclusive of it.
+fn claim(
+    claims: &mut HashMap<usize, Claim>,
+    drafts: &Drafts,
+    instances: &[Option<Instance>],
+    groups: &[Group],
+    user: usize,
+) -> Option<(usize, String)> {
+    let above = |father: usize| format!("{} is a father above the other", drafts.quoted(father));
+    match claims.insert(user, Claim::Itself) {
+        Some(Claim::Itself) => return Some((user, String::new())),
+        Some(Claim::Below { user: below, .. }) => return Some((below, above(user))),
+        None => {}
+    }
+    let mut child = user;
+    while let Some(group) = instances[child].as_ref().and_then(|instance| instance.group) {
+        let father = groups[group].father?;
+        match claims.get(&father) {
+            None => {
+                claims.insert(father, Claim::Below { group, user });
+            }
+            Some(Claim::Itself) => return Some((father, above(father))),
+            Some(Claim::Below { group: other, .. }) if *other == group => return None,
+            Some(Claim::Below {
+                group: other,
+                user: rival,
+            }) => {
+                let why = format!(
+                    "the groups {} and {} have a winner each",
+                    quote(&groups[*other].name),
+                    quote(&groups[group].name)
+                );
+                return Some((*rival, why));
+            }
+        }
+        child = father;
+    }
+    None
+}
+
+fn instance_span(drafts: &Drafts, user: usize, role: &str) -> std::ops::Range<usize> {
+    let section = &drafts.get(user).section;
+    section
+        .get("actuators")
+        .and_then(|node| node.get_ref().get(role))
+        .map_or(section.span.clone(), |node| node.span())
+}
+
+fn command(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
+    let port = drafts
+        .schema(driver)
+        .map_or("", |schema| &schema.ports[port].name);
+    quote(&format!("{}.{port}", drafts.get(driver).name))
+}

@@ -1,0 +1,71 @@
+//! Finds ways round in a graph, without recursion: a file can be as long as it likes.
+
+use std::ops::Range;
+
+/// An edge: where it leads, and where the file says so.
+pub(super) type Edge = (usize, Range<usize>);
+
+/// For every edge that closes a way round: the nodes on the way, the first again at the end, and where that edge is written.
+pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
+    let mut found = Vec::new();
+    let mut done = vec![false; edges.len()];
+    let mut on_path = vec![false; edges.len()];
+    for start in 0..edges.len() {
+        if done[start] {
+            continue;
+        }
+        // Each step of the path: a node and which of its edges is next.
+        let mut path = vec![(start, 0)];
+        on_path[start] = true;
+        while let Some((node, next)) = path.last_mut() {
+            let node = *node;
+            let Some((to, span)) = edges[node].get(*next) else {
+                done[node] = true;
+                on_path[node] = false;
+                path.pop();
+                continue;
+            };
+            *next += 1;
+            if on_path[*to] {
+                let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
+                let way = path[from..].iter().map(|(node, _)| *node).chain([*to]);
+                found.push((way.collect(), span.clone()));
+            } else if !done[*to] {
+                on_path[*to] = true;
+                path.push((*to, 0));
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cycles;
+
+    fn ways(edges: &[&[usize]]) -> Vec<Vec<usize>> {
+        let edges: Vec<Vec<_>> = edges
+            .iter()
+            .map(|to| to.iter().map(|to| (*to, 0..0)).collect())
+            .collect();
+        cycles(&edges).into_iter().map(|(way, _)| way).collect()
+    }
+
+    #[test]
+    fn each_way_round_is_found_once() {
+        assert_eq!(ways(&[&[1], &[2], &[1], &[3]]), [vec![1, 2, 1], vec![3, 3]]);
+    }
+
+    #[test]
+    fn two_ways_to_one_place_are_no_way_round() {
+        assert_eq!(ways(&[&[1, 2], &[3], &[3], &[]]), Vec::<Vec<usize>>::new());
+    }
+
+    #[test]
+    fn a_very_long_way_needs_no_stack() {
+        let edges: Vec<_> = (0..100_000)
+            .map(|node| vec![((node + 1) % 100_000, 0..0)])
+            .collect();
+        assert_eq!(cycles(&edges).len(), 1);
+    }
+}

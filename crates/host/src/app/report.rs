@@ -1,0 +1,121 @@
+//! Collects the faults of one file and of the options given with it, and knows where in the text each is.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::fault::{Fault, Faults, Place};
+
+/// Longest piece of a file that is repeated in a message, in characters.
+const LONGEST_QUOTE: usize = 60;
+
+/// The text under examination and what has been found wrong with it.
+pub(super) struct Report<'a> {
+    file: &'a Path,
+    text: &'a str,
+    lines: Vec<usize>,
+    option: Option<String>,
+    faults: Vec<Fault>,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn new(file: &'a Path, text: &'a str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Self {
+            file,
+            text,
+            lines: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
+            option: None,
+            faults: Vec::new(),
+        }
+    }
+
+    /// Adds a fault at a piece of the text, or at the option under examination.
+    pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
+        let place = match &self.option {
+            Some(option) => Place::Option(option.clone()),
+            None => self.place(span),
+        };
+        self.push(place, message.into())
+    }
+
+    /// Adds a fault of the file as a whole.
+    pub(super) fn whole(&mut self, message: impl Into<String>) -> &mut Fault {
+        self.push(Place::File(PathBuf::from(self.file)), message.into())
+    }
+
+    /// Does something on behalf of an option: spans mean nothing then, and faults point to the option.
+    pub(super) fn in_option<T>(&mut self, option: String, work: impl FnOnce(&mut Self) -> T) -> T {
+        self.option = Some(option);
+        let done = work(self);
+        self.option = None;
+        done
+    }
+
+    /// The line of a place, from 1.
+    pub(super) fn line(&self, at: usize) -> usize {
+        self.lines.partition_point(|start| *start <= at)
+    }
+
+    /// Nothing, if nothing was found wrong.
+    pub(super) fn finish(self) -> Result<(), Faults> {
+        if self.faults.is_empty() {
+            return Ok(());
+        }
+        Err(self.into_faults())
+    }
+
+    /// What was found wrong, which is something.
+    pub(super) fn into_faults(self) -> Faults {
+        debug_assert!(
+            !self.faults.is_empty(),
+            "faults are asked for where there are none"
+        );
+        Faults::new(self.faults)
+    }
+
+    fn place(&self, span: &Range<usize>) -> Place {
+        let line = self.line(span.start);
+        let before = self
+            .text
+            .get(self.lines[line - 1]..span.start)
+            .unwrap_or_default();
+        Place::Text {
+            file: PathBuf::from(self.file),
+            line,
+            column: before.chars().count() + 1,
+            span: span.clone(),
+        }
+    }
+
+    fn push(&mut self, place: Place, message: String) -> &mut Fault {
+        self.faults.push(Fault {
+            place,
+            message,
+            help: None,
+        });
+        self.faults.last_mut().expect("one was just pushed")
+    }
+}
+
+/// A piece of the file as messages show it: between back-quotes, on one line, not too long.
+pub(super) fn quote(text: &str) -> String {
+    let mut shown: String = text
+        .chars()
+        .take(LONGEST_QUOTE)
+        .flat_map(char::escape_debug)
+        .collect();
+    if text.chars().nth(LONGEST_QUOTE).is_some() {
+        shown.push_str("...");
+    }
+    format!("`{shown}`")
+}
+
+/// Several of them: "`a`, `b` and `c`".
+pub(super) fn quote_all<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+    let names: Vec<_> = names.into_iter().map(quote).collect();
+    match names.as_slice() {
+        [] => "none".to_owned(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+    }
+}

@@ -1,0 +1,135 @@
+//! The reserved keys of a schema that need no other schema: period, budget, restart and the like.
+
+use jde_abi::describe::Schema;
+use jde_core::{Nanos, Restart};
+
+use toml::de::DeValue;
+
+use super::document::{Section, whole, wrong};
+use super::report::{Report, quote};
+use super::time;
+
+/// First back-off of a restart that states none: long enough that a device can come back and that a person sees the
+/// fault, short enough that a robot is not left without a behaviour for a second.
+const BACK_OFF: Nanos = 500_000_000;
+/// Restarts that a schema gets if it states none: with a back-off that doubles, the fifth comes after 15 s, and what still
+/// fails then is broken.
+const LIMIT: u32 = 5;
+
+/// What a schema's own keys say.
+pub(super) struct Settings {
+    pub(super) doc: String,
+    pub(super) period_ns: Nanos,
+    pub(super) budget_ns: Nanos,
+    pub(super) restart: Restart,
+}
+
+impl Settings {
+    /// Reads them; what is left out is the type's.
+    pub(super) fn read(report: &mut Report, section: &Section, schema: Option<&Schema>) -> Self {
+        let type_period = schema.map_or(0, |schema| schema.period_ns);
+        let type_budget = schema.map_or(0, |schema| schema.budget_ns);
+        let period_ns = section
+            .get("period")
+            .and_then(|node| time::period(report, &section.key("period"), node))
+            .unwrap_or(type_period);
+        let budget_ns = section
+            .get("budget")
+            .and_then(|node| time::time(report, &section.key("budget"), node));
+        refuse_isolation(report, section);
+        Self {
+            doc: section
+                .text(report, "doc")
+                .map(|doc| doc.text.to_owned())
+                .unwrap_or_default(),
+            period_ns,
+            // A type that states no budget has its period's, whatever the period is here.
+            budget_ns: budget_ns.unwrap_or(if type_budget == type_period {
+                period_ns
+            } else {
+                type_budget
+            }),
+            restart: restart(report, section),
+        }
+    }
+}
+
+/// `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5 }`.
+fn restart(report: &mut Report, section: &Section) -> Restart {
+    let on_fault = |backoff, limit| Restart::OnFault { backoff, limit };
+    let what = section.key("restart");
+    let Some(node) = section.get("restart") else {
+        return on_fault(BACK_OFF, LIMIT);
+    };
+    match node.get_ref() {
+        DeValue::Table(_) => {}
+        DeValue::String(word) => {
+            match word.as_ref() {
+                "never" => return Restart::Never,
+                "on-fault" => {}
+                other => report
+                    .fault(
+                        &node.span(),
+                        format!("{what} is {}, which is no way to restart", quote(other)),
+                    )
+                    .suggest(other, "ways", ["never", "on-fault"]),
+            }
+            return on_fault(BACK_OFF, LIMIT);
+        }
+        DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Array(_) => {
+            let expected = "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5 }";
+            wrong(report, &what, expected, node);
+            return Restart::Never;
+        }
+    }
+    let Some(table) = section.section(report, "restart", &what) else {
+        return Restart::Never;
+    };
+    table.refuse_unknown(report, &["back-off", "limit"]);
+    let backoff = table
+        .get("back-off")
+        .and_then(|node| time::time(report, &table.key("back-off"), node))
+        .unwrap_or(BACK_OFF);
+    let limit = table.get("limit").map_or(Some(LIMIT), |node| {
+        let limit = whole(node.get_ref())
+            .and_then(|limit| u32::try_from(limit).ok())
+            .filter(|limit| *limit > 0);
+        if limit.is_none() {
+            report
+                .fault(
+                    &node.span(),
+                    format!("{} is no whole number above 0", table.key("limit")),
+                )
+                .advise("say how many restarts it gets, or write restart = \"never\"");
+        }
+        limit
+    });
+    on_fault(backoff, limit.unwrap_or(LIMIT))
+}
+
+/// The word is kept for a schema in a process of its own. Until executors can do that, a file that relies on it must not
+/// run without.
+fn refuse_isolation(report: &mut Report, section: &Section) {
+    let Some(node) = section.get("isolate") else {
+        return;
+    };
+    match node.get_ref().as_bool() {
+        Some(false) => {}
+        Some(true) => {
+            report
+                .fault(
+                    &node.span(),
+                    format!(
+                        "{} asks for a process of its own, which this version cannot give",
+                        section.what
+                    ),
+                )
+                .advise("remove `isolate` to run it in the host's process");
+        }
+        None => wrong(report, &section.key("isolate"), "true or false", node),
+    }
+}

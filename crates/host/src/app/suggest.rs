@@ -1,0 +1,63 @@
+//! Finds the name that was meant. It guesses only what is near, and never acts on a guess.
+
+use super::fault::Fault;
+use super::report::{quote, quote_all};
+
+/// Most names that are listed where none is near.
+const MOST_LISTED: usize = 12;
+/// Longer ones are no slips of names.
+const LONGEST: usize = 80;
+
+/// The known name that is near enough to be meant: a third of its letters may differ.
+pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    if name.len() > LONGEST {
+        return None;
+    }
+    known
+        .into_iter()
+        .filter(|candidate| *candidate != name && candidate.len() <= LONGEST)
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .filter(|(distance, candidate)| {
+            *distance <= (candidate.chars().count().max(name.chars().count()) / 3).max(1)
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+impl Fault {
+    /// Helps with the nearest known name or, where none is near and they are few, with all of them.
+    pub(super) fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
+        let known: Vec<_> = known.into_iter().collect();
+        if let Some(near) = nearest(name, known.iter().copied()) {
+            self.advise(format!("did you mean {}?", quote(near)));
+        } else if known.is_empty() {
+            self.advise(format!("there are no {what}"));
+        } else if known.len() <= MOST_LISTED {
+            self.advise(format!("{what}: {}", quote_all(known)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn a_slip_finds_the_name_that_was_meant() {
+        let known = ["period", "patience", "policy"];
+        assert_eq!(nearest("perod", known), Some("period"));
+        assert_eq!(nearest("polciy", known), Some("policy"));
+    }
+
+    #[test]
+    fn what_is_far_from_all_names_finds_none() {
+        assert_eq!(nearest("wheels", ["period", "patience"]), None);
+        assert_eq!(nearest("x", ["yz"]), None);
+        assert_eq!(nearest(&"period".repeat(100), ["period"]), None);
+    }
+
+    #[test]
+    fn a_name_is_not_suggested_for_itself() {
+        assert_eq!(nearest("stop", ["stop", "stops"]), Some("stops"));
+    }
+}

@@ -1,0 +1,93 @@
+//! Times that a file states: periods, budgets, patience. A number is in seconds, a text has a unit. Refuses what no clock
+//! here can keep.
+
+use jde_core::Nanos;
+
+use super::document::{self, Node, wrong};
+use super::report::{Report, quote};
+use super::units::{QuantityError, quantity};
+
+/// Shortest time that can be asked for: waking a thread takes up to this long.
+const SHORTEST_S: f64 = 100e-6;
+/// Longest: a day is beyond any cycle of a robot, so more is a slip of units.
+const LONGEST_S: f64 = 86_400.0;
+
+/// Reads a time in ns.
+pub(super) fn time(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
+    read(
+        report,
+        what,
+        node,
+        "a time such as \"75ms\", or a number of seconds",
+        |text| quantity(text, "s"),
+    )
+}
+
+/// Reads the period of a schema in ns; a frequency will do.
+pub(super) fn period(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
+    read(
+        report,
+        what,
+        node,
+        "a time such as \"75ms\", a frequency such as \"10 Hz\", or a number of seconds",
+        |text| match quantity(text, "s") {
+            Err(QuantityError::OtherDimension(unit)) => quantity(text, "Hz")
+                .map(|frequency| 1.0 / frequency)
+                .map_err(|_| QuantityError::OtherDimension(unit)),
+            other => other,
+        },
+    )
+}
+
+fn read(
+    report: &mut Report,
+    what: &str,
+    node: &Node,
+    expected: &str,
+    parse: impl Fn(&str) -> Result<f64, QuantityError>,
+) -> Option<Nanos> {
+    let seconds = if let Some(text) = node.get_ref().as_str() {
+        match parse(text) {
+            Ok(seconds) => seconds,
+            Err(error) => {
+                let message = match error {
+                    QuantityError::NotANumber => format!("{what} is {}, which is no time", quote(text)),
+                    QuantityError::UnknownUnit(unit) => {
+                        format!(
+                            "{what} is {}, and {} is no unit of time",
+                            quote(text),
+                            quote(&unit)
+                        )
+                    }
+                    QuantityError::OtherDimension(unit) => {
+                        format!("{what} is a time, and {} is no unit of time", quote(&unit))
+                    }
+                };
+                report
+                    .fault(&node.span(), message)
+                    .advise(format!("write {expected}"));
+                return None;
+            }
+        }
+    } else if let Some(seconds) = document::number(node.get_ref()) {
+        seconds
+    } else {
+        wrong(report, what, expected, node);
+        return None;
+    };
+    if !(SHORTEST_S..=LONGEST_S).contains(&seconds) {
+        let problem = if seconds > LONGEST_S {
+            "longer than a day"
+        } else if seconds > 0.0 {
+            "shorter than 100 us"
+        } else {
+            "no time above 0"
+        };
+        report
+            .fault(&node.span(), format!("{what} is {problem}"))
+            .advise("give a time from 100 us to a day; a bare number counts seconds");
+        return None;
+    }
+    // Within the bounds above, so the nanoseconds fit.
+    Some((seconds * 1e9).round() as Nanos)
+}

@@ -1,0 +1,148 @@
+//! Finds the type that each instance names, in the catalogue of plugins.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use jde_abi::describe::Plugin;
+
+use super::Catalogue;
+use super::document::Text;
+use super::outline::{Drafts, Found};
+use super::report::{Report, quote, quote_all};
+use super::suggest::nearest;
+
+/// Gives every draft its type, and returns the plugins in use.
+pub(super) fn resolve(
+    report: &mut Report,
+    drafts: &mut Drafts,
+    catalogue: &dyn Catalogue,
+    dirs: &[PathBuf],
+) -> Vec<Arc<Plugin>> {
+    let mut types = Types {
+        catalogue,
+        dirs,
+        plugins: Vec::new(),
+        asked: HashMap::new(),
+        found: HashMap::new(),
+    };
+    for draft in drafts.iter_mut() {
+        if draft.section.get("type").is_none() {
+            let message = format!("{} has no `type`", draft.section.what);
+            let fault = report.fault(&draft.section.span, message);
+            let known = types.catalogue.known();
+            let like = known
+                .iter()
+                .find(|known| known.rsplit('/').next() == Some(draft.name));
+            fault.advise(match like {
+                Some(like) => format!("add type = \"{like}\""),
+                None => "add type = \"PLUGIN/SCHEMA\", or just the plugin if it holds one schema".to_owned(),
+            });
+        }
+        draft.found = draft
+            .section
+            .text(report, "type")
+            .and_then(|written| types.find(report, &draft.section.what, &written));
+    }
+    types.plugins
+}
+
+struct Types<'c> {
+    catalogue: &'c dyn Catalogue,
+    dirs: &'c [PathBuf],
+    plugins: Vec<Arc<Plugin>>,
+    asked: HashMap<String, Result<usize, String>>,
+    /// So that instances of one type share its description.
+    found: HashMap<(usize, usize), Found>,
+}
+
+impl Types<'_> {
+    fn find(&mut self, report: &mut Report, what: &str, written: &Text) -> Option<Found> {
+        let (plugin, schema) = match written.text.split_once('/') {
+            Some((plugin, schema)) => (plugin, Some(schema)),
+            None => (written.text, None),
+        };
+        let index = match self.plugin(plugin) {
+            Ok(index) => index,
+            Err(reason) => {
+                let message = format!("{what}: plugin {} cannot be used: {reason}", quote(plugin));
+                let fault = report.fault(&written.span, message);
+                let known = self.catalogue.known();
+                let like = known
+                    .iter()
+                    .find(|known| known.rsplit('/').next() == Some(plugin));
+                let is_there = known.iter().any(|known| known.split('/').next() == Some(plugin));
+                if is_there {
+                    return None;
+                }
+                if let Some(near) =
+                    nearest(written.text, known.iter().map(String::as_str)).or(like.map(String::as_str))
+                {
+                    fault.advise(format!("did you mean {}?", quote(near)));
+                }
+                return None;
+            }
+        };
+        let number = self.schema(report, index, schema, written)?;
+        let plugins = &self.plugins;
+        let found = self.found.entry((index, number)).or_insert_with(|| Found {
+            plugin: index,
+            number,
+            schema: Arc::new(plugins[index].schemas[number].clone()),
+        });
+        Some(found.clone())
+    }
+
+    /// The plugin's place, and the catalogue asked once only.
+    fn plugin(&mut self, name: &str) -> Result<usize, String> {
+        if let Some(known) = self.asked.get(name) {
+            return known.clone();
+        }
+        let place = self.catalogue.plugin(name, self.dirs).map(|plugin| {
+            self.plugins.push(plugin);
+            self.plugins.len() - 1
+        });
+        self.asked.insert(name.to_owned(), place.clone());
+        place
+    }
+
+    fn schema(
+        &self,
+        report: &mut Report,
+        plugin: usize,
+        schema: Option<&str>,
+        written: &Text,
+    ) -> Option<usize> {
+        let plugin = &self.plugins[plugin];
+        let names = || plugin.schemas.iter().map(|schema| schema.name.as_str());
+        let wanted = schema.unwrap_or(&plugin.name);
+        if let Some(number) = names().position(|name| name == wanted) {
+            return Some(number);
+        }
+        match schema {
+            None if plugin.schemas.len() == 1 => return Some(0),
+            None => {
+                report
+                    .fault(
+                        &written.span,
+                        format!(
+                            "plugin {} holds {}; say which",
+                            quote(&plugin.name),
+                            quote_all(names())
+                        ),
+                    )
+                    .advise(format!(
+                        "write type = \"{}/{}\"",
+                        plugin.name, plugin.schemas[0].name
+                    ));
+            }
+            Some(schema) => report
+                .fault(
+                    &written.span,
+                    format!("plugin {} holds no schema {}", quote(&plugin.name), quote(schema)),
+                )
+                .suggest(schema, "its schemas", names()),
+        }
+        None
+    }
+}

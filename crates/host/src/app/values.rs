@@ -1,0 +1,316 @@
+//! Turns what a file says into a value of a port's type: units into the port's, paths into absolute ones, lists and tables
+//! into structures. Says exactly where a value does not fit; the bytes are the board's business.
+
+use std::path::Path;
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_board::value::Value;
+use toml::de::{DeArray, DeTable, DeValue};
+
+use super::document::{self, Node, wrong};
+use super::report::{Report, quote};
+use super::units::{QuantityError, quantity};
+
+/// The unit of a text that is the path of a file.
+const PATH: &str = "path";
+
+/// What a value is for.
+pub(super) struct Target<'t> {
+    /// What messages call it: "`speed` of schema `goon`", and inside of it "`start.theta` of ...".
+    pub(super) name: String,
+    pub(super) owner: &'t str,
+    /// Unit of a plain number or text; empty where the type's fields have their own.
+    pub(super) unit: &'t str,
+    /// Where relative paths begin.
+    pub(super) folder: &'t Path,
+}
+
+impl Target<'_> {
+    /// The value, as [`jde_board::value::encode`] takes it for `ty`; reports what does not fit.
+    pub(super) fn value(&self, report: &mut Report, ty: &Type, node: &Node) -> Option<Value> {
+        match node.get_ref() {
+            DeValue::Table(table) => self.by_name(report, ty, table),
+            DeValue::Array(list) => match ty.fields.as_slice() {
+                [field] if !matches!(field.form, Form::One) => self.only(report, field, node),
+                fields => self.by_order(report, ty, fields, list, node),
+            },
+            DeValue::String(_)
+            | DeValue::Integer(_)
+            | DeValue::Float(_)
+            | DeValue::Boolean(_)
+            | DeValue::Datetime(_) => match ty.fields.as_slice() {
+                [field] => self.only(report, field, node),
+                _ => {
+                    let expected = format!("a table or a list of {}", fields(ty));
+                    wrong(report, &self.what(), &expected, node);
+                    None
+                }
+            },
+        }
+    }
+
+    fn what(&self) -> String {
+        format!("{} of {}", quote(&self.name), self.owner)
+    }
+
+    /// The single field of a type, without its name.
+    fn only(&self, report: &mut Report, field: &Field, node: &Node) -> Option<Value> {
+        let value = self.field(report, field, node)?;
+        Some(Value::Map(vec![(field.name.clone(), value)]))
+    }
+
+    fn by_name(&self, report: &mut Report, ty: &Type, table: &DeTable) -> Option<Value> {
+        let mut values = Vec::with_capacity(table.len());
+        let mut complete = true;
+        for (key, node) in table {
+            let name = key.get_ref();
+            let Some(field) = ty.fields.iter().find(|field| field.name == **name) else {
+                report
+                    .fault(
+                        &key.span(),
+                        format!("{} has no field {}", self.what(), quote(name)),
+                    )
+                    .suggest(name, "fields", ty.fields.iter().map(|field| field.name.as_str()));
+                complete = false;
+                continue;
+            };
+            match self.inner(field).field(report, field, node) {
+                Some(value) => values.push((field.name.clone(), value)),
+                None => complete = false,
+            }
+        }
+        complete.then_some(Value::Map(values))
+    }
+
+    fn by_order(
+        &self,
+        report: &mut Report,
+        ty: &Type,
+        all: &[Field],
+        list: &DeArray,
+        node: &Node,
+    ) -> Option<Value> {
+        if list.len() != all.len() {
+            let message = format!(
+                "{} has {} values, and {} of them are expected: {}",
+                self.what(),
+                list.len(),
+                all.len(),
+                fields(ty)
+            );
+            report.fault(&node.span(), message);
+            return None;
+        }
+        let values: Vec<_> = all
+            .iter()
+            .zip(list.iter())
+            .map(|(field, node)| Some((field.name.clone(), self.inner(field).field(report, field, node)?)))
+            .collect();
+        Some(Value::Map(values.into_iter().collect::<Option<_>>()?))
+    }
+
+    fn inner<'t>(&'t self, field: &'t Field) -> Target<'t> {
+        Target {
+            name: format!("{}.{}", self.name, field.name),
+            owner: self.owner,
+            unit: &field.unit,
+            folder: self.folder,
+        }
+    }
+
+    fn field(&self, report: &mut Report, field: &Field, node: &Node) -> Option<Value> {
+        let unit = if self.unit.is_empty() {
+            &field.unit
+        } else {
+            self.unit
+        };
+        match field.form {
+            Form::One => self.element(report, &field.kind, unit, node),
+            Form::Text { capacity, .. } => self.text(report, unit, capacity, node),
+            Form::Array(count) => self.list(report, field, unit, (count, count), node),
+            Form::Sequence { capacity, .. } => self.list(report, field, unit, (0, capacity), node),
+        }
+    }
+
+    fn list(
+        &self,
+        report: &mut Report,
+        field: &Field,
+        unit: &str,
+        (least, most): (usize, usize),
+        node: &Node,
+    ) -> Option<Value> {
+        let Some(list) = node.get_ref().as_array() else {
+            wrong(report, &self.what(), "a list", node);
+            return None;
+        };
+        if !(least..=most).contains(&list.len()) {
+            let expected = if least == most { "exactly" } else { "at most" };
+            let message = format!(
+                "{} has {} values, and {expected} {most} fit",
+                self.what(),
+                list.len()
+            );
+            report.fault(&node.span(), message);
+            return None;
+        }
+        let values: Vec<_> = list
+            .iter()
+            .map(|node| self.element(report, &field.kind, unit, node))
+            .collect();
+        Some(Value::List(values.into_iter().collect::<Option<_>>()?))
+    }
+
+    fn element(&self, report: &mut Report, kind: &FieldKind, unit: &str, node: &Node) -> Option<Value> {
+        match kind {
+            FieldKind::Struct(ty) => self.value(report, ty, node),
+            FieldKind::Scalar(Scalar::Bool) => {
+                let value = node.get_ref().as_bool();
+                if value.is_none() {
+                    wrong(report, &self.what(), "true or false", node);
+                }
+                value.map(Value::Bool)
+            }
+            FieldKind::Scalar(Scalar::F32) => self.float(report, unit, f64::from(f32::MAX), node),
+            FieldKind::Scalar(Scalar::F64) => self.float(report, unit, f64::MAX, node),
+            FieldKind::Scalar(scalar) => self.whole(report, *scalar, unit, node),
+        }
+    }
+
+    fn float(&self, report: &mut Report, unit: &str, most: f64, node: &Node) -> Option<Value> {
+        let number = match document::number(node.get_ref()) {
+            Some(number) => number,
+            None => self.quantity(report, unit, node)?,
+        };
+        if !number.is_finite() {
+            report.fault(&node.span(), format!("{} is not a finite number", self.what()));
+            return None;
+        }
+        if number.abs() > most {
+            report.fault(
+                &node.span(),
+                format!("{} is beyond what a float32 holds", self.what()),
+            );
+            return None;
+        }
+        Some(Value::Float(number))
+    }
+
+    fn whole(&self, report: &mut Report, scalar: Scalar, unit: &str, node: &Node) -> Option<Value> {
+        let number = match node.get_ref() {
+            DeValue::Integer(_) => document::whole(node.get_ref()),
+            // Exact where the guard holds: whole numbers of a float below 2^64 are whole numbers of 128 bits.
+            DeValue::String(_) => Some(self.quantity(report, unit, node)?)
+                .filter(|number| number.fract() == 0.0 && number.abs() < 2f64.powi(64))
+                .map(|number| number as i128),
+            DeValue::Float(_)
+            | DeValue::Boolean(_)
+            | DeValue::Datetime(_)
+            | DeValue::Array(_)
+            | DeValue::Table(_) => {
+                wrong(
+                    report,
+                    &self.what(),
+                    &format!("a whole number{}", in_unit(unit)),
+                    node,
+                );
+                return None;
+            }
+        };
+        let (least, most) = bounds(scalar);
+        let fitting = number.filter(|number| (least..=most).contains(number));
+        let value = fitting.and_then(|number| {
+            i64::try_from(number)
+                .map(Value::Int)
+                .or_else(|_| u64::try_from(number).map(Value::UInt))
+                .ok()
+        });
+        if value.is_none() {
+            report.fault(
+                &node.span(),
+                format!("{} is no whole number from {least} to {most}", self.what()),
+            );
+        }
+        value
+    }
+
+    /// A text such as "30 cm".
+    fn quantity(&self, report: &mut Report, unit: &str, node: &Node) -> Option<f64> {
+        let expected = format!("a number{}", in_unit(unit));
+        let Some(text) = node.get_ref().as_str() else {
+            wrong(report, &self.what(), &expected, node);
+            return None;
+        };
+        let message = match quantity(text, unit) {
+            Ok(number) => return Some(number),
+            Err(QuantityError::NotANumber) => {
+                format!("{} is {expected}, not the text {}", self.what(), quote(text))
+            }
+            Err(QuantityError::UnknownUnit(given)) => {
+                format!(
+                    "{} is {expected}, and {} is no known unit",
+                    self.what(),
+                    quote(&given)
+                )
+            }
+            Err(QuantityError::OtherDimension(given)) => {
+                format!(
+                    "{} is {expected}, and {} does not convert to that",
+                    self.what(),
+                    quote(&given)
+                )
+            }
+        };
+        report.fault(&node.span(), message);
+        None
+    }
+
+    fn text(&self, report: &mut Report, unit: &str, capacity: usize, node: &Node) -> Option<Value> {
+        let Some(text) = node.get_ref().as_str() else {
+            wrong(report, &self.what(), "a text", node);
+            return None;
+        };
+        let text = if unit == PATH && !text.is_empty() {
+            self.folder.join(text).to_string_lossy().into_owned()
+        } else {
+            text.to_owned()
+        };
+        if text.len() > capacity {
+            let message = format!(
+                "{} has {} bytes, and at most {capacity} fit",
+                self.what(),
+                text.len()
+            );
+            report.fault(&node.span(), message);
+            return None;
+        }
+        Some(Value::Text(text))
+    }
+}
+
+fn bounds(scalar: Scalar) -> (i128, i128) {
+    match scalar {
+        Scalar::U8 => (0, u8::MAX.into()),
+        Scalar::U16 => (0, u16::MAX.into()),
+        Scalar::U32 => (0, u32::MAX.into()),
+        Scalar::U64 => (0, u64::MAX.into()),
+        Scalar::I8 => (i8::MIN.into(), i8::MAX.into()),
+        Scalar::I16 => (i16::MIN.into(), i16::MAX.into()),
+        Scalar::I32 => (i32::MIN.into(), i32::MAX.into()),
+        Scalar::I64 => (i64::MIN.into(), i64::MAX.into()),
+        Scalar::Bool | Scalar::F32 | Scalar::F64 => (0, 0),
+    }
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in {unit}")
+    }
+}
+
+fn fields(ty: &Type) -> String {
+    let names: Vec<_> = ty.fields.iter().map(|field| field.name.as_str()).collect();
+    names.join(", ")
+}

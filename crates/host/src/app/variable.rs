@@ -1,0 +1,156 @@
+//! Finds the variable that a file names as `instance.variable`, and says whether a port may be bound to it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use jde_abi::describe::{Port, Role};
+
+use super::document::Text;
+use super::outline::Drafts;
+use super::report::{Report, quote, quote_all};
+use super::units;
+
+/// What kind of variable is looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// An export or a modulation, to read.
+    Readable,
+    /// An export.
+    Export,
+    /// A command, to write.
+    Command,
+}
+
+impl Wanted {
+    /// Whether a port of that role will do.
+    pub(super) fn admits(self, role: &Role) -> bool {
+        match role {
+            Role::Export => self != Self::Command,
+            Role::Modulation { .. } => self == Self::Readable,
+            Role::Command { .. } => self == Self::Command,
+            Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
+        }
+    }
+
+    fn plural(self) -> &'static str {
+        match self {
+            Self::Readable => "exports and modulations",
+            Self::Export => "exports",
+            Self::Command => "commands",
+        }
+    }
+}
+
+/// Finds `instance.variable`; reports what is wrong with it, except for an instance whose own type is unknown.
+pub(super) fn find(
+    report: &mut Report,
+    drafts: &Drafts,
+    what: &str,
+    written: &Text,
+    wanted: Wanted,
+) -> Option<(usize, usize)> {
+    let (instance, name) = match written.text.split_once('.') {
+        Some((instance, name)) => (instance, Some(name)),
+        None => (written.text, None),
+    };
+    let index = drafts.find(report, what, instance, &written.span)?;
+    let schema = Arc::clone(drafts.schema(index)?);
+    let admitted = || schema.ports.iter().filter(|port| wanted.admits(&port.role));
+    let names = || admitted().map(|port| port.name.as_str());
+    let owner = quote(instance);
+    let Some(name) = name else {
+        let fault = report.fault(
+            &written.span,
+            format!("{what} names {owner}, and no variable of it"),
+        );
+        match names().next() {
+            Some(variable) => fault.advise(format!("write \"{instance}.{variable}\"")),
+            None => fault.advise(format!("it has no {}", wanted.plural())),
+        };
+        return None;
+    };
+    // Only admitted ports: an export and an import may share a name.
+    let place = schema
+        .ports
+        .iter()
+        .position(|port| port.name == name && wanted.admits(&port.role));
+    if let Some(port) = place {
+        return Some((index, port));
+    }
+    match schema.ports.iter().find(|port| port.name == name) {
+        Some(port) => {
+            let message = format!("{what} is {}, which is {}", quote(written.text), noun(&port.role));
+            let fault = report.fault(&written.span, message);
+            fault.advise(format!("{} of {owner}: {}", wanted.plural(), quote_all(names())));
+        }
+        None => report
+            .fault(&written.span, format!("{what}: {owner} has no {}", quote(name)))
+            .suggest(name, &format!("{} of {owner}", wanted.plural()), names()),
+    }
+    None
+}
+
+/// Whether `port` may be bound to a variable: the same type and, for plain numbers, the same unit. Reports why not.
+pub(super) fn fits(
+    report: &mut Report,
+    drafts: &Drafts,
+    what: &str,
+    port: &Port,
+    (instance, number): (usize, usize),
+    span: &Range<usize>,
+) -> bool {
+    let Some(schema) = drafts.schema(instance) else {
+        return false;
+    };
+    let other = &schema.ports[number];
+    let full = quote(&format!("{}.{}", drafts.get(instance).name, other.name));
+    if !port.value_type.same_as(&other.value_type) {
+        let (takes, has) = (quote(&port.value_type.name), quote(&other.value_type.name));
+        if takes == has {
+            let message = format!("{what}: {full} is {takes} too, but of another layout");
+            report
+                .fault(span, message)
+                .advise("build both plugins with the same definition of the type");
+        } else {
+            report.fault(span, format!("{what} takes {takes}, and {full} is {has}"));
+        }
+        return false;
+    }
+    let (Some(takes), Some(has)) = (unit(port), unit(other)) else {
+        return true;
+    };
+    // A port that names no unit takes any: a plotter, a filter.
+    if takes.is_empty() || units::same(takes, has) {
+        return true;
+    }
+    let has = if has.is_empty() {
+        "has no unit".to_owned()
+    } else {
+        format!("is in {}", quote(has))
+    };
+    report.fault(
+        span,
+        format!("{what} takes a number in {}, and {full} {has}", quote(takes)),
+    );
+    false
+}
+
+/// The unit of a plain number: the port's own, or that of the only field of its type.
+pub(super) fn unit(port: &Port) -> Option<&str> {
+    port.value_type.as_number()?;
+    Some(match port.unit.as_str() {
+        "" => &port.value_type.fields[0].unit,
+        unit => unit,
+    })
+}
+
+fn noun(role: &Role) -> &'static str {
+    match role {
+        Role::Import { .. } => "an import",
+        Role::Export => "an export",
+        Role::Modulation { .. } => "a modulation",
+        Role::Command { .. } => "a command",
+        Role::Actuator => "an actuator",
+        Role::ChildModulation { .. } => "a modulation of a child",
+    }
+}
