@@ -2,4 +2,18 @@
 //! in real time or in lockstep. It prints nothing and never ends the process; that is the executable's.
 
 pub mod app;
+mod clock;
+pub mod decisions;
+mod engine;
+pub mod event;
+mod exec;
+mod instance;
+mod meter;
+mod mission;
 pub mod plugin;
+mod runner;
+mod running;
+pub mod snapshot;
+
+pub use engine::{decider_name, policy_name};
+pub use running::{Handle, Lockstep, Options, Running, StartError};

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_abi::raw;
+use jde_abi::{describe, raw};
 
 use super::{Found, LoadError, Loaded, SearchPath};
 
@@ -114,6 +114,16 @@ impl Plugins {
         })?;
         loaded.insert(key, plugin.clone());
         Ok(plugin)
+    }
+
+    /// The loaded plugin that this is the description of.
+    pub(crate) fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<Loaded> {
+        let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = loaded
+            .values()
+            .chain(self.linked_in.values())
+            .find(|plugin| Arc::ptr_eq(&plugin.description, description));
+        found.cloned()
     }
 
     /// All there is along the search path and linked in, without loading any file.

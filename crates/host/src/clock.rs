@@ -1,0 +1,65 @@
+//! The two clocks of R16: real time, at any speed, and virtual time that moves only when it is told to.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+
+/// Tells the application's time, ns since its start.
+#[derive(Debug)]
+pub(crate) enum Clock {
+    /// Follows the machine's monotonic clock.
+    Real {
+        /// When it was 0.
+        start: Instant,
+        /// Seconds of the application in a second of the machine.
+        speed: f64,
+    },
+    /// Stands still until it is set.
+    Virtual(AtomicU64),
+}
+
+impl Clock {
+    pub(crate) fn real(speed: f64) -> Self {
+        Self::Real {
+            start: Instant::now(),
+            speed,
+        }
+    }
+
+    pub(crate) fn standing() -> Self {
+        Self::Virtual(AtomicU64::new(0))
+    }
+
+    pub(crate) fn now(&self) -> Nanos {
+        match self {
+            Self::Real { start, speed } => (start.elapsed().as_nanos() as f64 * speed) as Nanos,
+            Self::Virtual(now) => now.load(Ordering::Acquire),
+        }
+    }
+
+    /// Moves virtual time forward; real time moves by itself.
+    pub(crate) fn set(&self, now: Nanos) {
+        match self {
+            Self::Real { .. } => {}
+            Self::Virtual(time) => {
+                time.fetch_max(now, Ordering::AcqRel);
+            }
+        }
+    }
+
+    /// How long to wait on this machine until the application's time is `then`.
+    pub(crate) fn until(&self, then: Nanos) -> Duration {
+        match self {
+            Self::Real { speed, .. } => {
+                Duration::from_nanos((then.saturating_sub(self.now()) as f64 / speed).ceil() as u64)
+            }
+            Self::Virtual(_) => Duration::ZERO,
+        }
+    }
+
+    /// Whether calls take time: in lockstep they do not.
+    pub(crate) fn is_real(&self) -> bool {
+        matches!(self, Self::Real { .. })
+    }
+}

@@ -1,0 +1,340 @@
+//! What the executors share: the rules under one lock, the board, the clock, and what follows from every transaction.
+//!
+//! Every change of the hierarchy is one [`Engine::transact`]: the rules are asked, and what they answer is carried out in
+//! order before the lock is let go. So authority is where the rules say it is at every instant (R1, R7), whatever the
+//! threads do. The engine starts no thread and calls no plugin; it rings the [`Bells`] of whoever does.
+
+mod authority;
+mod observe;
+mod operate;
+mod services;
+mod wiring;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+
+use jde_board::Board;
+use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, contract};
+
+use crate::app::Application;
+use crate::clock::Clock;
+use crate::event::{Event, Observer, Outcome};
+use crate::instance::Ports;
+use crate::meter::Meter;
+use authority::Commands;
+use observe::Groups;
+pub use observe::{decider_name, policy_name};
+pub(crate) use wiring::Variables;
+
+/// Tells the runner of an instance that something awaits it.
+pub(crate) trait Bells: Send + Sync {
+    /// Rings for one instance; under the engine's lock, so it must not call the engine.
+    fn ring(&self, instance: usize, signal: Signal);
+    /// The next time at which the rules want [`Engine::tick`]; under the engine's lock.
+    fn alarm(&self, next: Option<Nanos>);
+}
+
+/// What awaits an instance.
+#[derive(Debug)]
+pub(crate) enum Signal {
+    /// It is awake now.
+    Awake,
+    /// It sleeps now.
+    Asleep,
+    /// It is WINNER now: iterate at once.
+    Promoted,
+    /// A value it waits for was published (R12), or a command that cannot wait.
+    Triggered,
+    /// Its own arbitration is wanted (R4).
+    Asked {
+        group: GroupId,
+        ticket: u64,
+        level: Level,
+    },
+    /// Its period was written.
+    Retimed,
+}
+
+/// The shared part of a running application.
+pub(crate) struct Engine {
+    pub(crate) application: Application,
+    pub(crate) board: Board,
+    pub(crate) variables: Variables,
+    pub(crate) clock: Clock,
+    pub(crate) meters: Vec<Meter>,
+    pub(crate) id: u64,
+    rules: Mutex<Rules>,
+    bells: OnceLock<Weak<dyn Bells>>,
+    outcome: Mutex<Option<Outcome>>,
+    ended: Condvar,
+    /// Worst takeover of every group (R17).
+    allowed: Vec<Nanos>,
+}
+
+/// What changes only in transactions.
+pub(crate) struct Rules {
+    hierarchy: Hierarchy,
+    effects: Vec<Effect>,
+    observers: Vec<Box<dyn Observer>>,
+    commands: Commands,
+    groups: Groups,
+    /// While it is `Some`, nobody gains authority, and those put to sleep are listed here instead of rung for.
+    closing: Option<Vec<usize>>,
+}
+
+impl Engine {
+    /// Wires an application: declares all variables and gives every instance its ports.
+    pub(crate) fn new(
+        application: Application,
+        clock: Clock,
+        observers: Vec<Box<dyn Observer>>,
+    ) -> Result<(Arc<Self>, Vec<Ports>), String> {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        let spec = application.spec();
+        let allowed = contract(&spec)
+            .iter()
+            .map(jde_core::GroupContract::total)
+            .collect();
+        let hierarchy = Hierarchy::new(spec).map_err(|errors| {
+            errors
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join("; ")
+        })?;
+        let board = Board::new();
+        let (variables, ports, commands) =
+            wiring::wire(&application, &board).map_err(|error| error.to_string())?;
+        let meters: Vec<Meter> = application.instances.iter().map(|_| Meter::default()).collect();
+        for (meter, instance) in meters.iter().zip(&application.instances) {
+            meter.period.store(instance.period_ns, Ordering::Relaxed);
+        }
+        let groups = Groups::new(application.groups.len());
+        let rules = Rules {
+            hierarchy,
+            effects: Vec::new(),
+            observers,
+            commands,
+            groups,
+            closing: None,
+        };
+        let engine = Arc::new(Self {
+            application,
+            board,
+            variables,
+            clock,
+            meters,
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
+            rules: Mutex::new(rules),
+            bells: OnceLock::new(),
+            outcome: Mutex::new(None),
+            ended: Condvar::new(),
+            allowed,
+        });
+        Ok((engine, ports))
+    }
+
+    /// Names whoever runs the instances, and lets publications ring for them. Once, before [`Self::start`].
+    pub(crate) fn attach(&self, bells: &Arc<dyn Bells>) {
+        wiring::subscribe(self, bells);
+        assert!(
+            self.bells.set(Arc::downgrade(bells)).is_ok(),
+            "an engine has one executor"
+        );
+    }
+
+    pub(crate) fn start(&self) {
+        self.transact(|hierarchy, now, out| hierarchy.start(now, out));
+    }
+
+    /// The rules' timers are due.
+    pub(crate) fn tick(&self) {
+        self.transact(|hierarchy, now, out| hierarchy.tick(now, out));
+    }
+
+    pub(crate) fn next_timer(&self) -> Option<Nanos> {
+        self.lock().hierarchy.next_timer()
+    }
+
+    /// A precondition was evaluated.
+    pub(crate) fn checked(&self, instance: usize, check: Check) {
+        self.transact(|hierarchy, now, out| hierarchy.checked(now, schema(instance), check, out));
+    }
+
+    /// Asks leave to iterate.
+    pub(crate) fn begin(&self, instance: usize) -> bool {
+        self.transact(|hierarchy, now, out| hierarchy.begin(now, schema(instance), out))
+    }
+
+    /// The iteration ended.
+    pub(crate) fn end(&self, instance: usize) {
+        self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
+    }
+
+    /// A call into the instance failed.
+    pub(crate) fn faulted(&self, instance: usize, reason: String) {
+        self.meters[instance].faults.fetch_add(1, Ordering::Relaxed);
+        tracing::error!(schema = self.name(instance), "faulted: {reason}");
+        self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
+    }
+
+    /// The father answered.
+    pub(crate) fn answered(&self, group: GroupId, ticket: u64, answer: Answer) {
+        self.transact(|hierarchy, now, out| hierarchy.answered(now, group, ticket, answer, out));
+    }
+
+    /// A deadline was missed or met.
+    pub(crate) fn deadline(&self, instance: usize, met: bool) {
+        self.transact(|hierarchy, _, out| {
+            if met {
+                hierarchy.on_time(schema(instance), out);
+            } else {
+                hierarchy.overrun(schema(instance), out);
+            }
+        });
+    }
+
+    /// Ends the application: the first outcome counts.
+    pub(crate) fn conclude(&self, outcome: Outcome) {
+        let mut slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.get_or_insert(outcome);
+        drop(slot);
+        self.ended.notify_all();
+    }
+
+    pub(crate) fn outcome(&self) -> Option<Outcome> {
+        self.outcome
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    /// Blocks until the application concludes.
+    pub(crate) fn concluded(&self) -> Outcome {
+        let slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
+        let slot = self
+            .ended
+            .wait_while(slot, |slot| slot.is_none())
+            .unwrap_or_else(PoisonError::into_inner);
+        slot.clone().expect("waited for it")
+    }
+
+    pub(crate) fn name(&self, instance: usize) -> &str {
+        &self.application.instances[instance].name
+    }
+
+    /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
+    fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
+        let mut rules = self.lock();
+        let now = self.clock.now();
+        let mut effects = std::mem::take(&mut rules.effects);
+        let result = change(&mut rules.hierarchy, now, &mut effects);
+        for effect in effects.drain(..) {
+            self.apply(&mut rules, now, effect);
+        }
+        rules.effects = effects;
+        if let Some(bells) = self.bells.get().and_then(Weak::upgrade) {
+            bells.alarm(rules.hierarchy.next_timer());
+        }
+        result
+    }
+
+    fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {
+        match effect {
+            Effect::Woken(id) => self.ring(id.index(), Signal::Awake),
+            Effect::Slept { id, .. } => match &mut rules.closing {
+                Some(order) => order.push(id.index()),
+                None => self.ring(id.index(), Signal::Asleep),
+            },
+            Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
+            Effect::Granted(_) => {}
+            Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
+            Effect::Promoted(id) => self.ring(id.index(), Signal::Promoted),
+            Effect::Demoted(_) => {}
+            Effect::Ask { group, ticket, level } => {
+                if let Some(father) = self.application.groups[group.index()].father {
+                    self.ring(father, Signal::Asked { group, ticket, level });
+                }
+            }
+            Effect::Brake { group } => {
+                for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
+                    self.ring(driver, Signal::Triggered);
+                }
+            }
+            Effect::Hold { group, until } => {
+                rules
+                    .commands
+                    .hold(&self.below(&rules.hierarchy, group), now, until)
+            }
+            Effect::Changed { id, from, to } => {
+                tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
+                self.tell(
+                    rules,
+                    &Event::Changed {
+                        time: now,
+                        schema: id.index(),
+                        from,
+                        to,
+                    },
+                );
+            }
+            Effect::Health { id, health } => {
+                self.tell(
+                    rules,
+                    &Event::Health {
+                        time: now,
+                        schema: id.index(),
+                        health,
+                    },
+                );
+            }
+            Effect::Decided(record) => {
+                rules.groups.decided(&record);
+                self.tell(rules, &Event::Decided(record));
+            }
+            Effect::Took {
+                group,
+                record,
+                id,
+                latency,
+            } => self.took(rules, now, group, record, id, latency),
+        }
+    }
+
+    /// The instances that act for a group: its members and all below them.
+    fn below(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
+        let members = &self.application.groups[group.index()].members;
+        members
+            .iter()
+            .flat_map(|member| {
+                std::iter::once(*member).chain(
+                    hierarchy
+                        .subtree(schema(*member))
+                        .into_iter()
+                        .map(SchemaId::index),
+                )
+            })
+            .collect()
+    }
+
+    fn ring(&self, instance: usize, signal: Signal) {
+        if let Some(bells) = self.bells.get().and_then(Weak::upgrade) {
+            bells.ring(instance, signal);
+        }
+    }
+
+    fn tell(&self, rules: &mut Rules, event: &Event) {
+        for observer in &mut rules.observers {
+            observer.hear(event);
+        }
+    }
+
+    /// A panic inside a transaction is the host's own fault and ends the application; what is left is only stopped.
+    fn lock(&self) -> MutexGuard<'_, Rules> {
+        self.rules.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn schema(instance: usize) -> SchemaId {
+    SchemaId(instance as u32)
+}

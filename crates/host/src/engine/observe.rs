@@ -1,0 +1,198 @@
+//! What is kept for those who watch: the last switch of every group, worst takeovers (R17), and snapshots.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, Requester, SchemaId};
+
+use super::{Engine, Rules, schema};
+use crate::event::{Event, OperatorAction};
+use crate::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+
+/// What is remembered of every group.
+pub(crate) struct Groups {
+    groups: Vec<Group>,
+}
+
+#[derive(Clone, Default)]
+struct Group {
+    switches: u64,
+    worst: Nanos,
+    last: Option<(u64, Switch)>,
+}
+
+impl Groups {
+    pub(super) fn new(count: usize) -> Self {
+        Self {
+            groups: vec![Group::default(); count],
+        }
+    }
+
+    pub(super) fn decided(&mut self, record: &Record) {
+        if !record.changed {
+            return;
+        }
+        let group = &mut self.groups[record.group.index()];
+        group.switches += 1;
+        let switch = Switch {
+            time: record.time,
+            from: record.before.map(SchemaId::index),
+            to: record.choice.map(SchemaId::index),
+            decider: decider_name(record.decider).to_owned(),
+            reason: record.reason.to_string(),
+            latency: None,
+        };
+        group.last = Some((record.number, switch));
+    }
+
+    fn took(&mut self, group: GroupId, record: u64, latency: Nanos) {
+        let group = &mut self.groups[group.index()];
+        group.worst = group.worst.max(latency);
+        if let Some((_, switch)) = group.last.as_mut().filter(|(number, _)| *number == record) {
+            switch.latency = Some(latency);
+        }
+    }
+}
+
+impl Engine {
+    pub(super) fn took(
+        &self,
+        rules: &mut Rules,
+        now: Nanos,
+        group: GroupId,
+        record: u64,
+        id: SchemaId,
+        latency: Nanos,
+    ) {
+        rules.groups.took(group, record, latency);
+        let allowed = self.allowed[group.index()];
+        if latency > allowed {
+            tracing::warn!(
+                group = self.application.groups[group.index()].name,
+                winner = self.name(id.index()),
+                "took over in {:.1} ms, and its contract allows {:.1} ms",
+                latency as f64 / 1e6,
+                allowed as f64 / 1e6
+            );
+        }
+        let event = Event::Took {
+            time: now,
+            group: group.index(),
+            record,
+            schema: id.index(),
+            latency,
+            allowed,
+        };
+        self.tell(rules, &event);
+    }
+
+    /// Tells those who watch what an operator did.
+    pub(super) fn operated(&self, rules: &mut Rules, action: OperatorAction) {
+        let time = self.clock.now();
+        self.tell(rules, &Event::Operator { time, action });
+    }
+
+    /// Tells those who watch, outside a transaction.
+    pub(crate) fn report(&self, event: &Event) {
+        let mut rules = self.lock();
+        self.tell(&mut rules, event);
+    }
+
+    /// Everything at this instant.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        let rules = self.lock();
+        let schemas = self.application.instances.iter().enumerate();
+        let groups = self.application.groups.iter().enumerate();
+        Snapshot {
+            time: self.clock.now(),
+            schemas: schemas
+                .map(|(number, _)| self.schema_view(&rules, number))
+                .collect(),
+            groups: groups
+                .map(|(number, _)| self.group_view(&rules, number))
+                .collect(),
+        }
+    }
+
+    fn schema_view(&self, rules: &Rules, number: usize) -> SchemaView {
+        let instance = &self.application.instances[number];
+        let meter = &self.meters[number];
+        SchemaView {
+            name: instance.name.clone(),
+            type_name: format!(
+                "{}/{}",
+                self.application.plugins[instance.plugin].name, instance.schema.name
+            ),
+            kind: instance.schema.kind,
+            father: instance.father,
+            group: instance.group,
+            state: rules.hierarchy.state(schema(number)),
+            health: rules.hierarchy.health(schema(number)).clone(),
+            authority: rules.hierarchy.has_authority(schema(number)),
+            period: meter.period.load(Relaxed),
+            measured: meter.measured(),
+            longest: meter.longest.load(Relaxed),
+            load: meter.load(),
+            iterations: meter.iterations.load(Relaxed),
+            overruns: meter.overruns.load(Relaxed),
+            refused: meter.refused.load(Relaxed),
+            faults: meter.faults.load(Relaxed),
+            operator: operator_hold(&rules.hierarchy, schema(number)),
+        }
+    }
+
+    fn group_view(&self, rules: &Rules, number: usize) -> GroupView {
+        let group = &self.application.groups[number];
+        let kept = &rules.groups.groups[number];
+        let id = GroupId(number as u32);
+        GroupView {
+            name: group.name.clone(),
+            father: group.father,
+            members: group.members.clone(),
+            winner: rules.hierarchy.winner(id).map(SchemaId::index),
+            policy: policy_name(rules.hierarchy.spec().groups[number].policy).to_owned(),
+            switches: kept.switches,
+            last: kept.last.as_ref().map(|(_, switch)| switch.clone()),
+            worst: kept.worst,
+            allowed: self.allowed[number],
+        }
+    }
+}
+
+/// What an operator holds a schema to.
+fn operator_hold(hierarchy: &Hierarchy, id: SchemaId) -> Option<&'static str> {
+    let forced = hierarchy.group_of(id).and_then(|group| hierarchy.forced(group)) == Some(id);
+    if hierarchy.is_stopped(id) {
+        Some("stopped")
+    } else if forced {
+        Some("forced")
+    } else if hierarchy.requesters(id).contains(&Requester::Operator) {
+        Some("played")
+    } else {
+        None
+    }
+}
+
+/// A policy's name in application files.
+#[must_use]
+pub fn policy_name(policy: Policy) -> &'static str {
+    match policy {
+        Policy::Priority => "priority",
+        Policy::HighestUrgency => "urgency",
+        Policy::Sticky { .. } => "sticky",
+        Policy::RoundRobin { .. } => "round-robin",
+        Policy::Father => "father",
+    }
+}
+
+/// Who decided, in a word or two.
+#[must_use]
+pub fn decider_name(decider: Decider) -> &'static str {
+    match decider {
+        Decider::Nobody => "nobody",
+        Decider::Policy(policy) => policy_name(policy),
+        Decider::Father => "father",
+        Decider::ArbitrationFailed => "arbitration-failed",
+        Decider::AbsencePolicy => "absence-policy",
+        Decider::Operator => "operator",
+    }
+}

@@ -1,0 +1,111 @@
+//! What instances ask of the host during a call: their children, their names, their log.
+
+use std::sync::atomic::Ordering;
+
+use jde_abi::raw;
+use jde_board::Refused;
+use jde_core::{Policy, State};
+
+use super::{Engine, schema};
+use crate::event::Event;
+
+impl Engine {
+    /// A father wakes a child or puts it to sleep; answers with a status of the ABI.
+    pub(crate) fn child_wakes(&self, father: usize, role: usize, awake: bool) -> i32 {
+        let child = match self.role(father, role) {
+            Ok(child) => child,
+            Err(status) => return status,
+        };
+        let result = self.transact(|hierarchy, now, out| {
+            if awake {
+                hierarchy.wake(now, schema(father), schema(child), out)
+            } else {
+                hierarchy.sleep(now, schema(father), schema(child), out)
+            }
+        });
+        match result {
+            Ok(()) => raw::OK,
+            Err(refused) => {
+                self.count_refusal(father, refused.to_string());
+                raw::REFUSED
+            }
+        }
+    }
+
+    /// State of a child, and whether it is faulted.
+    pub(crate) fn child(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
+        let child = schema(self.role(father, role)?);
+        let rules = self.lock();
+        let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
+        Ok((rules.hierarchy.state(child), faulted))
+    }
+
+    /// A father changes the policy of the group in which that child competes.
+    pub(crate) fn set_policy(&self, father: usize, role: usize, policy: Policy) -> i32 {
+        let Some(Some(group)) = self.application.instances[father].child_groups.get(role).copied() else {
+            return raw::BAD_ARGUMENT;
+        };
+        let changed = self.transact(|hierarchy, now, out| {
+            hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
+        });
+        if changed.is_ok() {
+            raw::OK
+        } else {
+            raw::BAD_ARGUMENT
+        }
+    }
+
+    /// A command was refused (R7), or was not finite.
+    pub(crate) fn command_refused(&self, instance: usize, port: usize, why: &Refused, first: bool) {
+        let port = &self.application.instances[instance].schema.ports[port].name;
+        let what = format!("command `{port}` refused: {why}");
+        if first {
+            self.count_refusal(instance, what);
+        } else {
+            self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// A number of the application's seed and the instance's name alone (FNV-1a, Fowler, Noll, Vo).
+    pub(crate) fn seed_of(&self, instance: usize) -> u64 {
+        let start = 0xcbf2_9ce4_8422_2325_u64;
+        let seed = self.application.seed.to_le_bytes();
+        seed.into_iter()
+            .chain(self.name(instance).bytes())
+            .fold(start, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            })
+    }
+
+    /// Says what a plugin said, under the instance's name.
+    pub(crate) fn log(&self, instance: usize, level: u32, text: &str) {
+        let schema = self.name(instance);
+        match level {
+            raw::TRACE => tracing::trace!(target: "jde::schema", schema, "{text}"),
+            raw::DEBUG => tracing::debug!(target: "jde::schema", schema, "{text}"),
+            raw::INFO => tracing::info!(target: "jde::schema", schema, "{text}"),
+            raw::WARN => tracing::warn!(target: "jde::schema", schema, "{text}"),
+            _ => tracing::error!(target: "jde::schema", schema, "{text}"),
+        }
+    }
+
+    fn count_refusal(&self, instance: usize, what: String) {
+        self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
+        tracing::debug!(schema = self.name(instance), "{what}");
+        let mut rules = self.lock();
+        let time = self.clock.now();
+        self.tell(
+            &mut rules,
+            &Event::Refused {
+                time,
+                schema: instance,
+                what,
+            },
+        );
+    }
+
+    fn role(&self, father: usize, role: usize) -> Result<usize, i32> {
+        let children = &self.application.instances[father].children;
+        children.get(role).ok_or(raw::BAD_ARGUMENT)?.ok_or(raw::UNBOUND)
+    }
+}

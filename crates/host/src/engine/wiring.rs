@@ -1,0 +1,250 @@
+//! From the names of an application to cells and ports: declares every variable on the board, and binds every port to one.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Role;
+use jde_board::{Access, Board, Declaration, Error, Variable};
+use jde_types::Value;
+
+use super::authority::{Command, Commands};
+use super::{Bells, Engine, Signal};
+use crate::app::{Application, Binding, ChildTarget};
+use crate::instance::{Aligned, Port, Ports};
+
+/// Latches at once that a variable must bear beyond its importers: tools that look at it, and the host itself.
+const SPARE_READERS: usize = 8;
+/// Writers that a modulation must bear beyond the fathers bound to it: the operator's tools and the host.
+const SPARE_WRITERS: usize = 2;
+
+/// The variables of every instance, by number.
+pub(crate) struct Variables {
+    ports: Vec<Vec<Option<Arc<Variable>>>>,
+    periods: Vec<Arc<Variable>>,
+}
+
+impl Variables {
+    /// The variable that an instance's own export, modulation or command is.
+    pub(crate) fn of(&self, instance: usize, port: usize) -> Option<&Arc<Variable>> {
+        self.ports[instance].get(port)?.as_ref()
+    }
+
+    /// The period of an instance, seconds.
+    pub(crate) fn period(&self, instance: usize) -> &Arc<Variable> {
+        &self.periods[instance]
+    }
+}
+
+/// Declares all variables, then makes all ports.
+pub(super) fn wire(
+    application: &Application,
+    board: &Board,
+) -> Result<(Variables, Vec<Ports>, Commands), Error> {
+    let users = Users::count(application);
+    let mut variables = Variables {
+        ports: Vec::new(),
+        periods: Vec::new(),
+    };
+    for (number, instance) in application.instances.iter().enumerate() {
+        let mut own = Vec::new();
+        for (place, port) in instance.schema.ports.iter().enumerate() {
+            let writers = users.writers[number][place];
+            let (access, initial, writers) = match (&port.role, &instance.bindings[place]) {
+                (Role::Export, _) => (Access::Export, None, 1),
+                (Role::Modulation { .. }, Binding::Modulation { initial }) => {
+                    (Access::Modulation, Some(initial.clone()), writers + SPARE_WRITERS)
+                }
+                (Role::Command { validity_ns, neutral }, _) => (
+                    Access::Command {
+                        validity: *validity_ns,
+                    },
+                    Some(neutral.clone()),
+                    writers + SPARE_WRITERS,
+                ),
+                _ => {
+                    own.push(None);
+                    continue;
+                }
+            };
+            own.push(Some(board.declare(Declaration {
+                owner: instance.name.clone(),
+                name: port.name.clone(),
+                doc: port.doc.clone(),
+                unit: port.unit.clone(),
+                value_type: Arc::clone(&port.value_type),
+                access,
+                initial,
+                writers,
+                readers: users.readers[number][place] + SPARE_READERS,
+            })?));
+        }
+        variables.ports.push(own);
+        variables.periods.push(board.declare(Declaration {
+            owner: instance.name.clone(),
+            name: String::from("period"),
+            doc: String::from("Time from one iteration to the next; takes effect at the next."),
+            unit: String::from("s"),
+            value_type: Arc::new(f64::describe()),
+            access: Access::Modulation,
+            initial: Some((instance.period_ns as f64 / 1e9).to_ne_bytes().to_vec()),
+            writers: users.period_writers[number] + SPARE_WRITERS,
+            readers: SPARE_READERS,
+        })?);
+    }
+    let ports = (0..application.instances.len())
+        .map(|number| ports(application, &variables, number))
+        .collect::<Result<Vec<_>, _>>()?;
+    let commands = commands(application, &variables);
+    Ok((variables, ports, commands))
+}
+
+/// Rings an instance for each import that re-evaluates its precondition (R12), and for its period.
+pub(super) fn subscribe(engine: &Engine, bells: &Arc<dyn Bells>) {
+    for (number, instance) in engine.application.instances.iter().enumerate() {
+        let ring = |signal: fn() -> Signal| -> Arc<dyn Fn() + Send + Sync> {
+            let bells = Arc::downgrade(bells);
+            Arc::new(move || {
+                if let Some(bells) = bells.upgrade() {
+                    bells.ring(number, signal());
+                }
+            })
+        };
+        for binding in &instance.bindings {
+            if let Binding::Import {
+                source: Some((source, port)),
+                trigger: true,
+            } = binding
+            {
+                let variable = engine
+                    .variables
+                    .of(*source, *port)
+                    .expect("imports are bound to variables");
+                variable.subscribe(ring(|| Signal::Triggered));
+            }
+        }
+        engine
+            .variables
+            .period(number)
+            .subscribe(ring(|| Signal::Retimed));
+    }
+}
+
+fn ports(application: &Application, variables: &Variables, number: usize) -> Result<Ports, Error> {
+    let instance = &application.instances[number];
+    let id = number as u32;
+    let variable =
+        |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
+    let mut ports = Vec::new();
+    for (place, binding) in instance.bindings.iter().enumerate() {
+        ports.push(match binding {
+            Binding::Import { source: None, .. }
+            | Binding::Actuator { target: None }
+            | Binding::ChildModulation { target: None } => Port::Unbound,
+            Binding::Import {
+                source: Some(source), ..
+            } => Port::Input(variable(*source).reader(&instance.name)),
+            Binding::Modulation { .. } => Port::Input(variable((number, place)).reader(&instance.name)),
+            Binding::Command => {
+                let Role::Command { neutral, .. } = &instance.schema.ports[place].role else {
+                    unreachable!("a command is bound as one")
+                };
+                let reader = variable((number, place)).reader(&instance.name);
+                Port::Command {
+                    reader,
+                    neutral: Aligned::new(neutral),
+                }
+            }
+            Binding::Export => Port::Output(variable((number, place)).writer(id, &instance.name)?),
+            Binding::Actuator { target: Some(target) } => Port::Actuator {
+                writer: variable(*target).writer(id, &instance.name)?,
+                refused: false,
+            },
+            Binding::ChildModulation {
+                target: Some(ChildTarget::Port(child, port)),
+            } => Port::Output(variable((*child, *port)).writer(id, &instance.name)?),
+            Binding::ChildModulation {
+                target: Some(ChildTarget::Period(child)),
+            } => Port::Output(variables.period(*child).writer(id, &instance.name)?),
+        });
+    }
+    Ok(Ports::new(ports))
+}
+
+fn commands(application: &Application, variables: &Variables) -> Commands {
+    let mut commands = Vec::new();
+    for (driver, instance) in application.instances.iter().enumerate() {
+        for (place, port) in instance.schema.ports.iter().enumerate() {
+            let Role::Command { neutral, .. } = &port.role else {
+                continue;
+            };
+            let variable = Arc::clone(variables.of(driver, place).expect("commands are variables"));
+            let target = Binding::Actuator {
+                target: Some((driver, place)),
+            };
+            let commanders = application.instances.iter().enumerate();
+            commands.push(Command {
+                driver,
+                newest: variable.reader("host"),
+                variable,
+                neutral: neutral.clone(),
+                commanders: commanders
+                    .filter(|(_, other)| other.bindings.contains(&target))
+                    .map(|(i, _)| i)
+                    .collect(),
+            });
+        }
+    }
+    Commands::new(commands)
+}
+
+/// How many read and write each variable.
+struct Users {
+    readers: Vec<Vec<usize>>,
+    writers: Vec<Vec<usize>>,
+    period_writers: Vec<usize>,
+}
+
+impl Users {
+    fn count(application: &Application) -> Self {
+        let zeros = || {
+            application
+                .instances
+                .iter()
+                .map(|instance| vec![0; instance.bindings.len()])
+                .collect()
+        };
+        let mut users = Self {
+            readers: zeros(),
+            writers: zeros(),
+            period_writers: vec![0; application.instances.len()],
+        };
+        for (number, instance) in application.instances.iter().enumerate() {
+            for (place, binding) in instance.bindings.iter().enumerate() {
+                match binding {
+                    Binding::Import {
+                        source: Some((owner, port)),
+                        ..
+                    } => users.readers[*owner][*port] += 1,
+                    Binding::Modulation { .. } | Binding::Command => users.readers[number][place] += 1,
+                    Binding::Actuator {
+                        target: Some((owner, port)),
+                    }
+                    | Binding::ChildModulation {
+                        target: Some(ChildTarget::Port(owner, port)),
+                    } => {
+                        users.writers[*owner][*port] += 1;
+                    }
+                    Binding::ChildModulation {
+                        target: Some(ChildTarget::Period(owner)),
+                    } => {
+                        users.period_writers[*owner] += 1;
+                    }
+                    Binding::Import { source: None, .. }
+                    | Binding::Export
+                    | Binding::Actuator { target: None }
+                    | Binding::ChildModulation { target: None } => {}
+                }
+            }
+        }
+        users
+    }
+}

@@ -1,0 +1,152 @@
+//! Lockstep: virtual time, one thread, as fast as the machine goes; the same seed gives the same run to the bit (R16).
+//!
+//! Calls take no virtual time, so nothing overruns here and a call that never returns stops the whole run.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use jde_core::Nanos;
+
+use crate::engine::{Bells, Engine, Signal};
+use crate::event::Outcome;
+use crate::runner::{Inbox, Runner};
+
+/// Signals in the order in which they came.
+#[derive(Default)]
+pub(crate) struct Queue {
+    signals: Mutex<VecDeque<(usize, Signal)>>,
+}
+
+/// All runners on one thread.
+pub(crate) struct Lockstep {
+    engine: Arc<Engine>,
+    queue: Arc<Queue>,
+    runners: Vec<Runner>,
+    due: Vec<Option<Nanos>>,
+    /// Who runs first when several are due: drivers and perceptive schemas, then motor schemas, fathers before children.
+    order: Vec<usize>,
+}
+
+impl Bells for Queue {
+    fn ring(&self, instance: usize, signal: Signal) {
+        self.signals
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push_back((instance, signal));
+    }
+
+    fn alarm(&self, _: Option<Nanos>) {}
+}
+
+impl Queue {
+    fn pop(&self) -> Option<(usize, Signal)> {
+        self.signals
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop_front()
+    }
+}
+
+impl Lockstep {
+    pub(crate) fn new(engine: Arc<Engine>, runners: Vec<Runner>) -> Self {
+        let queue = Arc::new(Queue::default());
+        let bells: Arc<dyn Bells> = Arc::clone(&queue) as _;
+        engine.attach(&bells);
+        let order = order(&engine);
+        let due = vec![None; runners.len()];
+        Self {
+            engine,
+            queue,
+            runners,
+            due,
+            order,
+        }
+    }
+
+    pub(crate) fn start(&mut self) {
+        self.engine.start();
+        self.settle();
+    }
+
+    /// Goes on until virtual time is `end`, or the application concludes.
+    pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
+        self.settle();
+        loop {
+            if let Some(outcome) = self.engine.outcome() {
+                return Some(outcome);
+            }
+            let timer = self.engine.next_timer();
+            let Some(now) = self
+                .due
+                .iter()
+                .copied()
+                .flatten()
+                .chain(timer)
+                .min()
+                .filter(|now| *now <= end)
+            else {
+                self.engine.clock.set(end);
+                return None;
+            };
+            self.engine.clock.set(now);
+            if timer.is_some_and(|timer| timer <= now) {
+                self.engine.tick();
+                self.settle();
+            }
+            for place in 0..self.order.len() {
+                let number = self.order[place];
+                if self.due[number].is_some_and(|due| due <= now) {
+                    self.turn(number, Inbox::default());
+                    self.settle();
+                }
+            }
+        }
+    }
+
+    /// Brakes, puts everything to sleep, children before fathers, and ends the instances in reverse order.
+    pub(crate) fn shut_down(&mut self) {
+        self.engine.brake_all();
+        self.settle();
+        for number in self.engine.put_to_sleep() {
+            let mut inbox = Inbox::default();
+            inbox.put(Signal::Asleep);
+            self.turn(number, inbox);
+            self.settle();
+        }
+        self.runners.iter_mut().rev().for_each(Runner::destroy);
+    }
+
+    /// Carries out all that the last call led to, at this same instant.
+    fn settle(&mut self) {
+        while let Some((number, signal)) = self.queue.pop() {
+            let mut inbox = Inbox::default();
+            inbox.put(signal);
+            self.turn(number, inbox);
+        }
+    }
+
+    fn turn(&mut self, number: usize, inbox: Inbox) {
+        self.due[number] = self.runners[number].turn(inbox);
+    }
+}
+
+fn order(engine: &Engine) -> Vec<usize> {
+    let instances = &engine.application.instances;
+    let depth = |mut number: usize| {
+        let mut depth = 0;
+        while let Some(father) = instances[number].father {
+            (number, depth) = (father, depth + 1);
+        }
+        depth
+    };
+    let mut order: Vec<usize> = (0..instances.len()).collect();
+    order.sort_by_key(|number| {
+        let rank = match instances[*number].schema.kind {
+            jde_abi::describe::Kind::Driver => 0,
+            jde_abi::describe::Kind::Perceptive => 1,
+            jde_abi::describe::Kind::Motor => 2,
+        };
+        (rank, depth(*number), *number)
+    });
+    order
+}

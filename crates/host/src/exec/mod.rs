@@ -1,0 +1,6 @@
+//! The executors: who calls the runners, and when. The selection is the engine's and the same for all (R16).
+
+pub(crate) mod lockstep;
+pub(crate) mod pool;
+pub(crate) mod supervisor;
+pub(crate) mod threads;

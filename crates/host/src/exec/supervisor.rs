@@ -1,0 +1,154 @@
+//! Real time's caretaker: fires the rules' timers, notices calls that do not return, and brings everything to rest at the end.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use jde_core::Nanos;
+
+use crate::engine::Engine;
+use crate::event::{Event, Outcome};
+
+/// A call that runs this many times its budget is reported as hung: far beyond a slow iteration on a loaded machine.
+const HUNG_BUDGETS: u64 = 10;
+/// How often calls are looked at: often enough to tell within a quarter of a second.
+const LOOK: Nanos = 250_000_000;
+/// How long an instance may take to go to sleep at the end before it is left behind.
+const REST: Duration = Duration::from_secs(1);
+
+/// The time at which the rules want to be called.
+#[derive(Default)]
+pub(crate) struct Alarm {
+    state: Mutex<(Option<Nanos>, bool)>,
+    changed: Condvar,
+}
+
+/// Those who run the instances, as the supervisor sees them.
+pub(crate) trait Crew: Send + Sync {
+    /// Waits until an instance has nothing to do; false if it still had after `within`.
+    fn settled(&self, instance: usize, within: Duration) -> bool;
+    /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
+    fn dismiss(&self) -> Vec<usize>;
+}
+
+impl Alarm {
+    pub(crate) fn set(&self, next: Option<Nanos>) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let sooner = match (next, state.0) {
+            (Some(next), Some(set)) => next < set,
+            (Some(_), None) => true,
+            (None, _) => false,
+        };
+        state.0 = next;
+        drop(state);
+        if sooner {
+            self.changed.notify_all();
+        }
+    }
+
+    pub(crate) fn stop(&self) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
+        self.changed.notify_all();
+    }
+}
+
+/// Watches until the alarm is stopped.
+pub(crate) fn watch(engine: &Engine, alarm: &Alarm, limit: Option<Nanos>) {
+    sharpen_timers();
+    let mut reported = vec![None; engine.meters.len()];
+    loop {
+        let now = engine.clock.now();
+        if limit.is_some_and(|limit| now >= limit) {
+            engine.conclude(Outcome::TimeUp);
+        }
+        if engine.next_timer().is_some_and(|timer| timer <= now) {
+            engine.tick();
+        }
+        look_for_hung(engine, now, &mut reported);
+        let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.1 {
+            return;
+        }
+        let ended = limit.filter(|limit| *limit > now);
+        let next = [state.0, ended, Some(now + LOOK)]
+            .into_iter()
+            .flatten()
+            .min()
+            .expect("the look is always there");
+        let wait = engine.clock.until(next);
+        drop(
+            alarm
+                .changed
+                .wait_timeout(state, wait)
+                .unwrap_or_else(PoisonError::into_inner),
+        );
+    }
+}
+
+/// Stops actuators first, then puts schemas to sleep, children before fathers, then ends them in reverse order.
+pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
+    for driver in engine.brake_all() {
+        if !crew.settled(driver, REST) {
+            tracing::error!(
+                schema = engine.name(driver),
+                "did not carry out the last brake within {REST:?}"
+            );
+        }
+    }
+    for instance in engine.put_to_sleep() {
+        engine.send_to_sleep(instance);
+        if !crew.settled(instance, REST) {
+            tracing::error!(
+                schema = engine.name(instance),
+                "is still inside a call after {REST:?} and is left behind"
+            );
+        }
+    }
+    for instance in crew.dismiss() {
+        tracing::error!(
+            schema = engine.name(instance),
+            "never returned from its last call"
+        );
+    }
+}
+
+/// Runs a thread's body; a panic in it is the host's own: it brakes all actuators and ends the application.
+pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
+    if catch_unwind(AssertUnwindSafe(body)).is_err() {
+        engine.brake_all();
+        engine.conclude(Outcome::Broken(String::from(
+            "the host itself panicked; this is a fault of jde, please report it",
+        )));
+    }
+}
+
+/// Lets this thread's waits end when they should, not up to 50 us later: the kernel rounds by its timer slack.
+pub(crate) fn sharpen_timers() {
+    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
+        tracing::debug!("timer slack stays as it is: {error}");
+    }
+}
+
+fn look_for_hung(engine: &Engine, now: Nanos, reported: &mut [Option<Nanos>]) {
+    for (number, meter) in engine.meters.iter().enumerate() {
+        let Some(since) = meter.running_since() else {
+            continue;
+        };
+        let budget = engine.application.instances[number].budget_ns;
+        let hung = now.saturating_sub(since) > budget.saturating_mul(HUNG_BUDGETS);
+        if hung && reported[number] != Some(since) {
+            reported[number] = Some(since);
+            engine.deadline(number, false);
+            tracing::error!(
+                schema = engine.name(number),
+                "has not returned from a call for {:.1} s; it holds up nobody else",
+                (now - since) as f64 / 1e9
+            );
+            engine.report(&Event::Hung {
+                time: now,
+                schema: number,
+                since,
+            });
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! A thread for each schema that has been awake; a sleeping one waits without a deadline and costs no processor time.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use jde_core::Nanos;
+
+use super::supervisor::{Alarm, Crew, guarded};
+use crate::engine::{Bells, Engine, Signal};
+use crate::runner::{Inbox, Runner};
+
+/// One mailbox and one thread an instance.
+pub(crate) struct Threads {
+    seats: Vec<Arc<Seat>>,
+    alarm: Arc<Alarm>,
+}
+
+struct Seat {
+    mail: Mutex<Mail>,
+    news: Condvar,
+    idle: Condvar,
+    runner: Mutex<Runner>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+#[derive(Default)]
+struct Mail {
+    inbox: Inbox,
+    busy: bool,
+    leave: bool,
+}
+
+impl Bells for Threads {
+    fn ring(&self, instance: usize, signal: Signal) {
+        let seat = &self.seats[instance];
+        lock(&seat.mail).inbox.put(signal);
+        seat.news.notify_one();
+    }
+
+    fn alarm(&self, next: Option<Nanos>) {
+        self.alarm.set(next);
+    }
+}
+
+impl Threads {
+    pub(crate) fn new(
+        engine: &Arc<Engine>,
+        runners: Vec<Runner>,
+        alarm: Arc<Alarm>,
+    ) -> std::io::Result<Arc<Self>> {
+        let seats: Vec<Arc<Seat>> = runners
+            .into_iter()
+            .map(|runner| Arc::new(Seat::new(runner)))
+            .collect();
+        for (number, seat) in seats.iter().enumerate() {
+            let (engine, own) = (Arc::clone(engine), Arc::clone(seat));
+            // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
+            let thread = Builder::new().name(engine.name(number).to_owned());
+            let handle = thread.spawn(move || guarded(&engine, || own.run(&engine)))?;
+            *lock(&seat.thread) = Some(handle);
+        }
+        Ok(Arc::new(Self { seats, alarm }))
+    }
+}
+
+impl Crew for Threads {
+    fn settled(&self, instance: usize, within: Duration) -> bool {
+        let seat = &self.seats[instance];
+        let mail = lock(&seat.mail);
+        let waiting = |mail: &mut Mail| mail.busy || !mail.inbox.is_empty();
+        let (mut mail, _) = seat
+            .idle
+            .wait_timeout_while(mail, within, waiting)
+            .unwrap_or_else(PoisonError::into_inner);
+        !waiting(&mut mail)
+    }
+
+    fn dismiss(&self) -> Vec<usize> {
+        for seat in &self.seats {
+            lock(&seat.mail).leave = true;
+            seat.news.notify_all();
+        }
+        let mut lost = Vec::new();
+        for (number, seat) in self.seats.iter().enumerate().rev() {
+            match seat.runner.try_lock() {
+                Ok(mut runner) => {
+                    runner.destroy();
+                    drop(runner);
+                    if let Some(thread) = lock(&seat.thread).take() {
+                        // It only has to see `leave`; its panics were reported by `guarded`.
+                        let _ = thread.join();
+                    }
+                }
+                Err(TryLockError::WouldBlock) => lost.push(number),
+                Err(TryLockError::Poisoned(_)) => {}
+            }
+        }
+        lost
+    }
+}
+
+impl Seat {
+    fn new(runner: Runner) -> Self {
+        Self {
+            mail: Mutex::default(),
+            news: Condvar::new(),
+            idle: Condvar::new(),
+            runner: Mutex::new(runner),
+            thread: Mutex::new(None),
+        }
+    }
+
+    fn run(&self, engine: &Engine) {
+        super::supervisor::sharpen_timers();
+        let mut due = None;
+        loop {
+            let Some(inbox) = self.next(engine, due) else {
+                return;
+            };
+            due = lock(&self.runner).turn(inbox);
+        }
+    }
+
+    /// Waits for mail or for the time that is due; `None` to leave.
+    fn next(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
+        let mut mail = lock(&self.mail);
+        mail.busy = false;
+        loop {
+            if mail.leave {
+                return None;
+            }
+            if mail.inbox.is_empty() {
+                self.idle.notify_all();
+            } else {
+                break;
+            }
+            match due.map(|due| engine.clock.until(due)) {
+                Some(Duration::ZERO) => break,
+                Some(wait) => {
+                    mail = self
+                        .news
+                        .wait_timeout(mail, wait)
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .0
+                }
+                None => mail = self.news.wait(mail).unwrap_or_else(PoisonError::into_inner),
+            }
+        }
+        mail.busy = true;
+        Some(std::mem::take(&mut mail.inbox))
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,247 @@
+//! The host's side of the ABI: the functions a plugin calls back, each within a call of its instance.
+//!
+//! No panic leaves through them: it would end the process. One that arises is the host's own, and ends the application.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::null;
+use std::sync::Arc;
+
+use jde_abi::raw::{self, Context, Host};
+use jde_core::Policy;
+
+use super::ports::{PortError, Ports};
+use super::state_number;
+use crate::engine::Engine;
+
+/// What a [`Context`] really is.
+pub(super) struct Call<'a> {
+    pub(super) engine: &'a Arc<Engine>,
+    pub(super) number: usize,
+    pub(super) name: &'a CStr,
+    pub(super) ports: &'a mut Ports,
+    pub(super) failure: Option<String>,
+}
+
+/// The table given to every instance.
+pub(super) static HOST: Host = Host {
+    size: size_of::<Host>() as u32,
+    abi_major: raw::ABI_MAJOR,
+    abi_minor: raw::ABI_MINOR,
+    reserved: 0,
+    read,
+    loan,
+    publish,
+    wake,
+    sleep,
+    child,
+    set_policy,
+    now,
+    seed,
+    application,
+    name,
+    log,
+    fail,
+    extension,
+};
+
+/// Runs `body` with the call behind `context`.
+///
+/// # Safety
+/// `context` is the one given to the present call of an instance, on this thread.
+unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut Call<'_>) -> R) -> R {
+    // SAFETY: by the contract of `Host`, the context is the one `Instance::call` made, and nothing else uses it meanwhile.
+    let call = unsafe { &mut *context.cast::<Call<'_>>() };
+    catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or(broken)
+}
+
+fn status(error: &PortError) -> i32 {
+    match error {
+        PortError::Unbound => raw::UNBOUND,
+        PortError::NoValue => raw::NO_VALUE,
+        PortError::WrongPort | PortError::NothingLoaned => raw::BAD_ARGUMENT,
+        PortError::Refused {
+            why: jde_board::Refused::NotFinite,
+            ..
+        } => raw::NOT_FINITE,
+        PortError::Refused { .. } => raw::REFUSED,
+    }
+}
+
+unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a sample.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            let now = call.engine.clock.now();
+            match call.ports.read(port as usize, now) {
+                Err(error) => status(&error),
+                Ok(view) => {
+                    let fresh = if view.sequence == 0 {
+                        raw::SAMPLE_DEFAULT
+                    } else {
+                        0
+                    };
+                    out.write(raw::Sample {
+                        data: view.bytes.as_ptr().cast::<c_void>(),
+                        bytes: view.bytes.len() as u64,
+                        time_ns: view.time,
+                        sequence: view.sequence,
+                        writer: view.writer,
+                        flags: if view.neutral { raw::SAMPLE_NEUTRAL } else { fresh },
+                    });
+                    raw::OK
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a pointer.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            match call.ports.loan(port as usize) {
+                Err(error) => status(&error),
+                Ok(bytes) => {
+                    out.write(bytes.as_mut_ptr().cast::<c_void>());
+                    raw::OK
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            let now = call.engine.clock.now();
+            let time = if time_ns == 0 { now } else { time_ns };
+            match call.ports.publish(port as usize, time, now) {
+                Ok(()) => raw::OK,
+                Err(error) => {
+                    if let PortError::Refused { why, first } = &error {
+                        call.engine
+                            .command_refused(call.number, port as usize, why, *first);
+                    }
+                    status(&error)
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            call.engine.child_wakes(call.number, child as usize, true)
+        })
+    }
+}
+
+unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            call.engine.child_wakes(call.number, child as usize, false)
+        })
+    }
+}
+
+unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a status.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            match call.engine.child(call.number, child as usize) {
+                Err(status) => status,
+                Ok((state, faulted)) => {
+                    out.write(raw::ChildStatus {
+                        size: size_of::<raw::ChildStatus>() as u32,
+                        state: state_number(state),
+                        faulted: u32::from(faulted),
+                        reserved: 0,
+                    });
+                    raw::OK
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn set_policy(
+    context: *mut Context,
+    child: u32,
+    policy: u32,
+    dwell_ns: u64,
+    hysteresis: f64,
+) -> i32 {
+    let policy = match policy {
+        raw::POLICY_PRIORITY => Policy::Priority,
+        raw::POLICY_URGENCY => Policy::HighestUrgency,
+        raw::POLICY_STICKY if hysteresis.is_finite() && hysteresis >= 0.0 => Policy::Sticky {
+            dwell: dwell_ns,
+            hysteresis,
+        },
+        raw::POLICY_ROUND_ROBIN if dwell_ns > 0 => Policy::RoundRobin { turn: dwell_ns },
+        raw::POLICY_FATHER => Policy::Father,
+        _ => return raw::BAD_ARGUMENT,
+    };
+    // SAFETY: the plugin gives the context of this call.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            call.engine.set_policy(call.number, child as usize, policy)
+        })
+    }
+}
+
+unsafe extern "C" fn now(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { within(context, 0, |call| call.engine.clock.now()) }
+}
+
+unsafe extern "C" fn seed(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { within(context, 0, |call| call.engine.seed_of(call.number)) }
+}
+
+unsafe extern "C" fn application(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { within(context, 0, |call| call.engine.id) }
+}
+
+unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { within(context, null(), |call| call.name.as_ptr()) }
+}
+
+unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe {
+        within(context, (), |call| {
+            let text = text_of(text, length);
+            call.engine.log(call.number, level, &text);
+        });
+    }
+}
+
+unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe { within(context, (), |call| call.failure = Some(text_of(text, length))) }
+}
+
+unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
+    null()
+}
+
+/// Longest text believed of a plugin.
+const LONGEST: u64 = 64 << 10;
+
+unsafe fn text_of(text: *const c_char, length: u64) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller vouches for the length.
+    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(LONGEST) as usize) };
+    String::from_utf8_lossy(bytes).into_owned()
+}

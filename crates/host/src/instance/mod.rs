@@ -1,0 +1,255 @@
+//! One instance of a plugin's schema, and the only place where a plugin's functions are called.
+//!
+//! Whoever holds an [`Instance`] runs it: calls never overlap because each takes it by `&mut`.
+
+#![allow(unsafe_code)]
+
+mod host_table;
+mod ports;
+
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::ptr::null_mut;
+use std::sync::Arc;
+
+use jde_abi::raw;
+use jde_core::{Case, Level, Nanos};
+
+use crate::engine::Engine;
+use host_table::{Call, HOST};
+pub(crate) use ports::{Aligned, Port, Ports};
+
+/// An instance that was made, and the ports through which it sees the world.
+pub(crate) struct Instance {
+    number: usize,
+    name: CString,
+    table: &'static raw::Schema,
+    this: *mut c_void,
+    ports: Ports,
+    engine: Arc<Engine>,
+}
+
+// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
+unsafe impl Send for Instance {}
+
+/// The answer to a check.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Answer {
+    pub(crate) ready: bool,
+    pub(crate) urgency: f64,
+    /// When the newest value that the check looked at came to be.
+    pub(crate) newest: Nanos,
+}
+
+impl Instance {
+    /// Makes an instance of `table`, SLEPT.
+    pub(crate) fn create(
+        engine: &Arc<Engine>,
+        number: usize,
+        table: &'static raw::Schema,
+        ports: Ports,
+    ) -> Result<Self, (String, Ports)> {
+        let name =
+            CString::new(engine.application.instances[number].name.replace('\0', "")).unwrap_or_default();
+        let mut instance = Self {
+            number,
+            name,
+            table,
+            this: null_mut(),
+            ports,
+            engine: Arc::clone(engine),
+        };
+        let create = table.create.expect("read::plugin refuses schemas without create");
+        // SAFETY: the table was checked; the context lives for the call.
+        let (this, failure) = instance.call(|_, context| unsafe { create(table, &raw const HOST, context) });
+        if this.is_null() {
+            let reason = failure.unwrap_or_else(|| String::from("its create returned null without a reason"));
+            // The drop of an instance without `this` calls nothing.
+            return Err((reason, std::mem::take(&mut instance.ports)));
+        }
+        instance.this = this;
+        Ok(instance)
+    }
+
+    /// Ends it, and gives back its ports for the next one.
+    pub(crate) fn destroy(mut self) -> Ports {
+        self.end();
+        std::mem::take(&mut self.ports)
+    }
+
+    pub(crate) fn awake(&mut self) -> Result<(), String> {
+        self.ports.release();
+        // SAFETY: `this` came from this table's create; the context lives for the call.
+        let result = match self.table.awake {
+            Some(awake) => self.result("awake", |this, context| unsafe { awake(this, context) }),
+            None => Ok(()),
+        };
+        self.ports.release();
+        result
+    }
+
+    /// Evaluates the precondition over fresh values, which stay for the iteration that follows (R8).
+    pub(crate) fn check(&mut self) -> Result<Answer, String> {
+        self.ports.release();
+        let mut out = raw::Precondition {
+            size: size_of::<raw::Precondition>() as u32,
+            ready: 1,
+            urgency: 0.0,
+        };
+        if let Some(check) = self.table.check {
+            // SAFETY: as in `awake`; `out` lives for the call.
+            self.result("check", |this, context| unsafe {
+                check(this, context, &raw mut out)
+            })?;
+        }
+        Ok(Answer {
+            ready: out.ready != 0,
+            urgency: out.urgency,
+            newest: self.ports.newest(),
+        })
+    }
+
+    pub(crate) fn iterate(&mut self) -> Result<(), String> {
+        let iterate = self
+            .table
+            .iterate
+            .expect("read::plugin refuses schemas without iterate");
+        // SAFETY: as in `awake`.
+        let result = self.result("iterate", |this, context| unsafe { iterate(this, context) });
+        self.ports.release();
+        result
+    }
+
+    /// Asks the father's own function; answers with a role, or nobody, and the reason.
+    pub(crate) fn arbitrate(&mut self, level: &Level) -> Result<(Option<usize>, String), String> {
+        let Some(arbitrate) = self.table.arbitrate else {
+            return Err(String::from("it has no arbitration of its own"));
+        };
+        self.ports.release();
+        let engine = Arc::clone(&self.engine);
+        let roles = &engine.application.instances[self.number].children;
+        let role = |id: jde_core::SchemaId| roles.iter().position(|child| *child == Some(id.index()));
+        let candidates: Vec<raw::Candidate> = level
+            .candidates
+            .iter()
+            .filter_map(|candidate| {
+                Some(raw::Candidate {
+                    size: size_of::<raw::Candidate>() as u32,
+                    child: role(candidate.id)? as u32,
+                    state: state_number(candidate.state),
+                    ready: u32::from(candidate.ready),
+                    urgency: candidate.urgency,
+                })
+            })
+            .collect();
+        let group = &engine.application.groups[level.group.index()].name;
+        let group = CString::new(group.rsplit('/').next().unwrap_or(group)).unwrap_or_default();
+        let level = raw::Level {
+            size: size_of::<raw::Level>() as u32,
+            case: match level.case {
+                Case::Collision => raw::COLLISION,
+                Case::Absence => raw::ABSENCE,
+                Case::Alone | Case::Forced => raw::ALONE,
+            },
+            group: group.as_ptr(),
+            candidates: candidates.as_ptr(),
+            candidate_count: candidates.len() as u32,
+            winner: level.winner.and_then(role).map_or(-1, |role| role as i32),
+        };
+        let mut verdict = raw::Verdict {
+            size: size_of::<raw::Verdict>() as u32,
+            child: -1,
+            reason: [0; 128],
+        };
+        // SAFETY: as in `awake`; level and verdict live for the call.
+        let answer = self.result("arbitrate", |this, context| unsafe {
+            arbitrate(this, context, &raw const level, &raw mut verdict)
+        });
+        self.ports.release();
+        answer?;
+        let reason = text_within(&verdict.reason);
+        match usize::try_from(verdict.child) {
+            Err(_) => Ok((None, reason)),
+            Ok(role) if role < roles.len() => Ok((Some(role), reason)),
+            Ok(role) => Err(format!("named child {role}, and it has {}", roles.len())),
+        }
+    }
+
+    pub(crate) fn sleep(&mut self) -> Result<(), String> {
+        self.ports.release();
+        let (_, failure) = match self.table.sleep {
+            // SAFETY: as in `awake`.
+            Some(sleep) => self.call(|this, context| unsafe { sleep(this, context) }),
+            None => ((), None),
+        };
+        self.ports.release();
+        failure.map_or(Ok(()), Err)
+    }
+
+    fn end(&mut self) {
+        self.ports.release();
+        let this = std::mem::replace(&mut self.this, null_mut());
+        if let (false, Some(destroy)) = (this.is_null(), self.table.destroy) {
+            // SAFETY: `this` came from this table's create and is given back once, since it was taken out.
+            unsafe { destroy(this) };
+        }
+    }
+
+    fn result(
+        &mut self,
+        what: &str,
+        call: impl FnOnce(*mut c_void, *mut raw::Context) -> i32,
+    ) -> Result<(), String> {
+        let (status, failure) = self.call(call);
+        match (status, failure) {
+            (raw::OK, _) => Ok(()),
+            (raw::PANICKED, reason) => Err(format!(
+                "panicked in {what}: {}",
+                reason.as_deref().unwrap_or("no message")
+            )),
+            (_, Some(reason)) => Err(reason),
+            (status, None) => Err(format!("{what} returned error {status} without a reason")),
+        }
+    }
+
+    /// One call, with a context that lives just as long; also gives the reason that the plugin left, if it did.
+    fn call<R>(&mut self, call: impl FnOnce(*mut c_void, *mut raw::Context) -> R) -> (R, Option<String>) {
+        let engine = Arc::clone(&self.engine);
+        let meter = &engine.meters[self.number];
+        let mut context = Call {
+            engine: &engine,
+            number: self.number,
+            name: &self.name,
+            ports: &mut self.ports,
+            failure: None,
+        };
+        meter.enter(engine.clock.now());
+        let result = call(self.this, (&raw mut context).cast::<raw::Context>());
+        let failure = context.failure.take();
+        meter.leave();
+        self.ports.discard_loans();
+        (result, failure)
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn state_number(state: jde_core::State) -> u32 {
+    match state {
+        jde_core::State::Slept => raw::SLEPT,
+        jde_core::State::Checking => raw::CHECKING,
+        jde_core::State::Ready => raw::READY,
+        jde_core::State::Winner => raw::WINNER,
+    }
+}
+
+/// The text before the first NUL, or all of it if there is none.
+fn text_within(text: &[c_char]) -> String {
+    let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
+    CStr::from_bytes_until_nul(&bytes)
+        .map(|text| text.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}

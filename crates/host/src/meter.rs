@@ -1,0 +1,78 @@
+//! Counts and times of one instance, written by whoever runs it and read by anyone. It judges nothing.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use jde_core::Nanos;
+
+/// New intervals count an eighth in means: they follow a change of period within a second or two and still read calmly.
+const SHARE: f64 = 0.125;
+
+/// What is measured of an instance.
+#[derive(Debug, Default)]
+pub(crate) struct Meter {
+    pub(crate) iterations: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    pub(crate) refused: AtomicU64,
+    pub(crate) faults: AtomicU64,
+    pub(crate) longest: AtomicU64,
+    pub(crate) period: AtomicU64,
+    /// Since when a call runs, plus one; 0 while none does.
+    running_since: AtomicU64,
+    last_cycle: AtomicU64,
+    mean_cycle: AtomicU64,
+    mean_busy: AtomicU64,
+}
+
+impl Meter {
+    /// A call begins.
+    pub(crate) fn enter(&self, now: Nanos) {
+        self.running_since.store(now + 1, Relaxed);
+    }
+
+    /// The call ended.
+    pub(crate) fn leave(&self) {
+        self.running_since.store(0, Relaxed);
+    }
+
+    /// Since when a call runs.
+    pub(crate) fn running_since(&self) -> Option<Nanos> {
+        self.running_since.load(Relaxed).checked_sub(1)
+    }
+
+    /// A periodic cycle began at `start` and took `busy`.
+    pub(crate) fn cycle(&self, start: Nanos, busy: Nanos) {
+        let last = self.last_cycle.swap(start + 1, Relaxed);
+        if last != 0 {
+            blend(&self.mean_cycle, (start + 1).saturating_sub(last));
+        }
+        blend(&self.mean_busy, busy);
+    }
+
+    /// It goes to sleep: the pause that follows is no cycle.
+    pub(crate) fn pause(&self) {
+        self.last_cycle.store(0, Relaxed);
+    }
+
+    /// Mean time between cycles, once there were two.
+    pub(crate) fn measured(&self) -> Option<Nanos> {
+        Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
+    }
+
+    /// Share of time spent in calls.
+    pub(crate) fn load(&self) -> f64 {
+        match self.measured() {
+            Some(cycle) => (self.mean_busy.load(Relaxed) as f64 / cycle as f64).min(1.0),
+            None => 0.0,
+        }
+    }
+}
+
+fn blend(mean: &AtomicU64, new: Nanos) {
+    let old = mean.load(Relaxed);
+    let blended = if old == 0 {
+        new as f64
+    } else {
+        old as f64 + SHARE * (new as f64 - old as f64)
+    };
+    mean.store(blended.round() as u64, Relaxed);
+}

@@ -1,0 +1,365 @@
+//! Runs one instance, a turn at a time: the loop of the paper's figure 2, for every executor alike (R16).
+//!
+//! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+use jde_abi::describe::Kind;
+use jde_abi::raw;
+use jde_core::{Answer, Check, GroupId, Level, Nanos};
+
+use crate::engine::{Engine, Signal};
+use crate::event::{Event, Outcome};
+use crate::instance::{Instance, Ports};
+
+/// What awaits an instance until its next turn.
+#[derive(Debug, Default)]
+pub(crate) struct Inbox {
+    /// Awake and asleep, in the order in which they came.
+    life: Vec<bool>,
+    promoted: bool,
+    triggered: bool,
+    retimed: bool,
+    asked: Vec<(GroupId, u64, Level)>,
+}
+
+/// An instance and where it is in its life.
+pub(crate) struct Runner {
+    engine: Arc<Engine>,
+    number: usize,
+    table: &'static raw::Schema,
+    kind: Kind,
+    life: Life,
+    period: Nanos,
+    /// When its last check was: a change of readiness came to be after that.
+    last_check: Nanos,
+    /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
+    last_iteration: Nanos,
+    last_triggered: Nanos,
+    late: bool,
+    started: bool,
+}
+
+enum Life {
+    /// There is no instance: not yet, or it faulted.
+    Absent(Ports),
+    Slept(Instance),
+    Awake {
+        instance: Instance,
+        due: Nanos,
+    },
+    /// Between two of the others, within a turn.
+    Changing,
+}
+
+impl Inbox {
+    pub(crate) fn put(&mut self, signal: Signal) {
+        match signal {
+            Signal::Awake => self.life.push(true),
+            Signal::Asleep => {
+                self.life.push(false);
+                self.promoted = false;
+            }
+            Signal::Promoted => self.promoted = true,
+            Signal::Triggered => self.triggered = true,
+            Signal::Retimed => self.retimed = true,
+            Signal::Asked { group, ticket, level } => self.asked.push((group, ticket, level)),
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.life.is_empty() && self.asked.is_empty() && !self.promoted && !self.triggered && !self.retimed
+    }
+}
+
+impl Runner {
+    pub(crate) fn new(
+        engine: &Arc<Engine>,
+        number: usize,
+        table: &'static raw::Schema,
+        ports: Ports,
+    ) -> Self {
+        let instance = &engine.application.instances[number];
+        Self {
+            engine: Arc::clone(engine),
+            number,
+            table,
+            kind: instance.schema.kind,
+            life: Life::Absent(ports),
+            period: instance.period_ns,
+            last_check: 0,
+            last_iteration: 0,
+            last_triggered: 0,
+            late: false,
+            started: false,
+        }
+    }
+
+    /// Makes the instance before the application starts, so that a plugin that cannot is known at once.
+    pub(crate) fn create(&mut self) -> Result<(), String> {
+        match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Absent(ports) => match Instance::create(&self.engine, self.number, self.table, ports) {
+                Ok(instance) => {
+                    self.life = Life::Slept(instance);
+                    Ok(())
+                }
+                Err((reason, ports)) => {
+                    self.life = Life::Absent(ports);
+                    Err(reason)
+                }
+            },
+            other => {
+                self.life = other;
+                Ok(())
+            }
+        }
+    }
+
+    /// Does what is due now; answers when the next turn is due, if by time alone.
+    pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
+        for (group, ticket, level) in inbox.asked {
+            self.arbitrate(group, ticket, &level);
+        }
+        for awake in inbox.life {
+            if awake { self.wake_up() } else { self.fall_asleep() }
+        }
+        if inbox.retimed {
+            self.retime();
+        }
+        if let Life::Awake { due, .. } = self.life {
+            let now = self.engine.clock.now();
+            if now >= due {
+                self.cycle(now, due);
+            } else if inbox.triggered && self.last_triggered != now + 1 {
+                self.last_triggered = now + 1;
+                if self.kind != Kind::Motor || self.check(now) {
+                    self.act(now);
+                }
+            } else if inbox.promoted {
+                self.act(now);
+            }
+        }
+        match self.life {
+            Life::Awake { due, .. } => Some(due),
+            Life::Absent(_) | Life::Slept(_) | Life::Changing => None,
+        }
+    }
+
+    /// Ends the instance for good.
+    pub(crate) fn destroy(&mut self) {
+        self.fall_asleep();
+        self.dismiss();
+    }
+
+    /// One period: check, then iterate if it is WINNER.
+    fn cycle(&mut self, start: Nanos, due: Nanos) {
+        if self.kind != Kind::Motor || self.check(start) {
+            self.act(start);
+        }
+        let end = self.engine.clock.now();
+        self.engine.meters[self.number].cycle(start, end - start);
+        let (next, missed) = next_due(due, self.period, end);
+        if let Life::Awake { due, .. } = &mut self.life {
+            *due = next;
+        }
+        if self.engine.clock.is_real() {
+            self.judge(end - start, missed);
+        }
+    }
+
+    /// Evaluates the precondition; answers false if the instance is no longer fit to iterate.
+    fn check(&mut self, now: Nanos) -> bool {
+        let Life::Awake { instance, .. } = &mut self.life else {
+            return false;
+        };
+        match instance.check() {
+            Ok(answer) => {
+                // The situation came to be with the newest value looked at, but not before the check that saw it otherwise.
+                let cause = answer.newest.clamp(self.last_check.min(now), now);
+                self.last_check = now;
+                let check = Check {
+                    ready: answer.ready,
+                    urgency: answer.urgency,
+                    cause,
+                };
+                self.engine.checked(self.number, check);
+                true
+            }
+            Err(reason) => {
+                self.fault(reason);
+                false
+            }
+        }
+    }
+
+    /// Iterates, if the rules give leave.
+    fn act(&mut self, now: Nanos) {
+        let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
+        let Life::Awake { instance, .. } = &mut self.life else {
+            return;
+        };
+        if again_this_instant || !self.engine.begin(self.number) {
+            return;
+        }
+        self.last_iteration = now + 1;
+        let start = self.engine.clock.now();
+        let result = instance.iterate();
+        let took = self.engine.clock.now() - start;
+        let meter = &self.engine.meters[self.number];
+        meter.iterations.fetch_add(1, Relaxed);
+        meter.longest.fetch_max(took, Relaxed);
+        match result {
+            Ok(()) => {
+                self.started = true;
+                self.engine.end(self.number);
+            }
+            Err(reason) => self.fault(reason),
+        }
+    }
+
+    fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
+        let answer = match &mut self.life {
+            Life::Slept(instance) | Life::Awake { instance, .. } => match instance.arbitrate(level) {
+                Ok((role, reason)) => {
+                    let children = &self.engine.application.instances[self.number].children;
+                    let child = role
+                        .and_then(|role| children[role])
+                        .map(|child| jde_core::SchemaId(child as u32));
+                    match (role, child) {
+                        (Some(role), None) => Answer::Failed {
+                            reason: format!("chose the unbound child {role}").into(),
+                        },
+                        _ => Answer::Chose {
+                            child,
+                            reason: reason.into(),
+                        },
+                    }
+                }
+                Err(reason) => Answer::Failed {
+                    reason: reason.into(),
+                },
+            },
+            Life::Absent(_) | Life::Changing => Answer::Failed {
+                reason: "the father is not there".into(),
+            },
+        };
+        self.engine.answered(group, ticket, answer);
+    }
+
+    fn wake_up(&mut self) {
+        if let Err(reason) = self.create() {
+            return self.fault(reason);
+        }
+        let now = self.engine.clock.now();
+        let Life::Slept(mut instance) = std::mem::replace(&mut self.life, Life::Changing) else {
+            return;
+        };
+        self.last_check = now;
+        let result = instance.awake();
+        self.life = Life::Awake { instance, due: now };
+        if let Err(reason) = result {
+            self.fault(reason);
+        }
+    }
+
+    fn fall_asleep(&mut self) {
+        match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Awake { mut instance, .. } => {
+                if let Err(reason) = instance.sleep() {
+                    tracing::error!(
+                        schema = self.engine.name(self.number),
+                        "failed while going to sleep: {reason}"
+                    );
+                }
+                self.engine.meters[self.number].pause();
+                self.life = Life::Slept(instance);
+            }
+            other => self.life = other,
+        }
+    }
+
+    /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one.
+    fn fault(&mut self, reason: String) {
+        if self.kind == Kind::Driver && !self.started {
+            let name = self.engine.name(self.number);
+            self.engine.conclude(Outcome::Broken(format!(
+                "driver `{name}` could not start: {reason}"
+            )));
+        }
+        self.fall_asleep();
+        self.dismiss();
+        self.engine.faulted(self.number, reason);
+    }
+
+    fn dismiss(&mut self) {
+        self.life = match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
+            other => other,
+        };
+    }
+
+    /// The next iteration comes by the new period, counted from the last.
+    fn retime(&mut self) {
+        let Some(period) = self
+            .engine
+            .period_of(self.number)
+            .filter(|period| *period != self.period)
+        else {
+            return;
+        };
+        if let Life::Awake { due, .. } = &mut self.life {
+            *due = due.saturating_sub(self.period).saturating_add(period);
+        }
+        self.period = period;
+        self.engine.retimed(self.number, period);
+    }
+
+    fn judge(&mut self, took: Nanos, missed: bool) {
+        let budget = self.engine.application.instances[self.number].budget_ns;
+        let late = missed || took > budget;
+        if late {
+            self.engine.meters[self.number].overruns.fetch_add(1, Relaxed);
+        }
+        if late != self.late {
+            self.late = late;
+            self.engine.deadline(self.number, !late);
+            if late {
+                let time = self.engine.clock.now();
+                self.engine.report(&Event::Overrun {
+                    time,
+                    schema: self.number,
+                    took,
+                    budget,
+                });
+            }
+        }
+    }
+}
+
+/// The first deadline after `now` on the grid of `due` and `period` (R11), and whether others were missed before it.
+fn next_due(due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
+    let next = due.saturating_add(period);
+    if next > now {
+        return (next, false);
+    }
+    let skipped = (now - next) / period + 1;
+    (next + skipped * period, true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_due;
+
+    #[test]
+    fn r11_deadlines_are_absolute() {
+        assert_eq!(next_due(100, 75, 130), (175, false));
+        assert_eq!(next_due(175, 75, 249), (250, false));
+    }
+
+    #[test]
+    fn r11_a_late_schema_skips_and_stays_on_its_grid() {
+        assert_eq!(next_due(100, 75, 175), (250, true));
+        assert_eq!(next_due(100, 75, 500), (550, true));
+    }
+}

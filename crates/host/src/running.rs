@@ -1,0 +1,357 @@
+//! A running application, in real time or in lockstep: what programs and tools hold in their hands.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use jde_board::Board;
+use jde_board::value::Value;
+use jde_core::{Nanos, Operator, SchemaId};
+
+use crate::app::{Application, Executor};
+use crate::clock::Clock;
+use crate::engine::{Bells, Engine};
+use crate::event::{Event, Observer, Outcome};
+use crate::exec::lockstep;
+use crate::exec::pool::Pool;
+use crate::exec::supervisor::{self, Alarm, Crew};
+use crate::exec::threads::Threads;
+use crate::mission;
+use crate::plugin::Plugins;
+use crate::runner::Runner;
+use crate::snapshot::Snapshot;
+
+/// How to run an application.
+pub struct Options {
+    /// Hear every event, in order.
+    pub observers: Vec<Box<dyn Observer>>,
+    /// End when the application's time is this, ns.
+    pub limit: Option<Nanos>,
+    /// Seconds of the application in a second of the machine; real time only.
+    pub speed: f64,
+}
+
+/// Why an application did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// A plugin cannot make an instance.
+    #[error("schema `{schema}` (type `{type_name}`) cannot be made: {reason}")]
+    Create {
+        /// The instance.
+        schema: String,
+        /// Its type.
+        type_name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A plugin of the application is not among those given.
+    #[error(
+        "plugin `{0}` of the application is not loaded; start it with the plugins it was checked against"
+    )]
+    OtherPlugins(String),
+    /// The machine refused a thread.
+    #[error("the system refuses a thread: {0}")]
+    Thread(#[from] std::io::Error),
+    /// The application contradicts itself; `app::load` lets none such through.
+    #[error("the application cannot be wired: {0}")]
+    Wiring(String),
+}
+
+/// An application that runs in real time, on threads of its own. Dropping it brings it to rest.
+pub struct Running {
+    engine: Arc<Engine>,
+    crew: Arc<dyn Crew>,
+    alarm: Arc<Alarm>,
+    watcher: Option<JoinHandle<()>>,
+}
+
+/// An application that runs in lockstep: virtual time, on the caller's thread. Dropping it brings it to rest.
+pub struct Lockstep {
+    engine: Arc<Engine>,
+    executor: lockstep::Lockstep,
+    limit: Option<Nanos>,
+    resting: bool,
+}
+
+/// What both kinds of running application offer; usable from any thread, and after the end.
+#[derive(Clone)]
+pub struct Handle {
+    engine: Arc<Engine>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            observers: Vec::new(),
+            limit: None,
+            speed: 1.0,
+        }
+    }
+}
+
+impl Running {
+    /// Starts an application.
+    ///
+    /// # Errors
+    /// [`StartError`]; nothing is awake then, and every instance made has been ended.
+    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
+        let executor = application.executor;
+        let (engine, runners) = prepare(
+            application,
+            plugins,
+            Clock::real(options.speed),
+            options.observers,
+        )?;
+        let alarm = Arc::new(Alarm::default());
+        let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
+            Executor::Threads => {
+                let threads = Threads::new(&engine, runners, Arc::clone(&alarm))?;
+                (Arc::clone(&threads) as _, threads)
+            }
+            Executor::Pool => {
+                let pool = Pool::new(&engine, runners, Arc::clone(&alarm))?;
+                (Arc::clone(&pool) as _, pool)
+            }
+        };
+        engine.attach(&bells);
+        mission::follow(&engine);
+        engine.start();
+        let (watched, ears) = (Arc::clone(&engine), Arc::clone(&alarm));
+        let watch =
+            move || supervisor::guarded(&watched, || supervisor::watch(&watched, &ears, options.limit));
+        let watcher = std::thread::Builder::new()
+            .name(String::from("supervisor"))
+            .spawn(watch)?;
+        Ok(Self {
+            engine,
+            crew,
+            alarm,
+            watcher: Some(watcher),
+        })
+    }
+
+    /// What tools need.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        Handle {
+            engine: Arc::clone(&self.engine),
+        }
+    }
+
+    /// Blocks until the application ends, brings it to rest, and says how it ended.
+    pub fn wait(mut self) -> Outcome {
+        let outcome = self.engine.concluded();
+        self.rest(&outcome);
+        outcome
+    }
+
+    fn rest(&mut self, outcome: &Outcome) {
+        let Some(watcher) = self.watcher.take() else {
+            return;
+        };
+        supervisor::bring_to_rest(&self.engine, &*self.crew);
+        self.alarm.stop();
+        // A panic in it was reported by `guarded`.
+        let _ = watcher.join();
+        self.engine.report(&Event::Ended {
+            time: self.engine.clock.now(),
+            outcome: outcome.clone(),
+        });
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.engine.conclude(Outcome::Stopped);
+        let outcome = self.engine.concluded();
+        self.rest(&outcome);
+    }
+}
+
+impl Lockstep {
+    /// Makes an application ready to run; its schemas awake at time 0.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
+        let (engine, runners) = prepare(application, plugins, Clock::standing(), options.observers)?;
+        let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
+        mission::follow(&engine);
+        executor.start();
+        Ok(Self {
+            engine,
+            executor,
+            limit: options.limit,
+            resting: false,
+        })
+    }
+
+    /// What tools need.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        Handle {
+            engine: Arc::clone(&self.engine),
+        }
+    }
+
+    /// Goes on until virtual time is `then`; answers with the outcome if the application ended before.
+    pub fn run_until(&mut self, then: Nanos) -> Option<Outcome> {
+        let end = self.limit.map_or(then, |limit| limit.min(then));
+        if let Some(outcome) = self.executor.run_until(end) {
+            return Some(outcome);
+        }
+        if self.limit.is_some_and(|limit| limit <= then) {
+            self.engine.conclude(Outcome::TimeUp);
+        }
+        self.engine.outcome()
+    }
+
+    /// Goes on until the application ends, brings it to rest, and says how it ended. Without a limit, and without a mission,
+    /// it ends when somebody stops it.
+    pub fn run(mut self) -> Outcome {
+        let outcome = self.run_until(Nanos::MAX - 1).unwrap_or(Outcome::Stopped);
+        self.rest();
+        outcome
+    }
+
+    /// Brings it to rest; afterwards only its [`Handle`]s are of use.
+    fn rest(&mut self) {
+        if !std::mem::replace(&mut self.resting, true) {
+            self.engine.conclude(Outcome::Stopped);
+            self.executor.shut_down();
+            let outcome = self.engine.concluded();
+            self.engine.report(&Event::Ended {
+                time: self.engine.clock.now(),
+                outcome,
+            });
+        }
+    }
+}
+
+impl Drop for Lockstep {
+    fn drop(&mut self) {
+        self.rest();
+    }
+}
+
+impl Handle {
+    /// What runs.
+    #[must_use]
+    pub fn application(&self) -> &Application {
+        &self.engine.application
+    }
+
+    /// Its shared variables.
+    #[must_use]
+    pub fn board(&self) -> &Board {
+        &self.engine.board
+    }
+
+    /// ns since its start.
+    #[must_use]
+    pub fn now(&self) -> Nanos {
+        self.engine.clock.now()
+    }
+
+    /// What every schema and group is doing.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        self.engine.snapshot()
+    }
+
+    /// How it ended, if it did.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.engine.outcome()
+    }
+
+    /// Asks it to end.
+    pub fn stop(&self) {
+        self.engine.conclude(Outcome::Stopped);
+    }
+
+    /// Wakes a schema as its father would (R14).
+    ///
+    /// # Errors
+    /// Why it was refused, in words; so for the others below.
+    pub fn play(&self, schema: usize) -> Result<(), String> {
+        self.engine.operate(Operator::Play(SchemaId(schema as u32)))
+    }
+
+    /// Puts a schema to sleep until it is released.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
+        self.engine.operate(Operator::Stop(SchemaId(schema as u32)))
+    }
+
+    /// Makes a schema the winner of its group while it is awake.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn force(&self, schema: usize) -> Result<(), String> {
+        self.engine.operate(Operator::Force(SchemaId(schema as u32)))
+    }
+
+    /// Undoes what an operator did to a schema.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn release(&self, schema: usize) -> Result<(), String> {
+        self.engine.operate(Operator::Release(SchemaId(schema as u32)))
+    }
+
+    /// Changes the period of a schema, ns.
+    ///
+    /// # Errors
+    /// When it is too short.
+    pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
+        self.engine.retime(schema, period)
+    }
+
+    /// Writes a modulation of a schema by name.
+    ///
+    /// # Errors
+    /// When there is none of that name, or the value does not fit.
+    pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
+        self.engine.modulate(schema, name, value)
+    }
+}
+
+fn prepare(
+    application: Application,
+    plugins: &Plugins,
+    clock: Clock,
+    observers: Vec<Box<dyn Observer>>,
+) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
+    let tables = application
+        .instances
+        .iter()
+        .map(|instance| {
+            let plugin = &application.plugins[instance.plugin];
+            let loaded = plugins
+                .loaded(plugin)
+                .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
+            Ok(loaded.schema(instance.number))
+        })
+        .collect::<Result<Vec<_>, StartError>>()?;
+    let (engine, ports) = Engine::new(application, clock, observers).map_err(StartError::Wiring)?;
+    let mut runners = Vec::with_capacity(tables.len());
+    for (number, (table, ports)) in tables.into_iter().zip(ports).enumerate() {
+        let mut runner = Runner::new(&engine, number, table, ports);
+        if let Err(reason) = runner.create() {
+            runners.iter_mut().rev().for_each(Runner::destroy);
+            let instance = &engine.application.instances[number];
+            return Err(StartError::Create {
+                schema: instance.name.clone(),
+                type_name: format!(
+                    "{}/{}",
+                    engine.application.plugins[instance.plugin].name, instance.schema.name
+                ),
+                reason,
+            });
+        }
+        runners.push(runner);
+    }
+    Ok((engine, runners))
+}
