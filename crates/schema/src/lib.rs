@@ -1,1 +1,119 @@
-//! What an author of schemas imports.
+//! What an author of schemas imports: ports, traits, the derive and export macros, and a test bench. No author's code needs
+//! `unsafe`; none of it runs outside the calls that the host makes.
+//!
+//! ```
+//! //! Brakes while something stands in a very close area ahead.
+//! use jde_schema::prelude::*;
+//!
+//! /// Brakes the base while an obstacle stands in a very close area ahead.
+//! #[derive(Describe)]
+//! #[schema(motor, period = "200ms")]
+//! pub struct Stop {
+//!     /// What the laser ahead sees.
+//!     #[import(trigger)]
+//!     laser: Import<LaserScan>,
+//!     /// How far ahead the watched area reaches.
+//!     #[modulation(default = 0.6, unit = "m", min = 0.0)]
+//!     ahead: Modulation<f64>,
+//!     /// Half the width of the watched area.
+//!     #[modulation(default = 0.3, unit = "m", min = 0.0)]
+//!     half_width: Modulation<f64>,
+//!     /// Speeds of the base.
+//!     #[actuator]
+//!     base: Actuator<Twist>,
+//! }
+//!
+//! impl Schema for Stop {
+//!     fn check(&mut self, cx: &Context) -> Result<Precondition> {
+//!         let Some(laser) = self.laser.get(cx) else {
+//!             return Ok(false.into());
+//!         };
+//!         let nearest = laser.nearest_ahead(self.half_width.get(cx));
+//!         Ok(nearest.is_some_and(|x| x <= self.ahead.get(cx)).into())
+//!     }
+//!
+//!     fn iterate(&mut self, cx: &Context) -> Result {
+//!         self.base.command(cx, Twist::ZERO);
+//!         Ok(())
+//!     }
+//! }
+//!
+//! jde_schema::export!("stop", "Brakes before obstacles.", [Stop]);
+//! ```
+
+extern crate self as jde_schema;
+
+mod boundary;
+mod child;
+mod context;
+mod error;
+mod hysteresis;
+mod input;
+mod level;
+mod log;
+mod output;
+mod schema;
+
+pub use child::{Child, Policy, State, Status};
+pub use context::{Context, Severity};
+pub use error::{Error, Result};
+pub use hysteresis::Hysteresis;
+pub use input::{Command, Import, Modulation, Sample};
+pub use jde_macros::{AuthorsValue as Value, Describe};
+pub use jde_types as types;
+pub use level::{Candidate, Case, Level, Verdict};
+pub use output::{Actuator, Export, Loan, Modulates, Outcome};
+pub use schema::{Arbitrate, Describe, Precondition, Schema};
+
+/// Everything that a schema usually needs: `use jde_schema::prelude::*;`.
+pub mod prelude {
+    pub use core::time::Duration;
+
+    pub use crate::types::*;
+    pub use crate::{
+        Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Hysteresis,
+        Import, Level, Loan, Modulates, Modulation, Outcome, Policy, Precondition, Result, Sample, Schema,
+        State, Status, Value, Verdict,
+    };
+    pub use crate::{debug, error, info, trace, warn};
+}
+
+/// What the macros write in terms of; not for people.
+#[doc(hidden)]
+pub mod derived {
+    pub use crate::boundary::table::{
+        About, Own, Without, actuator, child, child_modulation, command, export, import, modulation, plugin,
+        schema,
+    };
+    pub use crate::schema::Describe;
+    pub use jde_abi::raw;
+}
+
+/// Exports a plugin: its name, one sentence, and its types of schemas. Once in a library.
+///
+/// The library is a `cdylib`; its version is the crate's.
+#[macro_export]
+macro_rules! export {
+    ($name:literal, $doc:literal, [$($schema:ty),+ $(,)?]) => {
+        /// What the host reads of this library.
+        #[unsafe(no_mangle)]
+        #[allow(non_upper_case_globals)]
+        pub static jde_plugin: $crate::derived::raw::Plugin = $crate::plugin!($name, $doc, [$($schema),+]);
+    };
+}
+
+/// The table of a plugin as [`export!`] exports it, for linking one in: a constant of type `jde_abi::raw::Plugin`.
+#[macro_export]
+macro_rules! plugin {
+    ($name:literal, $doc:literal, [$($schema:ty),+ $(,)?]) => {{
+        const SCHEMAS: &[$crate::derived::raw::Schema] =
+            &[$(<$schema as $crate::derived::Describe>::TABLE),+];
+        $crate::derived::plugin(
+            ::core::concat!($name, "\0"),
+            ::core::concat!(::core::env!("CARGO_PKG_VERSION"), "\0"),
+            ::core::concat!($doc, "\0"),
+            ::core::cfg!(panic = "abort"),
+            SCHEMAS,
+        )
+    }};
+}

@@ -1,0 +1,100 @@
+//! `#[schema(...)]`: what a schema type says of itself beside its fields.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::spanned::Spanned;
+use syn::{DeriveInput, Error, LitStr, Result};
+
+use crate::text::{check_name, doc, duration, kebab};
+
+/// What a schema type says of itself beside its fields.
+pub(super) struct About {
+    pub(super) name: String,
+    pub(super) doc: String,
+    pub(super) kind: Kind,
+    pub(super) period_ns: u64,
+    pub(super) budget_ns: u64,
+}
+
+/// Kinds of schema.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Perceptive,
+    Motor,
+    Driver,
+}
+
+impl About {
+    pub(super) fn of(input: &DeriveInput) -> Result<Self> {
+        let mut name = None;
+        let mut kind = None;
+        let mut period_ns = None;
+        let mut budget_ns = 0;
+        let mut place = input.ident.span();
+        for attribute in input
+            .attrs
+            .iter()
+            .filter(|attribute| attribute.path().is_ident("schema"))
+        {
+            place = attribute.span();
+            attribute.parse_nested_meta(|meta| {
+                let mut is = |this| match kind.replace(this) {
+                    None => Ok(()),
+                    Some(_) => Err(meta.error("a schema is of one kind: motor, perceptive or driver")),
+                };
+                if meta.path.is_ident("motor") {
+                    is(Kind::Motor)
+                } else if meta.path.is_ident("perceptive") {
+                    is(Kind::Perceptive)
+                } else if meta.path.is_ident("driver") {
+                    is(Kind::Driver)
+                } else if meta.path.is_ident("period") {
+                    period_ns = Some(duration(&meta.value()?.parse()?)?);
+                    Ok(())
+                } else if meta.path.is_ident("budget") {
+                    budget_ns = duration(&meta.value()?.parse()?)?;
+                    Ok(())
+                } else if meta.path.is_ident("name") {
+                    let text: LitStr = meta.value()?.parse()?;
+                    check_name(&text.value(), text.span())?;
+                    name = Some(text.value());
+                    Ok(())
+                } else {
+                    Err(meta.error(
+                        "unknown option; use motor, perceptive or driver, period = \"75ms\", budget = \"5ms\", name = \"...\"",
+                    ))
+                }
+            })?;
+        }
+        let Some(kind) = kind else {
+            return Err(Error::new(
+                place,
+                "say what kind of schema this is: #[schema(motor, period = \"75ms\")], or perceptive, or driver",
+            ));
+        };
+        let Some(period_ns) = period_ns else {
+            return Err(Error::new(
+                place,
+                "say how often it iterates by default: period = \"75ms\"",
+            ));
+        };
+        Ok(Self {
+            name: name.unwrap_or_else(|| kebab(&input.ident.to_string())),
+            doc: doc(&input.attrs),
+            kind,
+            period_ns,
+            budget_ns,
+        })
+    }
+}
+
+impl Kind {
+    /// The constant of the ABI.
+    pub(super) fn constant(self) -> TokenStream {
+        match self {
+            Self::Perceptive => quote!(derived::raw::PERCEPTIVE),
+            Self::Motor => quote!(derived::raw::MOTOR),
+            Self::Driver => quote!(derived::raw::DRIVER),
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! A field of a schema: a port, a child, or memory.
+
+use proc_macro2::{Span, TokenStream};
+use quote::{quote, quote_spanned};
+use syn::spanned::Spanned;
+use syn::{Attribute, Error, Expr, GenericArgument, Ident, LitStr, PathArguments, Result, Type};
+
+use super::options::{Options, is_text};
+use crate::text::{c, check_name, doc, duration};
+
+/// A field of a schema.
+pub(super) struct Field {
+    pub(super) member: Ident,
+    pub(super) ty: Type,
+    pub(super) span: Span,
+    pub(super) name: String,
+    pub(super) role: Role,
+    doc: String,
+    unit: String,
+    /// The `T` of a port.
+    value: Option<Type>,
+}
+
+/// What a field is.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a handful live for the length of a compilation"
+)]
+pub(super) enum Role {
+    Memory,
+    Import {
+        trigger: bool,
+        optional: bool,
+    },
+    Export,
+    Modulation {
+        default: Expr,
+        min: Option<Expr>,
+        max: Option<Expr>,
+        fixed: bool,
+    },
+    Command {
+        neutral: Expr,
+        validity_ns: u64,
+    },
+    Actuator {
+        optional: bool,
+    },
+    Child {
+        group: Option<LitStr>,
+        optional: bool,
+    },
+    Modulates {
+        child: LitStr,
+        optional: bool,
+    },
+}
+
+/// Attribute, type of the field, options.
+const KINDS: &[(&str, &str, &[&str])] = &[
+    ("import", "Import", &["trigger", "optional", "unit", "name"]),
+    ("export", "Export", &["unit", "name"]),
+    (
+        "modulation",
+        "Modulation",
+        &["default", "unit", "min", "max", "fixed", "name"],
+    ),
+    ("command", "Command", &["neutral", "validity", "unit", "name"]),
+    ("actuator", "Actuator", &["optional", "unit", "name"]),
+    ("child", "Child", &["group", "perceptive", "optional", "name"]),
+    ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
+];
+
+impl Field {
+    pub(super) fn of(field: &syn::Field) -> Result<Self> {
+        let Some(member) = field.ident.clone() else {
+            return Err(Error::new_spanned(field, "a schema has named fields"));
+        };
+        let mut this = Self {
+            span: member.span(),
+            name: member.to_string().trim_start_matches("r#").to_owned(),
+            member,
+            ty: field.ty.clone(),
+            role: Role::Memory,
+            doc: doc(&field.attrs),
+            unit: String::new(),
+            value: None,
+        };
+        let mut attributes = field.attrs.iter().filter_map(kind_of);
+        let (outer, argument) = last_segment(&field.ty);
+        let Some((attribute, (keyword, wanted, allowed))) = attributes.next() else {
+            if let Some((keyword, ..)) = KINDS.iter().find(|kind| kind.1 == outer) {
+                return Err(Error::new_spanned(
+                    &field.ty,
+                    format!("a field of type `{outer}` needs the attribute #[{keyword}]"),
+                ));
+            }
+            return Ok(this);
+        };
+        if let Some((second, _)) = attributes.next() {
+            return Err(Error::new_spanned(
+                second,
+                "a field has one attribute that says what it is",
+            ));
+        }
+        if outer != wanted {
+            let generic = if wanted == "Child" { "" } else { "<...>" };
+            return Err(Error::new_spanned(
+                &field.ty,
+                format!("a field with #[{keyword}] has the type `{wanted}{generic}`"),
+            ));
+        }
+        if wanted != "Child" && argument.is_none() {
+            return Err(Error::new_spanned(
+                &field.ty,
+                format!("say what type of value: `{wanted}<LaserScan>`, say"),
+            ));
+        }
+        this.value = argument;
+        let options = Options::of(attribute, allowed)?;
+        if let Some(name) = &options.name {
+            check_name(&name.value(), name.span())?;
+            this.name = name.value();
+        }
+        this.unit = options.unit.as_ref().map(LitStr::value).unwrap_or_default();
+        this.role = role(keyword, attribute, options)?;
+        Ok(this)
+    }
+
+    /// Whether it is a role for a child.
+    pub(super) fn is_child(&self) -> bool {
+        matches!(self.role, Role::Child { .. })
+    }
+
+    /// Fields of one name space have different names.
+    pub(super) fn name_space(&self) -> Option<String> {
+        match &self.role {
+            Role::Memory => None,
+            Role::Import { .. } => Some("imports".into()),
+            Role::Actuator { .. } => Some("actuators".into()),
+            Role::Child { .. } => Some("children".into()),
+            Role::Modulates { child, .. } => Some(format!("modulations of {}", child.value())),
+            Role::Export | Role::Modulation { .. } | Role::Command { .. } => Some("variables".into()),
+        }
+    }
+
+    /// The table of a port; `child` is the place of the child whose modulation it is.
+    pub(super) fn port_table(&self, child: Option<usize>) -> TokenStream {
+        let Some(ty) = &self.value else {
+            return TokenStream::new();
+        };
+        let (name, doc, unit) = (c(&self.name), c(&self.doc), c(&self.unit));
+        let flags = |flags: &[(bool, TokenStream)]| {
+            let set = flags.iter().filter(|flag| flag.0).map(|flag| &flag.1);
+            quote!(0 #(| derived::raw::#set)*)
+        };
+        let constant = |value: &Expr| {
+            let value = if is_text(value) {
+                quote!(<#ty>::new(#value))
+            } else {
+                quote!(#value)
+            };
+            quote!({ const INITIAL: #ty = #value; &INITIAL })
+        };
+        let bound = |bound: &Option<Expr>| match bound {
+            Some(bound) => quote!((#bound) as f64),
+            None => quote!(f64::NAN),
+        };
+        match &self.role {
+            Role::Import { trigger, optional } => {
+                let flags = flags(&[(*trigger, quote!(TRIGGER)), (*optional, quote!(OPTIONAL))]);
+                quote_spanned!(ty.span() => derived::import::<#ty>(#name, #doc, #unit, #flags))
+            }
+            Role::Export => quote_spanned!(ty.span() => derived::export::<#ty>(#name, #doc, #unit)),
+            Role::Modulation {
+                default,
+                min,
+                max,
+                fixed,
+            } => {
+                let (default, min, max) = (constant(default), bound(min), bound(max));
+                let flags = flags(&[(*fixed, quote!(FIXED))]);
+                quote_spanned! { ty.span() =>
+                    derived::modulation::<#ty>(#name, #doc, #unit, #default, (#min, #max), #flags)
+                }
+            }
+            Role::Command { neutral, validity_ns } => {
+                let neutral = constant(neutral);
+                quote_spanned! { ty.span() =>
+                    derived::command::<#ty>(#name, #doc, #unit, #neutral, #validity_ns)
+                }
+            }
+            Role::Actuator { optional } => {
+                let flags = flags(&[(*optional, quote!(OPTIONAL))]);
+                quote_spanned!(ty.span() => derived::actuator::<#ty>(#name, #doc, #unit, #flags))
+            }
+            Role::Modulates { optional, .. } => {
+                let child = child.unwrap_or_default() as u32;
+                let flags = flags(&[(*optional, quote!(OPTIONAL))]);
+                quote_spanned! { ty.span() =>
+                    derived::child_modulation::<#ty>(#name, #doc, #unit, #child, #flags)
+                }
+            }
+            Role::Memory | Role::Child { .. } => TokenStream::new(),
+        }
+    }
+
+    /// The table of a role for a child.
+    pub(super) fn child_table(&self) -> TokenStream {
+        let Role::Child { group, optional } = &self.role else {
+            return TokenStream::new();
+        };
+        let (name, doc) = (c(&self.name), c(&self.doc));
+        let kind = if group.is_some() {
+            quote!(MOTOR)
+        } else {
+            quote!(PERCEPTIVE)
+        };
+        let group = c(&group.as_ref().map(LitStr::value).unwrap_or_default());
+        let flags = if *optional {
+            quote!(derived::raw::OPTIONAL)
+        } else {
+            quote!(0)
+        };
+        quote!(derived::child(derived::raw::#kind, #name, #group, #doc, #flags))
+    }
+}
+
+fn role(keyword: &str, attribute: &Attribute, options: Options) -> Result<Role> {
+    let missing = |what: &str| Error::new_spanned(attribute, what);
+    Ok(match keyword {
+        "import" => Role::Import {
+            trigger: options.trigger,
+            optional: options.optional,
+        },
+        "export" => Role::Export,
+        "modulation" => Role::Modulation {
+            default: options.default.ok_or_else(|| {
+                missing("a modulation always has a value; say which until somebody writes it: default = ...")
+            })?,
+            min: options.min,
+            max: options.max,
+            fixed: options.fixed,
+        },
+        "command" => {
+            let neutral = options
+                .neutral
+                .ok_or_else(|| missing("say which value stops the actuator: neutral = ..."))?;
+            let validity = options.validity.ok_or_else(|| {
+                missing("say how long a command is in force without being repeated: validity = \"500ms\"")
+            })?;
+            Role::Command {
+                neutral,
+                validity_ns: duration(&validity)?,
+            }
+        }
+        "actuator" => Role::Actuator {
+            optional: options.optional,
+        },
+        "child" => {
+            if options.perceptive == options.group.is_some() {
+                return Err(missing(
+                    "a motor child competes in a group, #[child(group = \"base\")]; a perceptive one is #[child(perceptive)]",
+                ));
+            }
+            if let Some(group) = &options.group {
+                check_name(&group.value(), group.span())?;
+            }
+            Role::Child {
+                group: options.group,
+                optional: options.optional,
+            }
+        }
+        _ => Role::Modulates {
+            child: options
+                .child
+                .ok_or_else(|| missing("say which child's modulation this is: child = \"...\""))?,
+            optional: options.optional,
+        },
+    })
+}
+
+type KindOf = (&'static str, &'static str, &'static [&'static str]);
+
+fn kind_of(attribute: &Attribute) -> Option<(&Attribute, KindOf)> {
+    KINDS
+        .iter()
+        .find(|kind| attribute.path().is_ident(kind.0))
+        .map(|&kind| (attribute, kind))
+}
+
+/// `Import` and `LaserScan` of `jde_schema::Import<LaserScan>`.
+fn last_segment(ty: &Type) -> (String, Option<Type>) {
+    let Type::Path(path) = ty else {
+        return (String::new(), None);
+    };
+    let Some(segment) = path.path.segments.last() else {
+        return (String::new(), None);
+    };
+    let argument = match &segment.arguments {
+        PathArguments::AngleBracketed(arguments) => {
+            arguments.args.iter().find_map(|argument| match argument {
+                GenericArgument::Type(ty) => Some(ty.clone()),
+                _ => None,
+            })
+        }
+        PathArguments::None | PathArguments::Parenthesized(_) => None,
+    };
+    (segment.ident.to_string(), argument)
+}

@@ -1,0 +1,174 @@
+//! `#[derive(Describe)]`: the table of a schema type, from its structure.
+
+mod about;
+mod field;
+mod options;
+
+use proc_macro2::TokenStream;
+use quote::{quote, quote_spanned};
+use syn::spanned::Spanned;
+use syn::{Data, DeriveInput, Error, Fields, Result};
+
+use self::about::{About, Kind};
+use self::field::{Field, Role};
+use crate::text::c;
+
+/// Writes the table of `input`.
+pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
+    let ident = &input.ident;
+    let Data::Struct(data) = &input.data else {
+        return Err(Error::new_spanned(
+            ident,
+            "a schema is a structure; its fields are its ports and its memory",
+        ));
+    };
+    if let Fields::Unnamed(fields) = &data.fields {
+        return Err(Error::new_spanned(
+            fields,
+            "a schema has named fields, for its ports have names",
+        ));
+    }
+    if !input.generics.params.is_empty() {
+        return Err(Error::new_spanned(
+            &input.generics,
+            "a schema has no generic parameters, for each type has one name",
+        ));
+    }
+    let about = About::of(input)?;
+    let fields = data.fields.iter().map(Field::of).collect::<Result<Vec<_>>>()?;
+    check(&about, &fields)?;
+
+    let children: Vec<&Field> = fields.iter().filter(|field| field.is_child()).collect();
+    let place = |name: &str| children.iter().position(|child| child.name == name);
+    let mut ports = Vec::new();
+    let mut roles = Vec::new();
+    let mut values = Vec::new();
+    for field in &fields {
+        let (member, ty) = (&field.member, &field.ty);
+        let value = match &field.role {
+            Role::Memory => quote_spanned!(ty.span() => <#ty as ::core::default::Default>::default()),
+            Role::Child { .. } => {
+                let (number, name) = (roles.len() as u32, &field.name);
+                roles.push(field.child_table());
+                quote!(<#ty>::new(#number, #name))
+            }
+            Role::Modulates { child, .. } => {
+                let number = ports.len() as u32;
+                let shown = format!("{}.{}", child.value(), field.name);
+                ports.push(field.port_table(place(&child.value())));
+                // SAFETY (of what is written here): the table above has this number, this kind and this type.
+                quote!(unsafe { <#ty>::new(#number, #shown) })
+            }
+            Role::Import { .. }
+            | Role::Export
+            | Role::Modulation { .. }
+            | Role::Command { .. }
+            | Role::Actuator { .. } => {
+                let (number, name) = (ports.len() as u32, &field.name);
+                ports.push(field.port_table(None));
+                // SAFETY (of what is written here): the table above has this number, this kind and this type.
+                quote!(unsafe { <#ty>::new(#number, #name) })
+            }
+        };
+        values.push(quote!(#member: #value));
+    }
+
+    let kind = about.kind.constant();
+    let (name, doc) = (c(&about.name), c(&about.doc));
+    let (period, budget) = (about.period_ns, about.budget_ns);
+    Ok(quote! {
+        const _: () = {
+            use ::jde_schema::derived;
+            #[allow(unused_imports, reason = "it is used by schemas without an arbitration of their own")]
+            use derived::Without as _;
+
+            const PORTS: &[derived::raw::Port] = &[#(#ports),*];
+            const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
+
+            // SAFETY: tables and values are made from the same fields in the same order.
+            unsafe impl derived::Describe for #ident {
+                const TABLE: derived::raw::Schema = derived::schema::<#ident>(
+                    derived::About {
+                        name: #name,
+                        doc: #doc,
+                        kind: #kind,
+                        period_ns: #period,
+                        budget_ns: #budget,
+                    },
+                    PORTS,
+                    CHILDREN,
+                    derived::Own::<#ident>::ARBITRATE,
+                );
+
+                fn build() -> Self {
+                    Self { #(#values),* }
+                }
+            }
+        };
+    })
+}
+
+/// Refuses what the host would refuse later.
+fn check(about: &About, fields: &[Field]) -> Result<()> {
+    let mut seen: Vec<(String, &Field)> = Vec::new();
+    for field in fields {
+        let wrong = |what: String| Err(Error::new(field.span, what));
+        match &field.role {
+            Role::Command { .. } if about.kind != Kind::Driver => {
+                return wrong(
+                    "only a driver takes commands; a motor schema writes them through #[actuator]".into(),
+                );
+            }
+            Role::Actuator { .. } if about.kind != Kind::Motor => {
+                return wrong("only a motor schema commands actuators".into());
+            }
+            Role::Child { group: Some(_), .. } if about.kind != Kind::Motor => {
+                return wrong(
+                    "only a motor schema has motor children; a perceptive one is #[child(perceptive)]".into(),
+                );
+            }
+            Role::Modulation { .. } if jde_abi::read::RESERVED.contains(&field.name.as_str()) => {
+                return wrong(format!(
+                    "application files give `{}` a meaning of its own; choose another name for this modulation",
+                    field.name
+                ));
+            }
+            Role::Modulates { child, .. } => {
+                let known: Vec<&str> = fields
+                    .iter()
+                    .filter(|field| field.is_child())
+                    .map(|field| field.name.as_str())
+                    .collect();
+                if !known.contains(&child.value().as_str()) {
+                    let known = if known.is_empty() {
+                        "it has none".to_owned()
+                    } else {
+                        known.join(", ")
+                    };
+                    return Err(Error::new(
+                        child.span(),
+                        format!("there is no child `{}` here ({known})", child.value()),
+                    ));
+                }
+            }
+            Role::Memory
+            | Role::Import { .. }
+            | Role::Export
+            | Role::Modulation { .. }
+            | Role::Command { .. }
+            | Role::Actuator { .. }
+            | Role::Child { .. } => {}
+        }
+        let Some(space) = field.name_space() else { continue };
+        if let Some((_, first)) = seen
+            .iter()
+            .find(|(other, first)| *other == space && first.name == field.name)
+        {
+            let mut error = Error::new(field.span, format!("two are called `{}`", field.name));
+            error.combine(Error::new(first.span, "the other one"));
+            return Err(error);
+        }
+        seen.push((space, field));
+    }
+    Ok(())
+}

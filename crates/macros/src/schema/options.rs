@@ -1,0 +1,71 @@
+//! The options in the attribute of a field, each of which may stand there once and only where it means something.
+
+use syn::meta::ParseNestedMeta;
+use syn::{Attribute, Expr, Lit, LitStr, Meta, Result};
+
+/// What an attribute says, and what it may say.
+#[derive(Default)]
+pub(super) struct Options {
+    allowed: &'static [&'static str],
+    pub(super) name: Option<LitStr>,
+    pub(super) unit: Option<LitStr>,
+    pub(super) group: Option<LitStr>,
+    pub(super) child: Option<LitStr>,
+    pub(super) validity: Option<LitStr>,
+    pub(super) default: Option<Expr>,
+    pub(super) neutral: Option<Expr>,
+    pub(super) min: Option<Expr>,
+    pub(super) max: Option<Expr>,
+    pub(super) trigger: bool,
+    pub(super) optional: bool,
+    pub(super) fixed: bool,
+    pub(super) perceptive: bool,
+}
+
+impl Options {
+    /// Reads `attribute`, which may hold the options `allowed`.
+    pub(super) fn of(attribute: &Attribute, allowed: &'static [&'static str]) -> Result<Self> {
+        let mut this = Self {
+            allowed,
+            ..Self::default()
+        };
+        if !matches!(attribute.meta, Meta::Path(_)) {
+            attribute.parse_nested_meta(|meta| this.take(&meta))?;
+        }
+        Ok(this)
+    }
+
+    fn take(&mut self, meta: &ParseNestedMeta<'_>) -> Result<()> {
+        let option = meta.path.get_ident().map(ToString::to_string).unwrap_or_default();
+        if !self.allowed.contains(&option.as_str()) {
+            return Err(meta.error(format!(
+                "unknown option; here may stand {}",
+                self.allowed.join(", ")
+            )));
+        }
+        let twice = match option.as_str() {
+            "name" => self.name.replace(meta.value()?.parse()?).is_some(),
+            "unit" => self.unit.replace(meta.value()?.parse()?).is_some(),
+            "group" => self.group.replace(meta.value()?.parse()?).is_some(),
+            "child" => self.child.replace(meta.value()?.parse()?).is_some(),
+            "validity" => self.validity.replace(meta.value()?.parse()?).is_some(),
+            "default" => self.default.replace(meta.value()?.parse()?).is_some(),
+            "neutral" => self.neutral.replace(meta.value()?.parse()?).is_some(),
+            "min" => self.min.replace(meta.value()?.parse()?).is_some(),
+            "max" => self.max.replace(meta.value()?.parse()?).is_some(),
+            "trigger" => std::mem::replace(&mut self.trigger, true),
+            "optional" => std::mem::replace(&mut self.optional, true),
+            "fixed" => std::mem::replace(&mut self.fixed, true),
+            _ => std::mem::replace(&mut self.perceptive, true),
+        };
+        if twice {
+            return Err(meta.error("this option stands here twice"));
+        }
+        Ok(())
+    }
+}
+
+/// Whether an expression is a literal text.
+pub(super) fn is_text(expr: &Expr) -> bool {
+    matches!(expr, Expr::Lit(literal) if matches!(literal.lit, Lit::Str(_)))
+}

@@ -1,0 +1,83 @@
+//! Texts as tables hold them: comments, names, durations.
+
+use proc_macro2::Literal;
+use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Result};
+
+/// The text of the comments above an item, without the blank that follows `///`.
+pub(crate) fn doc(attributes: &[Attribute]) -> String {
+    let mut lines = Vec::new();
+    for attribute in attributes {
+        if let Meta::NameValue(pair) = &attribute.meta
+            && pair.path.is_ident("doc")
+            && let Expr::Lit(ExprLit {
+                lit: Lit::Str(text), ..
+            }) = &pair.value
+        {
+            for line in text.value().lines() {
+                lines.push(line.strip_prefix(' ').unwrap_or(line).trim_end().to_owned());
+            }
+        }
+    }
+    lines.join("\n").trim().to_owned()
+}
+
+/// `text` as a C string; a NUL inside ends it there.
+pub(crate) fn c(text: &str) -> Literal {
+    let bytes: Vec<u8> = text.bytes().take_while(|&byte| byte != 0).collect();
+    let text = std::ffi::CString::new(bytes).unwrap_or_default();
+    Literal::c_string(&text)
+}
+
+/// `StopNow` as `stop-now`.
+pub(crate) fn kebab(name: &str) -> String {
+    let mut out = String::new();
+    let letters: Vec<char> = name.chars().collect();
+    for (at, &letter) in letters.iter().enumerate() {
+        let after_small = at > 0 && !letters[at - 1].is_uppercase();
+        let before_small = at > 0 && letters.get(at + 1).is_some_and(|next| next.is_lowercase());
+        if letter.is_uppercase() && (after_small || before_small) {
+            out.push('-');
+        }
+        out.extend(letter.to_lowercase());
+    }
+    out
+}
+
+/// Refuses what the host would refuse as a name.
+pub(crate) fn check_name(name: &str, span: proc_macro2::Span) -> Result<()> {
+    let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.is_empty() || name.len() > 64 || !name.chars().all(legal) {
+        return Err(Error::new(
+            span,
+            format!("`{name}` is no name; use 1 to 64 letters, digits, `_` and `-`"),
+        ));
+    }
+    Ok(())
+}
+
+/// Nanoseconds of "200ms".
+pub(crate) fn duration(text: &LitStr) -> Result<u64> {
+    let value = text.value();
+    let wrong = || {
+        Error::new(
+            text.span(),
+            format!(
+                "`{value}` is no time; write a number and its unit: \"75ms\", \"2s\", \"500us\", \"100ns\""
+            ),
+        )
+    };
+    let unit = value.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let number: f64 = value[..value.len() - unit.len()].parse().map_err(|_| wrong())?;
+    let scale = match unit.trim() {
+        "ns" => 1.0,
+        "us" => 1e3,
+        "ms" => 1e6,
+        "s" => 1e9,
+        _ => return Err(wrong()),
+    };
+    let nanos = (number * scale).round();
+    if !(1.0..=9e18).contains(&nanos) {
+        return Err(Error::new(text.span(), "a time here is at least 1 ns and finite"));
+    }
+    Ok(nanos as u64)
+}

@@ -1,0 +1,121 @@
+//! `#[derive(Value)]`: the table of a structure, and the proof by assertion that it covers every byte.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::{quote, quote_spanned};
+use syn::spanned::Spanned;
+use syn::{Attribute, Data, DeriveInput, Error, Fields, LitStr, Result};
+
+use crate::text::{c, doc};
+
+/// Writes the table of `input` in terms of the module `derived`.
+pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<TokenStream> {
+    let ident = &input.ident;
+    let Data::Struct(data) = &input.data else {
+        return Err(Error::new_spanned(
+            ident,
+            "a value is a structure; some bytes of an enum or union would be no value at all",
+        ));
+    };
+    let Fields::Named(fields) = &data.fields else {
+        return Err(Error::new_spanned(
+            ident,
+            "a value has named fields, for tools show them by name",
+        ));
+    };
+    if !input.generics.params.is_empty() {
+        return Err(Error::new_spanned(
+            &input.generics,
+            "a value has no generic parameters, for each type has one name",
+        ));
+    }
+    require_c_layout(input)?;
+
+    let default_name = format!(
+        "{}/msg/{ident}",
+        std::env::var("CARGO_PKG_NAME")
+            .unwrap_or_default()
+            .replace('-', "_")
+    );
+    let name = c(&option(&input.attrs, "name")?.map_or(default_name, |name| name.value()));
+    let type_doc = c(&doc(&input.attrs));
+
+    let mut tables = Vec::new();
+    let mut sizes = Vec::new();
+    for field in &fields.named {
+        let (ty, field_ident) = (&field.ty, &field.ident);
+        let field_name = c(&field_ident.as_ref().map(plain).unwrap_or_default());
+        let field_doc = c(&doc(&field.attrs));
+        let unit = c(&option(&field.attrs, "unit")?
+            .map(|unit| unit.value())
+            .unwrap_or_default());
+        tables.push(quote_spanned! { ty.span() =>
+            #derived::field::<#ty>(::core::mem::offset_of!(#ident, #field_ident), #field_name, #field_doc, #unit)
+        });
+        sizes.push(quote!(::core::mem::size_of::<#ty>()));
+    }
+    let gap = format!(
+        "`{ident}` has a gap that C leaves for alignment; put a `Padding<N>` field there, or order its fields by size"
+    );
+    Ok(quote! {
+        const _: () = {
+            const FIELDS: &[#derived::raw::Field] = &[#(#tables),*];
+            const _: () = assert!(::core::mem::size_of::<#ident>() == 0 #(+ #sizes)*, #gap);
+            // SAFETY: it is in C layout, its fields cover it without a gap by the assertion above, and every pattern of bytes
+            // of a field is valid because each is a `Part`.
+            unsafe impl #derived::Value for #ident {
+                const TYPE: &'static #derived::raw::Type = &#derived::structure::<#ident>(#name, #type_doc, FIELDS);
+            }
+            // SAFETY: as above.
+            unsafe impl #derived::Part for #ident {
+                const SHAPE: #derived::Shape = #derived::Shape::structure(<#ident as #derived::Value>::TYPE);
+            }
+        };
+    })
+}
+
+/// The name of a field as people write it.
+fn plain(ident: &Ident) -> String {
+    ident.to_string().trim_start_matches("r#").to_owned()
+}
+
+fn require_c_layout(input: &DeriveInput) -> Result<()> {
+    let mut c_layout = false;
+    for attribute in input
+        .attrs
+        .iter()
+        .filter(|attribute| attribute.path().is_ident("repr"))
+    {
+        attribute.parse_nested_meta(|meta| {
+            if !meta.path.is_ident("C") {
+                return Err(meta.error("a value is `#[repr(C)]` and nothing else"));
+            }
+            c_layout = true;
+            Ok(())
+        })?;
+    }
+    if c_layout {
+        return Ok(());
+    }
+    Err(Error::new_spanned(
+        &input.ident,
+        "a value is laid out as in C, so that other languages can read it; add `#[repr(C)]`",
+    ))
+}
+
+/// The one option `name` of `#[value(...)]`.
+fn option(attributes: &[Attribute], name: &str) -> Result<Option<LitStr>> {
+    let mut found = None;
+    for attribute in attributes
+        .iter()
+        .filter(|attribute| attribute.path().is_ident("value"))
+    {
+        attribute.parse_nested_meta(|meta| {
+            if !meta.path.is_ident(name) {
+                return Err(meta.error(format!("only `{name} = \"...\"` can stand here")));
+            }
+            found = Some(meta.value()?.parse()?);
+            Ok(())
+        })?;
+    }
+    Ok(found)
+}

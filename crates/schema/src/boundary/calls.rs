@@ -1,0 +1,184 @@
+//! The functions of an instance, in C layout. Each catches panics, and looks at what the host gave before it uses it.
+
+#![allow(unsafe_code)]
+
+use core::ffi::{c_char, c_void};
+use core::ptr::{self, NonNull};
+
+use jde_abi::raw;
+
+use super::guard::guard;
+use crate::context::Context;
+use crate::error::{Result, words};
+use crate::level::{Level, Verdict};
+use crate::schema::{Arbitrate, Schema};
+
+/// What the host's pointer to an instance points to.
+struct Instance<S> {
+    host: &'static raw::Host,
+    schema: S,
+}
+
+/// # Safety
+/// As [`raw::Schema::create`]; so for all functions here, each as the field of its name.
+pub(super) unsafe extern "C" fn create<S: Schema>(
+    _: *const raw::Schema,
+    host: *const raw::Host,
+    raw: *mut raw::Context,
+) -> *mut c_void {
+    // SAFETY: a host's table begins with its size and version; only with both right is the rest of it used. It lives as long
+    // as any instance.
+    let host: &'static raw::Host = unsafe {
+        let head = host.cast::<u32>();
+        if host.is_null()
+            || (head.read() as usize) < size_of::<raw::Host>()
+            || head.add(1).read() != raw::ABI_MAJOR
+        {
+            return ptr::null_mut();
+        }
+        &*host
+    };
+    let Some(raw) = NonNull::new(raw) else {
+        return ptr::null_mut();
+    };
+    match guard(S::build) {
+        Ok(schema) => Box::into_raw(Box::new(Instance { host, schema })).cast(),
+        Err(said) => {
+            Context { host, raw }.fail(&said);
+            ptr::null_mut()
+        }
+    }
+}
+
+pub(super) unsafe extern "C" fn destroy<S: Schema>(instance: *mut c_void) {
+    if instance.is_null() {
+        return;
+    }
+    // SAFETY: the pointer that `create` gave, which the host gives back once.
+    let instance = unsafe { Box::from_raw(instance.cast::<Instance<S>>()) };
+    // There is no call left to tell the words to.
+    let _ = guard(|| drop(instance));
+}
+
+pub(super) unsafe extern "C" fn awake<S: Schema>(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, S::awake) }
+}
+
+pub(super) unsafe extern "C" fn check<S: Schema>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    answer: *mut raw::Precondition,
+) -> i32 {
+    let check = |schema: &mut S, cx: &Context<'_>| {
+        let precondition = schema.check(cx)?;
+        let urgency = precondition.urgency;
+        if !urgency.is_finite() {
+            return Err(format!("its check offered an urgency of {urgency}; it must be finite").into());
+        }
+        // SAFETY: the host's pointer to room for the answer.
+        unsafe {
+            answer.write(raw::Precondition {
+                size: size_of::<raw::Precondition>() as u32,
+                ready: u32::from(precondition.ready),
+                urgency,
+            });
+        }
+        Ok(())
+    };
+    if answer.is_null() {
+        return raw::BAD_ARGUMENT;
+    }
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, check) }
+}
+
+pub(super) unsafe extern "C" fn iterate<S: Schema>(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, S::iterate) }
+}
+
+pub(super) unsafe extern "C" fn arbitrate<S: Arbitrate>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    level: *const raw::Level,
+    answer: *mut raw::Verdict,
+) -> i32 {
+    if answer.is_null() {
+        return raw::BAD_ARGUMENT;
+    }
+    // SAFETY: the host's table, which lives until this call returns.
+    let Some(level) = (unsafe { Level::of(level) }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let arbitrate = |schema: &mut S, cx: &Context<'_>| {
+        let verdict = schema.arbitrate(cx, &level)?;
+        // SAFETY: the host's pointer to room for the answer.
+        unsafe { answer.write(raw_verdict(&verdict)) };
+        Ok(())
+    };
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, arbitrate) }
+}
+
+pub(super) unsafe extern "C" fn sleep<S: Schema>(instance: *mut c_void, cx: *mut raw::Context) {
+    let sleep = |schema: &mut S, cx: &Context<'_>| {
+        schema.sleep(cx);
+        Ok(())
+    };
+    // SAFETY: the host's pointers. What went wrong was given to `fail`; the call itself has nothing to return.
+    let _ = unsafe { call::<S>(instance, cx, sleep) };
+}
+
+/// Calls a function of an instance, and tells the host in words what went wrong.
+///
+/// # Safety
+/// `instance` is what `create` gave, and no other call of it is under way; `cx` is that of the present call.
+unsafe fn call<S: Schema>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    function: impl FnOnce(&mut S, &Context<'_>) -> Result,
+) -> i32 {
+    let Some(raw) = NonNull::new(cx) else {
+        return raw::BAD_ARGUMENT;
+    };
+    // SAFETY: the caller's; null is looked at.
+    let Some(instance) = (unsafe { instance.cast::<Instance<S>>().as_mut() }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let cx = Context {
+        host: instance.host,
+        raw,
+    };
+    let schema = &mut instance.schema;
+    match guard(|| function(schema, &cx).map_err(|error| words(&error))) {
+        Ok(Ok(())) => raw::OK,
+        Ok(Err(words)) => {
+            cx.fail(&words);
+            raw::FAILED
+        }
+        Err(said) => {
+            cx.fail(&said);
+            raw::PANICKED
+        }
+    }
+}
+
+/// The answer in C layout; a reason that does not fit is cut between characters.
+fn raw_verdict(verdict: &Verdict) -> raw::Verdict {
+    const ROOM: usize = 128;
+    let mut reason = [0 as c_char; ROOM];
+    let cut = verdict.reason.floor_char_boundary(ROOM - 1);
+    let bytes = verdict.reason[..cut].bytes().take_while(|&byte| byte != 0);
+    for (place, byte) in reason.iter_mut().zip(bytes) {
+        *place = byte.cast_signed();
+    }
+    raw::Verdict {
+        size: size_of::<raw::Verdict>() as u32,
+        child: verdict
+            .child
+            .and_then(|child| i32::try_from(child).ok())
+            .unwrap_or(-1),
+        reason,
+    }
+}

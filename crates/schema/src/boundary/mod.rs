@@ -1,0 +1,5 @@
+//! Where the host's calls come in: tables made of constants, functions in C layout, and panics that end here.
+
+mod calls;
+mod guard;
+pub(crate) mod table;

@@ -1,0 +1,241 @@
+//! The tables that macros make, as constants.
+
+use core::ffi::CStr;
+use core::marker::PhantomData;
+use core::ptr;
+
+use jde_abi::raw;
+use jde_types::Value;
+
+use super::calls;
+use crate::schema::{Arbitrate, Schema};
+
+/// What a schema type says of itself beside its ports and children.
+pub struct About {
+    /// Name of the type.
+    pub name: &'static CStr,
+    /// What it does.
+    pub doc: &'static CStr,
+    /// Its kind.
+    pub kind: u32,
+    /// Default period, ns.
+    pub period_ns: u64,
+    /// Longest iteration, ns; 0 means the period.
+    pub budget_ns: u64,
+}
+
+/// The father's own arbitration of a schema type that has one; hides [`Without`] for those.
+pub struct Own<S>(PhantomData<S>);
+
+/// The father's own arbitration of a schema type that has none.
+pub trait Without {
+    /// None.
+    const ARBITRATE: Option<ArbitrateFn> = None;
+}
+
+type ArbitrateFn = unsafe extern "C" fn(
+    *mut core::ffi::c_void,
+    *mut raw::Context,
+    *const raw::Level,
+    *mut raw::Verdict,
+) -> i32;
+
+impl<S: Arbitrate> Own<S> {
+    /// Its function.
+    pub const ARBITRATE: Option<ArbitrateFn> = Some(calls::arbitrate::<S>);
+}
+
+impl<S> Without for Own<S> {}
+
+/// The table of a schema type.
+#[must_use]
+pub const fn schema<S: Schema>(
+    about: About,
+    ports: &'static [raw::Port],
+    children: &'static [raw::Child],
+    arbitrate: Option<ArbitrateFn>,
+) -> raw::Schema {
+    let motor = about.kind == raw::MOTOR;
+    assert!(
+        motor || arbitrate.is_none(),
+        "only a motor schema has children to arbitrate among"
+    );
+    raw::Schema {
+        size: size_of::<raw::Schema>() as u32,
+        kind: about.kind,
+        name: about.name.as_ptr(),
+        doc: about.doc.as_ptr(),
+        period_ns: about.period_ns,
+        budget_ns: about.budget_ns,
+        ports: ports.as_ptr(),
+        children: children.as_ptr(),
+        port_count: ports.len() as u32,
+        child_count: children.len() as u32,
+        create: Some(calls::create::<S>),
+        destroy: Some(calls::destroy::<S>),
+        awake: Some(calls::awake::<S>),
+        check: if motor { Some(calls::check::<S>) } else { None },
+        iterate: Some(calls::iterate::<S>),
+        arbitrate,
+        sleep: Some(calls::sleep::<S>),
+        ability: None,
+    }
+}
+
+/// The table of an import.
+#[must_use]
+pub const fn import<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    flags: u32,
+) -> raw::Port {
+    raw::Port {
+        flags,
+        ..port::<T>(raw::IMPORT, name, doc, unit)
+    }
+}
+
+/// The table of an export.
+#[must_use]
+pub const fn export<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> raw::Port {
+    port::<T>(raw::EXPORT, name, doc, unit)
+}
+
+/// The table of a modulation.
+#[must_use]
+pub const fn modulation<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    default: &'static T,
+    (min, max): (f64, f64),
+    flags: u32,
+) -> raw::Port {
+    raw::Port {
+        initial: ptr::from_ref(default).cast(),
+        min,
+        max,
+        flags,
+        ..port::<T>(raw::MODULATION, name, doc, unit)
+    }
+}
+
+/// The table of a command.
+#[must_use]
+pub const fn command<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    neutral: &'static T,
+    validity_ns: u64,
+) -> raw::Port {
+    raw::Port {
+        initial: ptr::from_ref(neutral).cast(),
+        validity_ns,
+        ..port::<T>(raw::COMMAND, name, doc, unit)
+    }
+}
+
+/// The table of an actuator.
+#[must_use]
+pub const fn actuator<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    flags: u32,
+) -> raw::Port {
+    raw::Port {
+        flags,
+        ..port::<T>(raw::ACTUATOR, name, doc, unit)
+    }
+}
+
+/// The table of a modulation of a child.
+#[must_use]
+pub const fn child_modulation<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    child: u32,
+    flags: u32,
+) -> raw::Port {
+    raw::Port {
+        child,
+        flags,
+        ..port::<T>(raw::CHILD_MODULATION, name, doc, unit)
+    }
+}
+
+/// The table of a role for a child.
+#[must_use]
+pub const fn child(
+    kind: u32,
+    name: &'static CStr,
+    group: &'static CStr,
+    doc: &'static CStr,
+    flags: u32,
+) -> raw::Child {
+    raw::Child {
+        size: size_of::<raw::Child>() as u32,
+        kind,
+        name: name.as_ptr(),
+        group: group.as_ptr(),
+        doc: doc.as_ptr(),
+        flags,
+        reserved: 0,
+    }
+}
+
+/// The table of a plugin; the texts end with a NUL.
+#[must_use]
+pub const fn plugin(
+    name: &'static str,
+    version: &'static str,
+    doc: &'static str,
+    aborts: bool,
+    schemas: &'static [raw::Schema],
+) -> raw::Plugin {
+    raw::Plugin {
+        magic: raw::MAGIC,
+        abi_major: raw::ABI_MAJOR,
+        abi_minor: raw::ABI_MINOR,
+        size: size_of::<raw::Plugin>() as u32,
+        flags: if aborts { raw::PLUGIN_ABORTS } else { 0 },
+        name: text(name),
+        version: text(version),
+        doc: text(doc),
+        schemas: schemas.as_ptr(),
+        schema_count: schemas.len() as u32,
+        reserved: 0,
+    }
+}
+
+const fn text(text: &'static str) -> *const core::ffi::c_char {
+    match CStr::from_bytes_with_nul(text.as_bytes()) {
+        Ok(text) => text.as_ptr(),
+        Err(_) => panic!("the name, version and sentence of a plugin hold no NUL"),
+    }
+}
+
+const fn port<T: Value>(
+    kind: u32,
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+) -> raw::Port {
+    raw::Port {
+        size: size_of::<raw::Port>() as u32,
+        kind,
+        name: name.as_ptr(),
+        doc: doc.as_ptr(),
+        unit: unit.as_ptr(),
+        value_type: T::TYPE,
+        initial: ptr::null(),
+        min: f64::NAN,
+        max: f64::NAN,
+        validity_ns: 0,
+        flags: 0,
+        child: 0,
+    }
+}

@@ -1,0 +1,178 @@
+//! What a schema may ask of the host during one call: the time, its name, its ports. Nothing here blocks.
+
+#![allow(unsafe_code)]
+
+use core::ffi::CStr;
+use core::fmt;
+use core::ptr::{self, NonNull};
+use core::time::Duration;
+
+use jde_abi::raw;
+use jde_types::Value;
+
+use crate::input::Sample;
+use crate::output::Outcome;
+
+/// The present call of an instance; it cannot be kept beyond it.
+pub struct Context<'call> {
+    pub(crate) host: &'call raw::Host,
+    pub(crate) raw: NonNull<raw::Context>,
+}
+
+/// How much a line of the log matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// For the developer of this schema, in every iteration if need be.
+    Trace,
+    /// For the developer of this schema.
+    Debug,
+    /// For whoever runs the application.
+    Info,
+    /// Something is off, the schema goes on.
+    Warn,
+    /// Something failed.
+    Error,
+}
+
+impl Context<'_> {
+    /// Time since the application's start. In lockstep it stands still during a call.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        // SAFETY: the context is that of the present call.
+        Duration::from_nanos(unsafe { (self.host.now)(self.raw.as_ptr()) })
+    }
+
+    /// A number for random generators, which depends on the application's seed and the instance's name alone.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        // SAFETY: the context is that of the present call.
+        unsafe { (self.host.seed)(self.raw.as_ptr()) }
+    }
+
+    /// A number that instances of one running application share and those of no other in this process have.
+    #[must_use]
+    pub fn application(&self) -> u64 {
+        // SAFETY: the context is that of the present call.
+        unsafe { (self.host.application)(self.raw.as_ptr()) }
+    }
+
+    /// The instance's name in the application.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        // SAFETY: the context is that of the present call; the name lives as long as the instance.
+        unsafe {
+            let name = (self.host.name)(self.raw.as_ptr());
+            if name.is_null() {
+                return "";
+            }
+            CStr::from_ptr(name).to_str().unwrap_or_default()
+        }
+    }
+
+    /// Says something to whoever listens; the macros [`info!`](crate::info) and the like are shorter.
+    pub fn log(&self, severity: Severity, text: fmt::Arguments<'_>) {
+        let text = text.to_string();
+        let level = match severity {
+            Severity::Trace => raw::TRACE,
+            Severity::Debug => raw::DEBUG,
+            Severity::Info => raw::INFO,
+            Severity::Warn => raw::WARN,
+            Severity::Error => raw::ERROR,
+        };
+        // SAFETY: the context is that of the present call; the text lives until it returns.
+        unsafe { (self.host.log)(self.raw.as_ptr(), level, text.as_ptr().cast(), text.len() as u64) }
+    }
+
+    /// Gives the reason for the error that this call is about to return.
+    pub(crate) fn fail(&self, text: &str) {
+        // SAFETY: the context is that of the present call; the text lives until it returns.
+        unsafe { (self.host.fail)(self.raw.as_ptr(), text.as_ptr().cast(), text.len() as u64) }
+    }
+
+    /// The value of an input, if it has one. `Err` if the application left it unbound.
+    pub(crate) fn read<T: Value>(&self, port: u32, name: &str) -> Result<Option<Sample<'_, T>>, Unbound> {
+        let mut sample = raw::Sample {
+            data: ptr::null(),
+            bytes: 0,
+            time_ns: 0,
+            sequence: 0,
+            writer: 0,
+            flags: 0,
+        };
+        // SAFETY: the context is that of the present call.
+        match unsafe { (self.host.read)(self.raw.as_ptr(), port, &raw mut sample) } {
+            raw::OK => {}
+            raw::NO_VALUE => return Ok(None),
+            raw::UNBOUND => return Err(Unbound),
+            code => broken(name, "read", code),
+        }
+        let data = sample.data.cast::<T>();
+        assert!(
+            sample.bytes == size_of::<T>() as u64 && !data.is_null() && data.is_aligned(),
+            "the host gave `{name}` {} bytes at {data:p}, and its type has {} bytes aligned to {}",
+            sample.bytes,
+            size_of::<T>(),
+            align_of::<T>(),
+        );
+        // SAFETY: as many bytes as a `T` has, aligned for it and unchanged until this call returns, which `self` cannot outlive;
+        // every pattern of them is a valid `T`.
+        let value = unsafe { &*data };
+        Ok(Some(Sample::new(value, &sample)))
+    }
+
+    /// Room for the next value of an output; `None` if the application left it unbound.
+    ///
+    /// # Safety
+    /// The port's type is `T`.
+    pub(crate) unsafe fn loan<T: Value>(&self, port: u32, name: &str) -> Option<NonNull<T>> {
+        let mut room = ptr::null_mut();
+        // SAFETY: the context is that of the present call.
+        match unsafe { (self.host.loan)(self.raw.as_ptr(), port, &raw mut room) } {
+            raw::OK => {}
+            raw::UNBOUND => return None,
+            code => broken(name, "loan", code),
+        }
+        let room = room.cast::<T>();
+        assert!(
+            room.is_aligned(),
+            "the host gave `{name}` room at {room:p}, which is not aligned"
+        );
+        match NonNull::new(room) {
+            Some(room) => Some(room),
+            None => panic!("the host gave `{name}` no room"),
+        }
+    }
+
+    /// Publishes what was loaned, measured at `time`, or now.
+    pub(crate) fn publish(&self, port: u32, name: &str, time: Option<Duration>) -> Outcome {
+        // The ABI's 0 means now; nothing is measured more exactly than to the nanosecond.
+        let time = time.map_or(0, |time| {
+            u64::try_from(time.as_nanos()).unwrap_or(u64::MAX).max(1)
+        });
+        // SAFETY: the context is that of the present call.
+        let code = unsafe { (self.host.publish)(self.raw.as_ptr(), port, time) };
+        Outcome::of(code).unwrap_or_else(|| broken(name, "publish", code))
+    }
+
+    /// Writes a value to an output.
+    ///
+    /// # Safety
+    /// The port's type is `T`.
+    pub(crate) unsafe fn write<T: Value>(&self, port: u32, name: &str, value: T) -> Outcome {
+        // SAFETY: the caller's.
+        let Some(room) = (unsafe { self.loan::<T>(port, name) }) else {
+            return Outcome::Unbound;
+        };
+        // SAFETY: room for a `T`, aligned, and nobody else's until it is published.
+        unsafe { room.write(value) };
+        self.publish(port, name, None)
+    }
+}
+
+/// The application left this optional port unbound.
+pub(crate) struct Unbound;
+
+/// The host broke the contract of the ABI; the panic makes the schema Faulted with these words.
+pub(crate) fn broken(name: &str, call: &str, code: i32) -> ! {
+    panic!("the host answered {code} to `{call}` of `{name}`, which it never may")
+}

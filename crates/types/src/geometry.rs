@@ -1,0 +1,269 @@
+//! Points, poses and velocities, and the plane geometry that every mobile robot needs of them.
+//!
+//! Metres, radians, seconds; axes by REP-103. Angles that functions here return are in (−π, π].
+
+use core::f64::consts::{PI, TAU};
+
+use crate::{Header, Value};
+
+/// A point in space.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Point")]
+pub struct Point {
+    /// Ahead.
+    #[value(unit = "m")]
+    pub x: f64,
+    /// To the left.
+    #[value(unit = "m")]
+    pub y: f64,
+    /// Up.
+    #[value(unit = "m")]
+    pub z: f64,
+}
+
+/// A direction with a length; its unit is that of the field that holds it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Vector3")]
+pub struct Vector3 {
+    /// Ahead, or about the axis ahead.
+    pub x: f64,
+    /// To the left, or about the axis to the left.
+    pub y: f64,
+    /// Up, or about the axis up.
+    pub z: f64,
+}
+
+/// An orientation in space, as a quaternion of length 1.
+#[derive(Clone, Copy, Debug, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Quaternion")]
+#[allow(missing_docs, reason = "the four parts of a quaternion")]
+pub struct Quaternion {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
+}
+
+/// A place and an orientation in space.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Pose")]
+pub struct Pose {
+    /// Where.
+    pub position: Point,
+    /// Which way round.
+    pub orientation: Quaternion,
+}
+
+/// A pose with its time and frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/PoseStamped")]
+pub struct PoseStamped {
+    /// Time and frame.
+    pub header: Header,
+    /// The pose.
+    pub pose: Pose,
+}
+
+/// A pose and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/PoseWithCovariance")]
+pub struct PoseWithCovariance {
+    /// The pose.
+    pub pose: Pose,
+    /// 6 × 6, row by row, of x, y, z and the rotations about them.
+    pub covariance: [f64; 36],
+}
+
+/// A place and a heading in the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Pose2D")]
+pub struct Pose2D {
+    /// Ahead of the frame's origin.
+    #[value(unit = "m")]
+    pub x: f64,
+    /// Left of the frame's origin.
+    #[value(unit = "m")]
+    pub y: f64,
+    /// Heading, counter-clockwise from the x axis.
+    #[value(unit = "rad")]
+    pub theta: f64,
+}
+
+/// A velocity in space: what a base is told, or what it does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Twist")]
+pub struct Twist {
+    /// Of the place, m/s.
+    #[value(unit = "m/s")]
+    pub linear: Vector3,
+    /// Of the orientation, rad/s.
+    #[value(unit = "rad/s")]
+    pub angular: Vector3,
+}
+
+/// A velocity and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/TwistWithCovariance")]
+pub struct TwistWithCovariance {
+    /// The velocity.
+    pub twist: Twist,
+    /// 6 × 6, row by row, of x, y, z and the rotations about them.
+    pub covariance: [f64; 36],
+}
+
+/// `angle` in (−π, π], rad.
+#[must_use]
+pub fn normalize_angle(angle: f64) -> f64 {
+    let turned = angle.rem_euclid(TAU);
+    if turned > PI { turned - TAU } else { turned }
+}
+
+impl Quaternion {
+    /// No rotation.
+    pub const IDENTITY: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        z: 0.0,
+        w: 1.0,
+    };
+
+    /// A rotation by `yaw` rad about the axis up.
+    #[must_use]
+    pub fn from_yaw(yaw: f64) -> Self {
+        let (sin, cos) = (yaw / 2.0).sin_cos();
+        Self {
+            z: sin,
+            w: cos,
+            ..Self::IDENTITY
+        }
+    }
+
+    /// The rotation about the axis up, rad; the others are left out.
+    #[must_use]
+    pub fn yaw(&self) -> f64 {
+        let Self { x, y, z, w } = *self;
+        (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+    }
+}
+
+/// No rotation, as in ROS 2.
+impl Default for Quaternion {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Default for PoseWithCovariance {
+    fn default() -> Self {
+        Self {
+            pose: Pose::default(),
+            covariance: [0.0; 36],
+        }
+    }
+}
+
+impl Default for TwistWithCovariance {
+    fn default() -> Self {
+        Self {
+            twist: Twist::ZERO,
+            covariance: [0.0; 36],
+        }
+    }
+}
+
+impl Twist {
+    /// Standing still.
+    pub const ZERO: Self = Self::planar(0.0, 0.0);
+
+    /// Ahead at `linear` m/s while turning left at `angular` rad/s.
+    #[must_use]
+    pub const fn planar(linear: f64, angular: f64) -> Self {
+        Self {
+            linear: Vector3 {
+                x: linear,
+                y: 0.0,
+                z: 0.0,
+            },
+            angular: Vector3 {
+                x: 0.0,
+                y: 0.0,
+                z: angular,
+            },
+        }
+    }
+}
+
+impl Pose2D {
+    /// The frame's own origin.
+    pub const ORIGIN: Self = Self::new(0.0, 0.0, 0.0);
+
+    /// A pose at `x`, `y` m with a heading of `theta` rad.
+    #[must_use]
+    pub const fn new(x: f64, y: f64, theta: f64) -> Self {
+        Self { x, y, theta }
+    }
+
+    /// How far `other` is, m.
+    #[must_use]
+    pub fn distance_to(&self, other: &Self) -> f64 {
+        (other.x - self.x).hypot(other.y - self.y)
+    }
+
+    /// By how much to turn left to face `other`, rad.
+    #[must_use]
+    pub fn bearing_to(&self, other: &Self) -> f64 {
+        normalize_angle((other.y - self.y).atan2(other.x - self.x) - self.theta)
+    }
+
+    /// `local`, a pose in the frame of `self`, in the frame that `self` is in.
+    #[must_use]
+    pub fn transform(&self, local: &Self) -> Self {
+        let (sin, cos) = self.theta.sin_cos();
+        Self::new(
+            self.x + cos * local.x - sin * local.y,
+            self.y + sin * local.x + cos * local.y,
+            normalize_angle(self.theta + local.theta),
+        )
+    }
+
+    /// `other`, a pose in the frame that `self` is in, in the frame of `self`; undoes [`Self::transform`].
+    #[must_use]
+    pub fn localize(&self, other: &Self) -> Self {
+        let (sin, cos) = self.theta.sin_cos();
+        let (x, y) = (other.x - self.x, other.y - self.y);
+        Self::new(
+            cos * x + sin * y,
+            cos * y - sin * x,
+            normalize_angle(other.theta - self.theta),
+        )
+    }
+}
+
+/// Leaves out height, roll and pitch.
+impl From<Pose> for Pose2D {
+    fn from(pose: Pose) -> Self {
+        Self::new(pose.position.x, pose.position.y, pose.orientation.yaw())
+    }
+}
+
+impl From<Pose2D> for Pose {
+    fn from(pose: Pose2D) -> Self {
+        Self {
+            position: Point {
+                x: pose.x,
+                y: pose.y,
+                z: 0.0,
+            },
+            orientation: Quaternion::from_yaw(pose.theta),
+        }
+    }
+}

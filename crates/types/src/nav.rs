@@ -1,0 +1,86 @@
+//! Where the robot believes it is, and where it is to go.
+
+use crate::{
+    Frame, Header, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist, TwistWithCovariance, Value,
+};
+
+/// Pose and velocity, as the wheels tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "nav_msgs/msg/Odometry")]
+pub struct Odometry {
+    /// Time, and the frame of the pose: "odom".
+    pub header: Header,
+    /// The frame of the velocity: "base_link".
+    pub child_frame_id: Frame,
+    /// Where the base is, in the frame of the header.
+    pub pose: PoseWithCovariance,
+    /// How it moves, in its own frame.
+    pub twist: TwistWithCovariance,
+}
+
+/// A path to follow, of up to 64 poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "nav_msgs/msg/Path")]
+pub struct Path {
+    /// Time and frame.
+    pub header: Header,
+    /// The poses, from first to last.
+    pub poses: Seq<PoseStamped, 64>,
+}
+
+/// Targets in the plane, as a person writes them down; [`Path`] is what ROS tools draw.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Route")]
+pub struct Route {
+    /// The targets, from first to last.
+    pub poses: Seq<Pose2D, 64>,
+}
+
+impl Odometry {
+    /// An odometry that is sure of itself, between the frames "odom" and "base_link".
+    #[must_use]
+    pub fn planar(stamp: impl Into<crate::Time>, pose: Pose2D, twist: Twist) -> Self {
+        Self {
+            header: Header::new(stamp, "odom"),
+            child_frame_id: Frame::new("base_link"),
+            pose: PoseWithCovariance {
+                pose: Pose::from(pose),
+                ..Default::default()
+            },
+            twist: TwistWithCovariance {
+                twist,
+                ..Default::default()
+            },
+        }
+    }
+
+    /// Place and heading in the plane.
+    #[must_use]
+    pub fn pose2d(&self) -> Pose2D {
+        self.pose.pose.into()
+    }
+}
+
+impl Route {
+    /// No targets.
+    pub const EMPTY: Self = Self { poses: Seq::new() };
+
+    /// The route as a path of one time and frame.
+    #[must_use]
+    pub fn to_path(&self, header: Header) -> Path {
+        Path {
+            header,
+            poses: self
+                .poses
+                .iter()
+                .map(|&pose| PoseStamped {
+                    header,
+                    pose: pose.into(),
+                })
+                .collect(),
+        }
+    }
+}

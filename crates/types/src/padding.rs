@@ -1,0 +1,97 @@
+//! A bool whose every byte pattern means something, and bytes that mean nothing.
+
+#![allow(unsafe_code)]
+
+use core::fmt;
+
+use jde_abi::raw;
+
+use crate::part::{Part, Shape};
+
+/// True or false in one byte: 0 is false, anything else true.
+#[derive(Clone, Copy, Default)]
+#[repr(transparent)]
+pub struct Flag(u8);
+
+impl Flag {
+    /// False.
+    pub const FALSE: Self = Self(0);
+    /// True.
+    pub const TRUE: Self = Self(1);
+
+    /// A flag of this truth.
+    #[must_use]
+    pub const fn new(truth: bool) -> Self {
+        Self(truth as u8)
+    }
+
+    /// Its truth.
+    #[must_use]
+    pub const fn get(self) -> bool {
+        self.0 != 0
+    }
+}
+
+impl From<bool> for Flag {
+    fn from(truth: bool) -> Self {
+        Self::new(truth)
+    }
+}
+
+impl From<Flag> for bool {
+    fn from(flag: Flag) -> Self {
+        flag.get()
+    }
+}
+
+impl PartialEq for Flag {
+    fn eq(&self, other: &Self) -> bool {
+        self.get() == other.get()
+    }
+}
+
+impl Eq for Flag {}
+
+impl fmt::Debug for Flag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.get().fmt(f)
+    }
+}
+
+// SAFETY: one byte, each of whose patterns is a truth.
+unsafe impl Part for Flag {
+    const SHAPE: Shape = Shape::scalar(raw::BOOL);
+}
+
+/// Bytes that mean nothing, put where C would leave a gap; no description shows them, and any two are equal.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct Padding<const N: usize>([u8; N]);
+
+impl<const N: usize> Padding<N> {
+    /// Padding of zeros.
+    pub const ZERO: Self = Self([0; N]);
+}
+
+impl<const N: usize> Default for Padding<N> {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+impl<const N: usize> PartialEq for Padding<N> {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl<const N: usize> fmt::Debug for Padding<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("_")
+    }
+}
+
+// SAFETY: bytes of which every pattern is valid.
+unsafe impl<const N: usize> Part for Padding<N> {
+    const SHAPE: Shape = Shape::scalar(raw::U8).repeated(raw::PADDING, N, 0);
+}

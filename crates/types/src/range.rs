@@ -1,0 +1,182 @@
+//! Sensors that measure distance: laser scans, sonars and rings of them.
+//!
+//! By REP-117 a range is a distance, +∞ (nothing within reach), −∞ (something too close to measure) or NaN (no measurement).
+
+use crate::{Header, Padding, Pose2D, Seq, Value};
+
+/// One turn of a laser scanner of up to 1088 beams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/LaserScan")]
+pub struct LaserScan {
+    /// Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z.
+    pub header: Header,
+    /// Angle of the first beam.
+    #[value(unit = "rad")]
+    pub angle_min: f32,
+    /// Angle of the last beam.
+    #[value(unit = "rad")]
+    pub angle_max: f32,
+    /// Angle from one beam to the next.
+    #[value(unit = "rad")]
+    pub angle_increment: f32,
+    /// Time from one beam to the next.
+    #[value(unit = "s")]
+    pub time_increment: f32,
+    /// Time from one scan to the next.
+    #[value(unit = "s")]
+    pub scan_time: f32,
+    /// Least distance it can measure.
+    #[value(unit = "m")]
+    pub range_min: f32,
+    /// Greatest distance it can measure.
+    #[value(unit = "m")]
+    pub range_max: f32,
+    /// Distances, first beam first.
+    #[value(unit = "m")]
+    pub ranges: Seq<f32, 1088>,
+    /// Intensities, in units of the device; empty if it has none.
+    pub intensities: Seq<f32, 1088>,
+}
+
+/// One sonar or infrared sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/Range")]
+pub struct Range {
+    /// Time, and the frame of the sensor: x ahead.
+    pub header: Header,
+    /// 0 ultrasound, 1 infrared.
+    pub radiation_type: u8,
+    /// Nothing.
+    pub padding: Padding<3>,
+    /// Width of its cone.
+    #[value(unit = "rad")]
+    pub field_of_view: f32,
+    /// Least distance it can measure.
+    #[value(unit = "m")]
+    pub min_range: f32,
+    /// Greatest distance it can measure.
+    #[value(unit = "m")]
+    pub max_range: f32,
+    /// The distance.
+    #[value(unit = "m")]
+    pub range: f32,
+    /// Variance of the distance; 0 if unknown.
+    #[value(unit = "m2")]
+    pub variance: f32,
+}
+
+/// A ring of up to 32 alike range sensors around a base.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/RangeRing")]
+pub struct RangeRing {
+    /// Time, and the frame of the base.
+    pub header: Header,
+    /// 0 ultrasound, 1 infrared.
+    pub radiation_type: u8,
+    /// Nothing.
+    pub padding: Padding<3>,
+    /// Width of each cone.
+    #[value(unit = "rad")]
+    pub field_of_view: f32,
+    /// Least distance they can measure.
+    #[value(unit = "m")]
+    pub min_range: f32,
+    /// Greatest distance they can measure.
+    #[value(unit = "m")]
+    pub max_range: f32,
+    /// Where each sits and looks, in the frame of the base.
+    pub poses: Seq<Pose2D, 32>,
+    /// The distance each measures.
+    #[value(unit = "m")]
+    pub ranges: Seq<f32, 32>,
+}
+
+/// What one beam of a laser hit, in the frame of the scanner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaserPoint {
+    /// The beam's place in the scan.
+    pub beam: usize,
+    /// Its angle, rad.
+    pub angle: f64,
+    /// The distance, m.
+    pub range: f64,
+    /// Ahead, m.
+    pub x: f64,
+    /// To the left, m.
+    pub y: f64,
+}
+
+/// What one sonar of a ring heard, in the frame of the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SonarEcho {
+    /// The sonar's place in the ring.
+    pub sonar: usize,
+    /// The distance from the sonar, m.
+    pub range: f64,
+    /// Ahead, m, on the axis of the cone.
+    pub x: f64,
+    /// To the left, m, on the axis of the cone.
+    pub y: f64,
+}
+
+impl LaserScan {
+    /// Angle of a beam, rad.
+    #[must_use]
+    pub fn angle(&self, beam: usize) -> f64 {
+        f64::from(self.angle_min) + beam as f64 * f64::from(self.angle_increment)
+    }
+
+    /// What the beams hit, first beam first; beams that hit nothing or measured nothing are left out, and something too close
+    /// to measure counts as being at `range_min`, for it is there.
+    pub fn points(&self) -> impl Iterator<Item = LaserPoint> + '_ {
+        self.ranges.iter().enumerate().filter_map(|(beam, &range)| {
+            let range = distance(range, self.range_min, self.range_max)?;
+            let angle = self.angle(beam);
+            let (sin, cos) = angle.sin_cos();
+            Some(LaserPoint {
+                beam,
+                angle,
+                range,
+                x: range * cos,
+                y: range * sin,
+            })
+        })
+    }
+
+    /// How far ahead the nearest hit within `half_width` m to either side is, m; `None` if there is none.
+    #[must_use]
+    pub fn nearest_ahead(&self, half_width: f64) -> Option<f64> {
+        self.points()
+            .filter(|point| point.x > 0.0 && point.y.abs() <= half_width)
+            .map(|point| point.x)
+            .min_by(f64::total_cmp)
+    }
+}
+
+impl RangeRing {
+    /// What the sonars heard; those that heard nothing are left out, and something too close counts as at `min_range`.
+    pub fn echoes(&self) -> impl Iterator<Item = SonarEcho> + '_ {
+        let sonars = self.poses.iter().zip(&self.ranges).enumerate();
+        sonars.filter_map(|(sonar, (pose, &range))| {
+            let range = distance(range, self.min_range, self.max_range)?;
+            let (sin, cos) = pose.theta.sin_cos();
+            Some(SonarEcho {
+                sonar,
+                range,
+                x: pose.x + range * cos,
+                y: pose.y + range * sin,
+            })
+        })
+    }
+}
+
+/// A measured distance; REP-117's −∞ is the least one.
+fn distance(range: f32, least: f32, greatest: f32) -> Option<f64> {
+    if range == f32::NEG_INFINITY {
+        return Some(f64::from(least));
+    }
+    (range.is_finite() && least <= range && range <= greatest).then_some(f64::from(range))
+}

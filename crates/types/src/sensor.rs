@@ -1,0 +1,154 @@
+//! The other senses: camera, pan-tilt head, battery, bumpers.
+
+use crate::{Flag, Header, Padding, Seq, Text, Value};
+
+/// A picture of up to 640 × 480 pixels of three bytes.
+#[derive(Clone, Copy, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/Image")]
+pub struct Image {
+    /// Time, and the frame of the camera: x to the right of the picture, y down, z into it.
+    pub header: Header,
+    /// Rows.
+    pub height: u32,
+    /// Columns.
+    pub width: u32,
+    /// What a pixel is: "rgb8", "bgr8", "mono8".
+    pub encoding: Text<28>,
+    /// Whether numbers of several bytes begin with the greatest.
+    pub is_bigendian: u8,
+    /// Nothing.
+    pub padding: Padding<3>,
+    /// Bytes of a row.
+    pub step: u32,
+    /// The rows, from the top.
+    pub data: Seq<u8, { 640 * 480 * 3 }>,
+}
+
+/// Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/PanTilt")]
+pub struct PanTilt {
+    /// Time, and the frame of the head's foot.
+    pub header: Header,
+    /// To the left.
+    #[value(unit = "rad")]
+    pub pan: f64,
+    /// Down, as REP-103 turns about the axis to the left.
+    #[value(unit = "rad")]
+    pub tilt: f64,
+    /// Speed to the left.
+    #[value(unit = "rad/s")]
+    pub pan_velocity: f64,
+    /// Speed down.
+    #[value(unit = "rad/s")]
+    pub tilt_velocity: f64,
+}
+
+/// How the battery is. What is not measured is NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/BatteryState")]
+pub struct BatteryState {
+    /// Time.
+    pub header: Header,
+    /// Voltage.
+    #[value(unit = "V")]
+    pub voltage: f32,
+    /// Temperature.
+    #[value(unit = "degC")]
+    pub temperature: f32,
+    /// Current; negative while discharging.
+    #[value(unit = "A")]
+    pub current: f32,
+    /// Charge at present.
+    #[value(unit = "Ah")]
+    pub charge: f32,
+    /// Charge when last full.
+    #[value(unit = "Ah")]
+    pub capacity: f32,
+    /// Charge it was built for.
+    #[value(unit = "Ah")]
+    pub design_capacity: f32,
+    /// Charge, from 0 to 1.
+    pub percentage: f32,
+    /// 0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full.
+    pub power_supply_status: u8,
+    /// 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out.
+    pub power_supply_health: u8,
+    /// 0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn.
+    pub power_supply_technology: u8,
+    /// Whether there is one.
+    pub present: Flag,
+    /// Voltage of each cell.
+    #[value(unit = "V")]
+    pub cell_voltage: Seq<f32, 16>,
+    /// Temperature of each cell.
+    #[value(unit = "degC")]
+    pub cell_temperature: Seq<f32, 16>,
+    /// Where it sits.
+    pub location: Text<28>,
+    /// Its serial number.
+    pub serial_number: Text<28>,
+}
+
+/// Which bumpers are pressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Bumpers")]
+pub struct Bumpers {
+    /// Time, and the frame of the base.
+    pub header: Header,
+    /// Those ahead, from left to right.
+    pub front: Seq<Flag, 8>,
+    /// Those behind, from left to right as one looks ahead.
+    pub rear: Seq<Flag, 8>,
+    /// Whether the wheels are held against their will.
+    pub stalled: Flag,
+    /// Nothing.
+    pub padding: Padding<3>,
+}
+
+impl Default for Image {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl core::fmt::Debug for Image {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "Image({} x {} {}, {} bytes)",
+            self.width,
+            self.height,
+            self.encoding,
+            self.data.len()
+        )
+    }
+}
+
+/// Nothing known.
+impl Default for BatteryState {
+    fn default() -> Self {
+        Self {
+            voltage: f32::NAN,
+            temperature: f32::NAN,
+            current: f32::NAN,
+            charge: f32::NAN,
+            capacity: f32::NAN,
+            design_capacity: f32::NAN,
+            percentage: f32::NAN,
+            ..Self::zeroed()
+        }
+    }
+}
+
+impl Bumpers {
+    /// Whether any bumper is pressed.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.front.iter().chain(&self.rear).any(|pressed| pressed.get())
+    }
+}

@@ -1,0 +1,69 @@
+//! Times and frames, as every stamped interface begins.
+
+use core::time::Duration;
+
+use crate::{Text, Value};
+
+/// Name of a frame of coordinates (REP-105: "map", "odom", "base_link").
+pub type Frame = Text<52>;
+
+/// A time, in seconds and nanoseconds since the application's start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Value)]
+#[repr(C)]
+#[value(name = "builtin_interfaces/msg/Time")]
+pub struct Time {
+    /// Whole seconds.
+    #[value(unit = "s")]
+    pub sec: i32,
+    /// What is left, below 10^9.
+    #[value(unit = "ns")]
+    pub nanosec: u32,
+}
+
+/// When something was measured, and in which frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Value)]
+#[repr(C)]
+#[value(name = "std_msgs/msg/Header")]
+pub struct Header {
+    /// When it was measured.
+    pub stamp: Time,
+    /// The frame its numbers are in.
+    pub frame_id: Frame,
+}
+
+impl Header {
+    /// A header of this time and frame; a name that does not fit is cut.
+    #[must_use]
+    pub fn new(stamp: impl Into<Time>, frame: &str) -> Self {
+        Self {
+            stamp: stamp.into(),
+            frame_id: Frame::truncated(frame),
+        }
+    }
+}
+
+/// The largest time for durations beyond 68 years.
+impl From<Duration> for Time {
+    fn from(time: Duration) -> Self {
+        match i32::try_from(time.as_secs()) {
+            Ok(sec) => Self {
+                sec,
+                nanosec: time.subsec_nanos(),
+            },
+            Err(_) => Self {
+                sec: i32::MAX,
+                nanosec: 999_999_999,
+            },
+        }
+    }
+}
+
+/// Zero for times before the start.
+impl From<Time> for Duration {
+    fn from(time: Time) -> Self {
+        match u64::try_from(time.sec) {
+            Ok(sec) => Self::from_secs(sec) + Self::from_nanos(u64::from(time.nanosec)),
+            Err(_) => Self::ZERO,
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! UTF-8 of a fixed capacity, by value. It never grows: what does not fit is refused or cut, as the caller chooses.
+
+#![allow(unsafe_code)]
+
+use core::fmt;
+use core::mem::offset_of;
+
+use jde_abi::raw;
+
+use crate::part::{Part, Shape};
+
+/// A text of up to `N` bytes of UTF-8; `N` is a multiple of 4.
+///
+/// Bytes written by others may lie: a length beyond the capacity counts as the capacity, and reading stops before the first
+/// byte that is not UTF-8.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Text<const N: usize> {
+    length: u32,
+    bytes: [u8; N],
+}
+
+impl<const N: usize> Text<N> {
+    /// The empty text.
+    pub const EMPTY: Self = Self {
+        length: 0,
+        bytes: [0; N],
+    };
+
+    /// A copy of `text`; good for constants, where too long a text is an error of compilation.
+    ///
+    /// # Panics
+    /// If `text` has more than `N` bytes; [`Self::truncated`] cuts instead, and `try_from` refuses.
+    #[must_use]
+    pub const fn new(text: &str) -> Self {
+        assert!(text.len() <= N, "the text is longer than its capacity");
+        let mut this = Self::EMPTY;
+        let mut at = 0;
+        while at < text.len() {
+            this.bytes[at] = text.as_bytes()[at];
+            at += 1;
+        }
+        this.length = text.len() as u32;
+        this
+    }
+
+    /// As much of `text` as fits, in whole characters.
+    #[must_use]
+    pub fn truncated(text: &str) -> Self {
+        Self::new(&text[..text.floor_char_boundary(N)])
+    }
+
+    /// The text, up to the first byte that is not UTF-8.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        let bytes = &self.bytes[..self.len()];
+        match core::str::from_utf8(bytes) {
+            Ok(text) => text,
+            Err(error) => core::str::from_utf8(&bytes[..error.valid_up_to()]).unwrap_or_default(),
+        }
+    }
+
+    /// Bytes of the text.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        (self.length as usize).min(N)
+    }
+
+    /// Whether it is empty.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl<const N: usize> Default for Text<N> {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+impl<const N: usize> TryFrom<&str> for Text<N> {
+    type Error = TooLong;
+
+    fn try_from(text: &str) -> Result<Self, TooLong> {
+        if text.len() > N {
+            return Err(TooLong {
+                length: text.len(),
+                capacity: N,
+            });
+        }
+        Ok(Self::new(text))
+    }
+}
+
+impl<const N: usize> PartialEq for Text<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_str() == other.as_str()
+    }
+}
+
+impl<const N: usize> Eq for Text<N> {}
+
+impl<const N: usize> PartialEq<str> for Text<N> {
+    fn eq(&self, other: &str) -> bool {
+        self.as_str() == other
+    }
+}
+
+impl<const N: usize> PartialEq<&str> for Text<N> {
+    fn eq(&self, other: &&str) -> bool {
+        self.as_str() == *other
+    }
+}
+
+impl<const N: usize> fmt::Display for Text<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+impl<const N: usize> fmt::Debug for Text<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
+}
+
+// SAFETY: a number and bytes, of which every pattern is valid, and no gap because `N` is a multiple of the number's size.
+unsafe impl<const N: usize> Part for Text<N> {
+    const SHAPE: Shape = {
+        assert!(N.is_multiple_of(4), "the capacity of a text is a multiple of 4");
+        Shape::scalar(raw::U8).repeated(raw::TEXT, N, offset_of!(Self, bytes))
+    };
+}
+
+/// More elements or bytes than fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLong {
+    /// How many there are.
+    pub length: usize,
+    /// How many fit.
+    pub capacity: usize,
+}
+
+impl fmt::Display for TooLong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} do not fit where there is room for {}",
+            self.length, self.capacity
+        )
+    }
+}
+
+impl core::error::Error for TooLong {}

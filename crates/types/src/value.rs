@@ -1,0 +1,84 @@
+//! What a value is: plain data that any thread, process, tool or language can read by its description.
+//!
+//! A value owns nothing and points to nothing; that is what lets it cross every boundary as bytes.
+
+#![allow(unsafe_code)]
+
+use core::ffi::CStr;
+
+use jde_abi::{describe, raw, read};
+
+/// Plain data of fixed size that describes itself; made by `#[derive(Value)]`.
+///
+/// ```
+/// use jde_types::{Pose2D, Seq, Text, Value};
+///
+/// /// Landmarks seen from where the robot is.
+/// #[derive(Clone, Copy, Value)]
+/// #[repr(C)]
+/// #[value(name = "my_msgs/msg/Landmarks")]
+/// pub struct Landmarks {
+///     /// Where each stands, in the frame of the base.
+///     pub places: Seq<Pose2D, 16>,
+///     /// How far the farthest is.
+///     #[value(unit = "m")]
+///     pub farthest: f64,
+///     /// What they are.
+///     pub what: Text<24>,
+///     /// How many were lost since the last one.
+///     pub lost: u32,
+/// }
+///
+/// assert_eq!(Landmarks::describe().name, "my_msgs/msg/Landmarks");
+/// ```
+///
+/// # Safety
+/// `TYPE` describes every byte of the type, and every pattern of bytes is a valid value of it.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a value that schemas can share",
+    note = "use a standard type, a number, `Flag`, `Text<N>`, or a `#[repr(C)]` structure with `#[derive(Clone, Copy, Value)]`"
+)]
+pub unsafe trait Value: Copy + Send + Sync + 'static {
+    /// The table that describes it.
+    const TYPE: &'static raw::Type;
+
+    /// Its description, owned.
+    ///
+    /// # Panics
+    /// Only if the table is wrong, which `#[derive(Value)]` excludes.
+    #[must_use]
+    fn describe() -> describe::Type {
+        // SAFETY: a type's table follows the rules of `raw` by the contract of this trait.
+        match unsafe { read::value_type(Self::TYPE) } {
+            Ok(description) => description,
+            Err(refusal) => panic!("{refusal}"),
+        }
+    }
+
+    /// The value whose bytes are all 0.
+    #[must_use]
+    fn zeroed() -> Self {
+        // SAFETY: every pattern of bytes is a valid value by the contract of this trait.
+        unsafe { core::mem::zeroed() }
+    }
+}
+
+/// The table of a structure, from its fields.
+#[must_use]
+pub const fn structure<T>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    fields: &'static [raw::Field],
+) -> raw::Type {
+    assert!(align_of::<T>() <= 16, "a value is aligned to 16 bytes at most");
+    assert!(size_of::<T>() > 0, "a value has at least one byte");
+    raw::Type {
+        size: size_of::<raw::Type>() as u32,
+        field_count: fields.len() as u32,
+        name: name.as_ptr(),
+        doc: doc.as_ptr(),
+        bytes: size_of::<T>() as u64,
+        align: align_of::<T>() as u64,
+        fields: fields.as_ptr(),
+    }
+}
