@@ -6,7 +6,7 @@ use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 use std::ptr::NonNull;
 
 /// Bytes of a cache line, and the alignment of everything here.
-pub const LINE: usize = 64;
+pub(super) const LINE: usize = 64;
 
 /// Owned bytes, zero at first, 64-byte aligned, a whole number of lines of them.
 pub struct Aligned {

@@ -81,7 +81,6 @@ pub struct Pinned {
     region: Region,
     first_slot: usize,
     slots: usize,
-    bytes: usize,
 }
 
 impl Pinned {
@@ -102,7 +101,6 @@ impl Pinned {
             region,
             first_slot,
             slots,
-            bytes,
         };
         // The head, which is 0, names slot 0 and owns it.
         cell.word(0, USE).store(OWNED, Ordering::Relaxed);
@@ -262,9 +260,10 @@ impl Pinned {
 impl Pinned {
     /// Writes the value number 0, while nobody shares the cell yet.
     pub fn set_initial(&mut self, value: &[u8]) {
-        assert_eq!(value.len(), self.bytes);
+        assert_eq!(value.len(), self.region.block_bytes());
         // SAFETY: the block has this many bytes, and `&mut self` says that nobody holds the slot.
-        unsafe { std::slice::from_raw_parts_mut(self.region.block(0), self.bytes) }.copy_from_slice(value);
+        unsafe { std::slice::from_raw_parts_mut(self.region.block(0), self.region.block_bytes()) }
+            .copy_from_slice(value);
     }
 
     /// The bytes of a claimed slot.
@@ -273,7 +272,7 @@ impl Pinned {
     /// The claim is of this cell, and no other slice of its bytes is alive.
     pub unsafe fn bytes_mut<'a>(&'a self, claim: &'a mut Claim) -> &'a mut [u8] {
         // SAFETY: the block has this many initialised bytes; its owner alone touches it, and the claim says who that is.
-        unsafe { std::slice::from_raw_parts_mut(self.region.block(claim.0), self.bytes) }
+        unsafe { std::slice::from_raw_parts_mut(self.region.block(claim.0), self.region.block_bytes()) }
     }
 
     /// The bytes of a pinned value.
@@ -282,7 +281,7 @@ impl Pinned {
     /// The pin is of this cell.
     pub unsafe fn bytes<'a>(&'a self, pin: &'a Pin) -> &'a [u8] {
         // SAFETY: the block has this many initialised bytes; nobody writes to it while it is pinned.
-        unsafe { std::slice::from_raw_parts(self.region.block(pin.0), self.bytes) }
+        unsafe { std::slice::from_raw_parts(self.region.block(pin.0), self.region.block_bytes()) }
     }
 }
 

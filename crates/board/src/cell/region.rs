@@ -25,6 +25,7 @@ mod machine {
         memory: Aligned,
         words: usize,
         blocks: usize,
+        block_bytes: usize,
         first_block: usize,
         stride: usize,
     }
@@ -45,6 +46,7 @@ mod machine {
                 memory: Aligned::new(bytes),
                 words,
                 blocks,
+                block_bytes,
                 first_block,
                 stride,
             }
@@ -60,6 +62,11 @@ mod machine {
             // SAFETY: the words are inside the memory, aligned, initialised, and touched as atomics only.
             let words = unsafe { std::slice::from_raw_parts(self.memory.base().cast(), self.words) };
             &words[range]
+        }
+
+        /// Bytes of a block.
+        pub fn block_bytes(&self) -> usize {
+            self.block_bytes
         }
 
         /// The first byte of block number `index`, on a line's boundary.
