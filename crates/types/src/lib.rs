@@ -24,7 +24,7 @@ pub use geometry::{
 };
 pub use jde_macros::Value;
 pub use mission::{Mission, Truth};
-pub use nav::{Odometry, Path, Route};
+pub use nav::{Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};

@@ -1,7 +1,7 @@
 //! Where the robot believes it is, and where it is to go.
 
 use crate::{
-    Frame, Header, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist, TwistWithCovariance, Value,
+    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist, TwistWithCovariance, Value,
 };
 
 /// Pose and velocity, as the wheels tell.
@@ -37,6 +37,36 @@ pub struct Path {
 pub struct Route {
     /// The targets, from first to last.
     pub poses: Seq<Pose2D, 64>,
+}
+
+/// A place to go to, or none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Target")]
+pub struct Target {
+    /// The place, in the frame of the odometry; its heading does not count.
+    pub pose: Pose2D,
+    /// Whether there is one.
+    pub set: Flag,
+    /// Nothing.
+    pub padding: Padding<7>,
+}
+
+impl Target {
+    /// No place to go to.
+    pub const NONE: Self = Self { pose: Pose2D::ORIGIN, set: Flag::FALSE, padding: Padding::ZERO };
+
+    /// That place.
+    #[must_use]
+    pub const fn at(pose: Pose2D) -> Self {
+        Self { pose, set: Flag::TRUE, padding: Padding::ZERO }
+    }
+
+    /// The place, if there is one.
+    #[must_use]
+    pub fn get(&self) -> Option<Pose2D> {
+        self.set.get().then_some(self.pose)
+    }
 }
 
 impl Odometry {
