@@ -143,4 +143,13 @@ impl State {
             _ => None,
         }
     }
+
+    pub(crate) fn code(self) -> u32 {
+        match self {
+            Self::Slept => raw::SLEPT,
+            Self::Checking => raw::CHECKING,
+            Self::Ready => raw::READY,
+            Self::Winner => raw::WINNER,
+        }
+    }
 }

@@ -43,6 +43,7 @@
 
 extern crate self as jde_schema;
 
+pub mod bench;
 mod boundary;
 mod child;
 mod context;

@@ -130,6 +130,15 @@ pub(super) unsafe extern "C" fn sleep<S: Schema>(instance: *mut c_void, cx: *mut
     let _ = unsafe { call::<S>(instance, cx, sleep) };
 }
 
+/// The schema in an instance.
+///
+/// # Safety
+/// `instance` is what `create::<S>` gave, and no call of it is under way while the answer is in use.
+pub(crate) unsafe fn schema_of<'a, S: Schema>(instance: *mut c_void) -> &'a S {
+    // SAFETY: the caller's.
+    unsafe { &(*instance.cast::<Instance<S>>()).schema }
+}
+
 /// Calls a function of an instance, and tells the host in words what went wrong.
 ///
 /// # Safety

@@ -3,3 +3,5 @@
 mod calls;
 mod guard;
 pub(crate) mod table;
+
+pub(crate) use calls::schema_of;

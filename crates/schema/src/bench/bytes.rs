@@ -1,0 +1,95 @@
+//! A value as bytes, aligned as any value may need; and whether its numbers are finite.
+
+#![allow(unsafe_code)]
+
+use core::ptr;
+use core::slice;
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_types::Value;
+
+/// The bytes of one value, aligned to 16.
+#[derive(Clone, Debug)]
+pub(super) struct Bytes {
+    words: Vec<u128>,
+    length: usize,
+}
+
+impl Bytes {
+    pub(super) fn zeros(length: usize) -> Self {
+        Self {
+            words: vec![0; length.div_ceil(16)],
+            length,
+        }
+    }
+
+    pub(super) fn copy(bytes: &[u8]) -> Self {
+        let mut this = Self::zeros(bytes.len());
+        // SAFETY: as many bytes of room.
+        unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), this.as_mut_ptr(), bytes.len()) };
+        this
+    }
+
+    pub(super) fn of<T: Value>(value: &T) -> Self {
+        // SAFETY: every byte of a value belongs to a field, so all are initialised.
+        Self::copy(unsafe { slice::from_raw_parts(ptr::from_ref(value).cast(), size_of::<T>()) })
+    }
+
+    /// The value, whose type the caller has compared.
+    pub(super) fn value<T: Value>(&self) -> T {
+        assert_eq!(self.length, size_of::<T>(), "types are compared before");
+        // SAFETY: as many bytes, aligned, of which every pattern is a value.
+        unsafe { self.words.as_ptr().cast::<T>().read() }
+    }
+
+    pub(super) fn as_slice(&self) -> &[u8] {
+        // SAFETY: the words hold at least `length` bytes.
+        unsafe { slice::from_raw_parts(self.words.as_ptr().cast(), self.length) }
+    }
+
+    pub(super) fn as_ptr(&self) -> *const u8 {
+        self.words.as_ptr().cast()
+    }
+
+    pub(super) fn as_mut_ptr(&mut self) -> *mut u8 {
+        self.words.as_mut_ptr().cast()
+    }
+}
+
+/// Whether every float of a value is finite, those beyond the length of a sequence apart.
+pub(super) fn finite(ty: &Type, bytes: &[u8]) -> bool {
+    ty.fields.iter().all(|field| {
+        let size = field.kind.bytes();
+        (0..count(field, bytes)).all(|index| {
+            let element = &bytes[field.offset + index * size..][..size];
+            match &field.kind {
+                FieldKind::Struct(inner) => finite(inner, element),
+                FieldKind::Scalar(Scalar::F32) => {
+                    f32::from_ne_bytes(element.try_into().unwrap_or_default()).is_finite()
+                }
+                FieldKind::Scalar(Scalar::F64) => {
+                    f64::from_ne_bytes(element.try_into().unwrap_or_default()).is_finite()
+                }
+                FieldKind::Scalar(_) => true,
+            }
+        })
+    })
+}
+
+fn count(field: &Field, bytes: &[u8]) -> usize {
+    match field.form {
+        Form::One => 1,
+        Form::Array(capacity) => capacity,
+        Form::Sequence {
+            capacity,
+            length_offset,
+        }
+        | Form::Text {
+            capacity,
+            length_offset,
+        } => {
+            let length = bytes[length_offset..][..4].try_into().unwrap_or_default();
+            (u32::from_ne_bytes(length) as usize).min(capacity)
+        }
+    }
+}

@@ -1,0 +1,450 @@
+//! A bench to test a schema on: it goes through the very tables that the host uses, without plugins, threads or a clock of its
+//! own. It selects nothing: whether a motor schema is WINNER, and what its children do, is as the test says.
+
+#![allow(unsafe_code)]
+
+mod bytes;
+mod failure;
+mod host;
+mod names;
+mod place;
+
+use core::ffi::{CStr, c_void};
+use core::marker::PhantomData;
+use core::ptr;
+use core::time::Duration;
+
+use jde_abi::{describe, raw, read};
+use jde_types::Value;
+
+pub use failure::Failure;
+use names::{Kind, unknown};
+use place::Place;
+
+use crate::child::{Policy, State};
+use crate::context::Severity;
+use crate::level::Case;
+use crate::schema::{Precondition, Schema};
+
+/// A schema on the bench, asleep, with authority over its actuators and children, at time 0.
+///
+/// Names of ports and children that do not exist, and values of another type, panic in words: they are mistakes of the test.
+///
+/// ```
+/// use jde_schema::bench::Bench;
+/// use jde_schema::prelude::*;
+///
+/// /// Doubles what it reads.
+/// #[derive(Describe)]
+/// #[schema(perceptive, period = "10ms")]
+/// struct Double {
+///     #[import]
+///     half: Import<f64>,
+///     #[export]
+///     whole: Export<f64>,
+/// }
+///
+/// impl Schema for Double {
+///     fn iterate(&mut self, cx: &Context) -> Result {
+///         let half = *self.half.require(cx)?;
+///         self.whole.write(cx, 2.0 * half);
+///         Ok(())
+///     }
+/// }
+///
+/// let mut bench = Bench::<Double>::new();
+/// assert_eq!(bench.iterate().unwrap_err().reason, "import `half` has no value yet");
+/// bench.import("half", &21.0);
+/// bench.iterate().unwrap();
+/// assert_eq!(bench.exported::<f64>("whole"), Some(42.0));
+/// ```
+pub struct Bench<S = Foreign> {
+    table: &'static raw::Schema,
+    about: describe::Schema,
+    place: Box<Place>,
+    instance: *mut c_void,
+    schema: PhantomData<S>,
+}
+
+/// A schema that another language wrote.
+#[derive(Debug)]
+pub enum Foreign {}
+
+/// What a father's own arbitration decided.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// The role of the chosen child; `None` for nobody.
+    pub child: Option<String>,
+    /// Why.
+    pub reason: String,
+}
+
+impl<S: Schema> Bench<S> {
+    /// A new instance.
+    ///
+    /// # Panics
+    /// If the instance cannot be made.
+    #[must_use]
+    pub fn new() -> Self {
+        match Self::try_new() {
+            Ok(bench) => bench,
+            Err(failure) => panic!("{failure}"),
+        }
+    }
+
+    /// A new instance.
+    ///
+    /// # Errors
+    /// If the instance cannot be made.
+    pub fn try_new() -> Result<Self, Failure> {
+        // SAFETY: derived code makes tables by the rules, and a constant lives for ever.
+        unsafe { Self::of(const { &S::TABLE }) }
+    }
+
+    /// The instance, to look at its memory.
+    #[must_use]
+    pub fn schema(&self) -> &S {
+        // SAFETY: the table is that of `S`, so `create` made an instance of it; no call of it is under way.
+        unsafe { crate::boundary::schema_of(self.instance) }
+    }
+}
+
+impl Bench<Foreign> {
+    /// A new instance of the type that `table` describes.
+    ///
+    /// # Errors
+    /// If the instance cannot be made.
+    ///
+    /// # Panics
+    /// If the table is wrong.
+    ///
+    /// # Safety
+    /// The table, all it points to, and its functions follow the rules of `raw`.
+    pub unsafe fn foreign(table: &'static raw::Schema) -> Result<Self, Failure> {
+        // SAFETY: the caller's.
+        unsafe { Self::of(table) }
+    }
+}
+
+/// Life cycle: what the host calls.
+impl<S> Bench<S> {
+    /// Calls `awake`.
+    ///
+    /// # Errors
+    /// As the schema says.
+    pub fn awake(&mut self) -> Result<(), Failure> {
+        let Some(awake) = self.table.awake else {
+            return Ok(());
+        };
+        // SAFETY: the table's own function, instance and context.
+        self.call(|instance, cx| unsafe { awake(instance, cx) })
+    }
+
+    /// Calls `check`; a schema without one is always ready.
+    ///
+    /// # Errors
+    /// As the schema says.
+    pub fn check(&mut self) -> Result<Precondition, Failure> {
+        let Some(check) = self.table.check else {
+            return Ok(true.into());
+        };
+        let mut answer = raw::Precondition {
+            size: size_of::<raw::Precondition>() as u32,
+            ready: 0,
+            urgency: 0.0,
+        };
+        // SAFETY: the table's own function, instance and context, and room for the answer.
+        self.call(|instance, cx| unsafe { check(instance, cx, &raw mut answer) })?;
+        Ok(Precondition {
+            ready: answer.ready != 0,
+            urgency: answer.urgency,
+        })
+    }
+
+    /// Calls `iterate`.
+    ///
+    /// # Errors
+    /// As the schema says.
+    pub fn iterate(&mut self) -> Result<(), Failure> {
+        self.place.forget_commands();
+        let Some(iterate) = self.table.iterate else {
+            return Ok(());
+        };
+        // SAFETY: the table's own function, instance and context.
+        self.call(|instance, cx| unsafe { iterate(instance, cx) })
+    }
+
+    /// Calls `sleep`.
+    ///
+    /// # Errors
+    /// If it panics.
+    pub fn sleep(&mut self) -> Result<(), Failure> {
+        let Some(sleep) = self.table.sleep else {
+            return Ok(());
+        };
+        self.call(|instance, cx| {
+            // SAFETY: the table's own function, instance and context.
+            unsafe { sleep(instance, cx) };
+            raw::OK
+        })
+    }
+
+    /// Calls `arbitrate` for a group, with its awake children as [`Self::set_child`] says they are.
+    ///
+    /// # Errors
+    /// As the schema says.
+    ///
+    /// # Panics
+    /// If the schema has no arbitration, or exactly one child is ready, for then nobody is asked.
+    pub fn arbitrate(&mut self, group: &str) -> Result<Decision, Failure> {
+        let Some(arbitrate) = self.table.arbitrate else {
+            panic!(
+                "`{}` has no arbitration of its own: `impl Arbitrate` gives it one",
+                self.about.name
+            )
+        };
+        let snapshot = self.place.snapshot(&self.about, group);
+        let name = std::ffi::CString::new(group).unwrap_or_default();
+        let level = raw::Level {
+            size: size_of::<raw::Level>() as u32,
+            case: match snapshot.case {
+                Case::Collision => raw::COLLISION,
+                Case::Absence => raw::ABSENCE,
+            },
+            group: name.as_ptr(),
+            candidates: snapshot.candidates.as_ptr(),
+            candidate_count: snapshot.candidates.len() as u32,
+            winner: snapshot.winner,
+        };
+        let mut answer = raw::Verdict {
+            size: size_of::<raw::Verdict>() as u32,
+            child: -1,
+            reason: [0; 128],
+        };
+        // SAFETY: the table's own function, instance and context, and tables that live until it returns.
+        self.call(|instance, cx| unsafe { arbitrate(instance, cx, &raw const level, &raw mut answer) })?;
+        answer.reason[127] = 0;
+        // SAFETY: its last byte is a NUL.
+        let reason = unsafe { CStr::from_ptr(answer.reason.as_ptr()) };
+        Ok(Decision {
+            child: usize::try_from(answer.child)
+                .ok()
+                .map(|child| self.about.children[child].name.clone()),
+            reason: reason.to_string_lossy().into_owned(),
+        })
+    }
+}
+
+/// What the schema reads.
+impl<S> Bench<S> {
+    /// Publishes a value to an import, measured now.
+    pub fn import<T: Value>(&mut self, name: &str, value: &T) {
+        let port = self.port::<T>(Kind::Import, name);
+        self.place.put(port, value);
+    }
+
+    /// Writes a modulation, as its father would.
+    pub fn set<T: Value>(&mut self, name: &str, value: T) {
+        let port = self.port::<T>(Kind::Modulation, name);
+        self.place.put(port, &value);
+    }
+
+    /// Commands a driver; in force until its validity has passed.
+    pub fn command<T: Value>(&mut self, name: &str, value: &T) {
+        let port = self.port::<T>(Kind::Command, name);
+        self.place.put(port, value);
+    }
+
+    /// Leaves an optional import or actuator unbound, as an application may.
+    ///
+    /// # Panics
+    /// If it is not optional.
+    pub fn unbind(&mut self, name: &str) {
+        let named =
+            |port: &&describe::Port| port.name == name && !matches!(port.role, describe::Role::Export);
+        let index = self.about.ports.iter().position(|port| named(&port));
+        let Some(index) = index else {
+            unknown("port", name, self.about.ports.iter().map(|port| &*port.name))
+        };
+        assert!(
+            self.about.ports[index].optional,
+            "`{name}` is not optional, so every application binds it"
+        );
+        self.place.unbind(index);
+    }
+
+    /// Moves the clock; times are since the application's start.
+    pub fn set_now(&mut self, now: Duration) {
+        self.place.now = now;
+    }
+
+    /// Gives the schema authority over actuators and children, or takes it (R7).
+    pub fn set_authority(&mut self, authority: bool) {
+        self.place.authority = authority;
+    }
+
+    /// Puts a child in a state; its precondition holds if that is READY or WINNER.
+    pub fn set_child(&mut self, role: &str, state: State) {
+        let child = self.child(role);
+        self.place.set_child(child, state);
+    }
+
+    /// What a child answered at its last check, whatever its state.
+    pub fn set_precondition(&mut self, role: &str, precondition: impl Into<Precondition>) {
+        let child = self.child(role);
+        self.place.children[child].precondition = precondition.into();
+    }
+
+    /// Makes a child Faulted, or not.
+    pub fn set_faulted(&mut self, role: &str, faulted: bool) {
+        let child = self.child(role);
+        self.place.children[child].faulted = faulted;
+    }
+}
+
+/// What the schema wrote.
+impl<S> Bench<S> {
+    /// What the last iteration commanded; `None` if it commanded nothing, or was refused.
+    #[must_use]
+    pub fn commanded<T: Value>(&self, name: &str) -> Option<T> {
+        self.place.written(self.port::<T>(Kind::Actuator, name))
+    }
+
+    /// The newest value of an export.
+    #[must_use]
+    pub fn exported<T: Value>(&self, name: &str) -> Option<T> {
+        self.place.written(self.port::<T>(Kind::Export, name))
+    }
+
+    /// When the newest value of an export was measured.
+    #[must_use]
+    pub fn exported_at(&self, name: &str) -> Option<Duration> {
+        let port = names::port(&self.about, Kind::Export, name);
+        self.place.written_at(port)
+    }
+
+    /// The newest value written to a modulation of a child.
+    #[must_use]
+    pub fn modulated<T: Value>(&self, child: &str, name: &str) -> Option<T> {
+        self.place
+            .written(self.port::<T>(Kind::ChildModulation(self.child(child)), name))
+    }
+
+    /// The children that are awake, in the order of their roles.
+    #[must_use]
+    pub fn awake_children(&self) -> Vec<&str> {
+        let children = self.about.children.iter().zip(&self.place.children);
+        children
+            .filter(|(_, child)| child.state != State::Slept)
+            .map(|(role, _)| &*role.name)
+            .collect()
+    }
+
+    /// The policy that the schema set through a child, if it did.
+    #[must_use]
+    pub fn policy(&self, child: &str) -> Option<Policy> {
+        self.place.children[self.child(child)].policy
+    }
+
+    /// What it said to the log since the bench was made.
+    #[must_use]
+    pub fn log(&self) -> &[(Severity, String)] {
+        &self.place.log
+    }
+
+    /// What it says of itself.
+    #[must_use]
+    pub fn description(&self) -> &describe::Schema {
+        &self.about
+    }
+}
+
+impl<S> Bench<S> {
+    /// # Safety
+    /// The table, all it points to, and its functions follow the rules of `raw`.
+    unsafe fn of(table: &'static raw::Schema) -> Result<Self, Failure> {
+        let plugin = raw::Plugin {
+            magic: raw::MAGIC,
+            abi_major: raw::ABI_MAJOR,
+            abi_minor: raw::ABI_MINOR,
+            size: size_of::<raw::Plugin>() as u32,
+            flags: 0,
+            name: c"bench".as_ptr(),
+            version: ptr::null(),
+            doc: ptr::null(),
+            schemas: table,
+            schema_count: 1,
+            reserved: 0,
+        };
+        // SAFETY: a table of a plugin around the caller's.
+        let about = match unsafe { read::plugin(&raw const plugin) } {
+            Ok(plugin) => plugin.schemas.into_iter().next(),
+            Err(refusal) => panic!("{refusal}"),
+        };
+        let (Some(about), Some(create)) = (about, table.create) else {
+            panic!("a table without `create`")
+        };
+        let mut bench = Self {
+            table,
+            place: Box::new(Place::new(&about)),
+            about,
+            instance: ptr::null_mut(),
+            schema: PhantomData,
+        };
+        let cx = ptr::from_mut(&mut *bench.place).cast();
+        // SAFETY: the table's own function, our host and context.
+        bench.instance = unsafe { create(table, &raw const host::HOST, cx) };
+        if bench.instance.is_null() {
+            return Err(Failure {
+                code: raw::FAILED,
+                reason: bench.place.reason.take().unwrap_or_default(),
+            });
+        }
+        Ok(bench)
+    }
+
+    fn call(&mut self, function: impl FnOnce(*mut c_void, *mut raw::Context) -> i32) -> Result<(), Failure> {
+        self.place.reason = None;
+        let code = function(self.instance, ptr::from_mut(&mut *self.place).cast());
+        self.place.drop_loans();
+        let reason = self.place.reason.take();
+        if code == raw::OK && reason.is_none() {
+            return Ok(());
+        }
+        Err(Failure {
+            code,
+            reason: reason.unwrap_or_default(),
+        })
+    }
+
+    fn port<T: Value>(&self, kind: Kind, name: &str) -> usize {
+        let index = names::port(&self.about, kind, name);
+        let (asked, is) = (T::describe(), &self.about.ports[index].value_type);
+        assert!(
+            asked.same_as(is),
+            "`{name}` is a {}, not a {}",
+            is.name,
+            asked.name
+        );
+        index
+    }
+
+    fn child(&self, role: &str) -> usize {
+        names::child(&self.about, role)
+    }
+}
+
+impl<S: Schema> Default for Bench<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<S> Drop for Bench<S> {
+    fn drop(&mut self) {
+        if let (Some(destroy), false) = (self.table.destroy, self.instance.is_null()) {
+            // SAFETY: what `create` gave, given back once, after any other call.
+            unsafe { destroy(self.instance) };
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Finds ports and children by name, and panics with the nearest where there is none.
+
+use jde_abi::describe::{Port, Role, Schema};
+
+/// Which kind of port a test means.
+#[derive(Clone, Copy)]
+pub(super) enum Kind {
+    Import,
+    Export,
+    Modulation,
+    Command,
+    Actuator,
+    ChildModulation(usize),
+}
+
+pub(super) fn port(schema: &Schema, kind: Kind, name: &str) -> usize {
+    let fits = |port: &Port| match (kind, &port.role) {
+        (Kind::Import, Role::Import { .. })
+        | (Kind::Export, Role::Export)
+        | (Kind::Modulation, Role::Modulation { .. })
+        | (Kind::Command, Role::Command { .. })
+        | (Kind::Actuator, Role::Actuator) => true,
+        (Kind::ChildModulation(asked), Role::ChildModulation { child }) => asked == *child,
+        _ => false,
+    };
+    let found = schema
+        .ports
+        .iter()
+        .position(|port| port.name == name && fits(port));
+    let what = match kind {
+        Kind::Import => "import",
+        Kind::Export => "export",
+        Kind::Modulation => "modulation",
+        Kind::Command => "command",
+        Kind::Actuator => "actuator",
+        Kind::ChildModulation(_) => "modulation of that child",
+    };
+    let known = schema
+        .ports
+        .iter()
+        .filter(|port| fits(port))
+        .map(|port| &*port.name);
+    found.unwrap_or_else(|| unknown(what, name, known))
+}
+
+pub(super) fn child(schema: &Schema, role: &str) -> usize {
+    let found = schema.children.iter().position(|child| child.name == role);
+    found.unwrap_or_else(|| unknown("child", role, schema.children.iter().map(|child| &*child.name)))
+}
+
+pub(super) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> ! {
+    let nearest =
+        known.max_by(|a, b| strsim::jaro_winkler(a, name).total_cmp(&strsim::jaro_winkler(b, name)));
+    match nearest {
+        Some(nearest) => panic!("there is no {what} `{name}`; did you mean `{nearest}`?"),
+        None => panic!("there is no {what} `{name}`, nor any other"),
+    }
+}
