@@ -11,6 +11,7 @@ use super::selection::Why;
 use super::sleep::Pace;
 use super::timer::Timer;
 use crate::effect::Effect;
+use crate::record::Cause;
 use crate::spec::{Absence, GroupId, Nanos, SchemaId};
 use crate::state::State;
 
@@ -102,12 +103,17 @@ impl Hierarchy {
         self.withdraw(loser, out);
         self.drain(loser, Pace::AtOnce, out);
         let node = self.node_mut(loser);
+        let was_ready = node.ready;
         if node.run == Run::Iterating {
             // It cannot check while it is stuck, so that nobody knows whether it is still ready.
             node.run = Run::Abandoned;
             node.ready = false;
         }
+        let news = was_ready && !node.ready;
         self.complete(now, id, out);
+        if news {
+            self.select(now, id, Why::new(Cause::Timer(Timer::Patience(id)), now), out);
+        }
     }
 
     /// The winner that is being handed over, on the way up from a schema and including it: its group.
@@ -243,14 +249,11 @@ impl Hierarchy {
         self.node_mut(id).authority = true;
         out.push(Effect::Granted(id));
         let plan = Arc::clone(&self.plan);
-        // An operator may have played children before their father won.
-        for winner in plan
-            .groups_under(id)
-            .iter()
-            .filter_map(|&g| self.winner(g))
-            .collect::<Vec<_>>()
-        {
-            self.grant(winner, out);
+        for &group in plan.groups_under(id) {
+            // An operator may have played children before their father won.
+            if let Some(winner) = self.group(group).winner {
+                self.grant(winner, out);
+            }
         }
     }
 
@@ -273,7 +276,7 @@ impl Hierarchy {
     fn thaw(&mut self, now: Nanos, id: SchemaId, why: Why, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
-            if plan.members(group).iter().any(|&m| self.is_awake(m)) {
+            if self.is_live(group) {
                 self.select(now, group, why, out);
             }
             for &member in plan.members(group) {

@@ -138,7 +138,7 @@ impl Hierarchy {
         if spec.policy != policy {
             Arc::make_mut(&mut self.plan).spec.groups[group.index()].policy = policy;
             self.drop_ask(group);
-            if self.plan.members(group).iter().any(|&m| self.is_awake(m)) {
+            if self.is_live(group) {
                 self.select(now, group, Why::new(Cause::PolicyChanged, now), out);
             }
             self.settle(out);
@@ -167,6 +167,10 @@ impl Hierarchy {
 
     fn group_mut(&mut self, id: GroupId) -> &mut Group {
         &mut self.groups[id.index()]
+    }
+
+    fn is_live(&self, group: GroupId) -> bool {
+        self.plan.members(group).iter().any(|&m| self.is_awake(m))
     }
 
     fn name(&self, id: SchemaId) -> String {

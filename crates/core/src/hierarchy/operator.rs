@@ -76,7 +76,7 @@ impl Hierarchy {
             });
         };
         self.group_mut(group).forced = Some(id);
-        if self.is_awake(id) {
+        if self.is_live(group) {
             self.select(now, group, Why::new(Cause::Operator(id), now), out);
         }
         Ok(())

@@ -1,0 +1,274 @@
+//! An observer that knows the hierarchy only by its effects, and says which rule a list of effects breaks.
+//!
+//! Shared by the random tests, the model and the scenarios. It refuses to use the code under test for its verdicts:
+//! states and authority are rebuilt from the effects, fathers and members come from the specification.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use jde_core::{Effect, GroupId, Hierarchy, Kind, SchemaId, Spec, State};
+
+/// What the effects so far say.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(crate) struct Shadow {
+    states: Vec<State>,
+    authority: Vec<bool>,
+    /// Iterations that run, as the executor knows it, and whether one was abandoned.
+    running: Vec<Option<Abandoned>>,
+    braked: Vec<bool>,
+    over: bool,
+}
+
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(crate) enum Abandoned {
+    No,
+    Yes,
+}
+
+impl Shadow {
+    pub(crate) fn new(spec: &Spec) -> Self {
+        Self {
+            states: vec![State::Slept; spec.schemas.len()],
+            authority: vec![false; spec.schemas.len()],
+            running: vec![None; spec.schemas.len()],
+            braked: vec![false; spec.groups.len()],
+            over: false,
+        }
+    }
+
+    /// An iteration began.
+    pub(crate) fn began(&mut self, id: SchemaId) {
+        self.running[id.index()] = Some(Abandoned::No);
+    }
+
+    /// An iteration ended; called before the hierarchy hears of it.
+    pub(crate) fn ended(&mut self, id: SchemaId) {
+        self.running[id.index()] = None;
+    }
+
+    pub(crate) fn is_running(&self, id: SchemaId) -> bool {
+        self.running[id.index()].is_some()
+    }
+
+    /// The application is shutting down: every group brakes.
+    pub(crate) fn shutting_down(&mut self) {
+        self.over = true;
+    }
+
+    /// Applies the effects of one transaction in order.
+    pub(crate) fn apply(&mut self, spec: &Spec, effects: &[Effect]) -> Result<(), String> {
+        for effect in effects {
+            self.apply_one(spec, effect)
+                .map_err(|broken| format!("{broken}, at {effect:?}"))?;
+        }
+        Ok(())
+    }
+
+    /// Compares with the hierarchy after a transaction, and checks what holds between any two.
+    pub(crate) fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
+        let spec = h.spec();
+        for id in ids(spec) {
+            check(self.states[id.index()] == h.state(id), || {
+                format!("the effects do not tell the state of {id:?}")
+            })?;
+            check(self.authority[id.index()] == h.has_authority(id), || {
+                format!("the effects do not tell the authority of {id:?}")
+            })?;
+            let chain = spec.schemas[id.index()].kind == Kind::Motor && self.chain_of_winners(spec, id);
+            check(h.has_authority(id) == chain, || {
+                format!("R7: authority of {id:?} and the chain of winners differ")
+            })?;
+        }
+        for (index, group) in (0u32..).zip(&spec.groups) {
+            let id = GroupId(index);
+            let winners: Vec<_> = group
+                .members
+                .iter()
+                .filter(|m| self.states[m.index()] == State::Winner)
+                .collect();
+            check(winners.len() <= 1, || {
+                format!("R1: two winners in {}", group.name)
+            })?;
+            check(winners.first().copied().copied() == h.winner(id), || {
+                format!("the winner of {} is not who has the state", group.name)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn apply_one(&mut self, spec: &Spec, effect: &Effect) -> Result<(), String> {
+        match *effect {
+            Effect::Woken(id) => {
+                check(!self.over, || "something wakes after the shutdown".into())?;
+                check(self.state(id) == State::Slept, || "one awake is woken".into())
+            }
+            Effect::Slept { id, abandoned } => {
+                check(self.state(id) != State::Slept, || {
+                    "one asleep goes to sleep".into()
+                })?;
+                check(!self.authority[id.index()], || {
+                    "R7: one with authority goes to sleep".into()
+                })?;
+                check(self.all_slept_below(spec, id), || {
+                    "R5, R6: a father sleeps before its children".into()
+                })?;
+                check(self.is_running(id) == abandoned, || {
+                    "R10: an iteration is cut without being abandoned".into()
+                })?;
+                if abandoned {
+                    self.running[id.index()] = Some(Abandoned::Yes);
+                }
+                Ok(())
+            }
+            Effect::Granted(id) => {
+                check(!self.authority[id.index()], || {
+                    "authority is granted twice".into()
+                })?;
+                check(self.state(id) == State::Winner, || {
+                    "R7: authority without being WINNER".into()
+                })?;
+                let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
+                check(father.is_none_or(|f| self.authority[f.index()]), || {
+                    "R7: authority without a father's".into()
+                })?;
+                self.authority[id.index()] = true;
+                check(
+                    self.siblings(spec, id).all(|s| !self.authority[s.index()]),
+                    || "R1: two of a group hold authority".into(),
+                )
+            }
+            Effect::Withdrawn(id) => {
+                check(self.authority[id.index()], || {
+                    "authority is withdrawn that nobody has".into()
+                })?;
+                let below = below(spec, id);
+                check(below.iter().all(|b| !self.authority[b.index()]), || {
+                    "R7: a father is withdrawn before its children".into()
+                })?;
+                self.authority[id.index()] = false;
+                Ok(())
+            }
+            Effect::Promoted(id) => {
+                check(self.state(id) == State::Winner, || {
+                    "one is promoted that is not WINNER".into()
+                })?;
+                check(!self.is_running(id), || {
+                    "one is promoted inside an old iteration".into()
+                })?;
+                if let Some(group) = group_of(spec, id) {
+                    self.braked[group] = false;
+                }
+                // A sibling that an operator played below may be awake; a loser has emptied its subtree when demoted.
+                check(
+                    self.siblings(spec, id)
+                        .all(|s| self.running[s.index()] != Some(Abandoned::No)),
+                    || "R1: promoted while the loser iterates with authority".into(),
+                )
+            }
+            Effect::Demoted(id) => {
+                check(!self.authority[id.index()], || {
+                    "R7: demoted with authority".into()
+                })?;
+                check(self.all_slept_below(spec, id), || {
+                    "R5: demoted before its subtree sleeps".into()
+                })?;
+                if self.is_running(id) {
+                    self.running[id.index()] = Some(Abandoned::Yes);
+                }
+                Ok(())
+            }
+            Effect::Brake { group } => {
+                let index = group.index();
+                check(self.over || !self.braked[index], || "R9: it brakes twice".into())?;
+                let members = &spec.groups[index].members;
+                check(
+                    self.over || members.iter().all(|&m| self.state(m) != State::Winner),
+                    || "R9: it brakes although somebody wins".into(),
+                )?;
+                self.braked[index] = true;
+                Ok(())
+            }
+            Effect::Hold { group, .. } => check(!self.braked[group.index()], || {
+                "R9: it holds after braking".into()
+            }),
+            Effect::Changed { id, from, to } => {
+                check(self.state(id) == from && from != to, || {
+                    "a change from another state".into()
+                })?;
+                self.states[id.index()] = to;
+                if let Some(group) = group_of(spec, id) {
+                    let members = &spec.groups[group].members;
+                    let winners = members
+                        .iter()
+                        .filter(|&&m| self.state(m) == State::Winner)
+                        .count();
+                    check(winners <= 1, || "R1: two winners".into())?;
+                    if from == State::Slept
+                        && members.iter().all(|&m| m == id || self.state(m) == State::Slept)
+                    {
+                        // The first to wake: the group starts afresh.
+                        self.braked[group] = false;
+                    }
+                }
+                Ok(())
+            }
+            Effect::Decided(ref record) => {
+                check(record.changed == (record.before != record.choice), || {
+                    "R15: `changed` is wrong".into()
+                })?;
+                check(record.cause_time <= record.time, || {
+                    "R15: a cause after its effect".into()
+                })?;
+                check(!record.reason.is_empty(), || "R15: no reason".into())
+            }
+            Effect::Took { id, .. } => check(self.state(id) == State::Winner, || {
+                "R15: took over without being WINNER".into()
+            }),
+            Effect::Ask { .. } | Effect::Health { .. } => Ok(()),
+        }
+    }
+
+    pub(crate) fn state(&self, id: SchemaId) -> State {
+        self.states[id.index()]
+    }
+
+    fn siblings<'a>(&self, spec: &'a Spec, id: SchemaId) -> impl Iterator<Item = SchemaId> + use<'a> {
+        let group = group_of(spec, id);
+        group
+            .into_iter()
+            .flat_map(|g| spec.groups[g].members.iter().copied())
+            .filter(move |&m| m != id)
+    }
+
+    fn all_slept_below(&self, spec: &Spec, id: SchemaId) -> bool {
+        below(spec, id).iter().all(|&b| self.state(b) == State::Slept)
+    }
+
+    fn chain_of_winners(&self, spec: &Spec, id: SchemaId) -> bool {
+        let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
+        self.state(id) == State::Winner && father.is_none_or(|f| self.chain_of_winners(spec, f))
+    }
+}
+
+pub(crate) fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
+    (0..u32::try_from(spec.schemas.len()).expect("a small specification")).map(SchemaId)
+}
+
+pub(crate) fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
+    spec.groups.iter().position(|g| g.members.contains(&id))
+}
+
+/// All motor schemas below, looked up the slow way.
+pub(crate) fn below(spec: &Spec, id: SchemaId) -> Vec<SchemaId> {
+    let mut found = Vec::new();
+    for group in spec.groups.iter().filter(|g| g.father == Some(id)) {
+        for &member in &group.members {
+            found.push(member);
+            found.extend(below(spec, member));
+        }
+    }
+    found
+}
+
+fn check(holds: bool, broken: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(broken()) }
+}
