@@ -53,5 +53,5 @@ pub use spec::{
     Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId,
     SchemaSpec, Spec,
 };
-pub use state::{Health, Requester, State};
+pub use state::{Health, Requester, Standing, State};
 pub use validate::SpecError;

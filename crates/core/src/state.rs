@@ -1,4 +1,4 @@
-//! The facts about one schema: its state, its health and who keeps it awake.
+//! The facts about a schema and a group as they are shown: state, health, who keeps awake, who commands.
 //!
 //! Values only; the transitions live in the hierarchy.
 
@@ -42,4 +42,17 @@ pub enum Requester {
     Need(SchemaId),
     /// An operator who plays it.
     Operator,
+}
+
+/// What the actuators do on behalf of a group.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Standing {
+    /// Nobody has won since the father woke the first member.
+    Fresh,
+    /// Somebody wins.
+    Commanding,
+    /// Nobody wins; the last commands stand.
+    Holding,
+    /// Nobody wins; the group has braked.
+    Braked,
 }

@@ -405,14 +405,14 @@ impl Run {
     /// Usually a schema for which the event means something, now and then any.
     fn pick_fitting(&self, index: u16, event: u16) -> SchemaId {
         let fits = |id: &SchemaId| match event {
-            0..=7 => self.h.is_awake(*id) && self.h.father(*id).is_some() | (index % 3 == 0),
+            0..=7 => self.h.is_awake(*id) && self.h.group_of(*id).is_some(),
             8..=12 => self.h.state(*id) == State::Winner,
             13..=16 => self.shadow.is_running(*id),
             17..=22 => self.h.has_authority(*id) && !self.h.subtree(*id).is_empty(),
             _ => true,
         };
         let fitting: Vec<_> = ids(self.h.spec()).filter(fits).collect();
-        if fitting.is_empty() || index % 16 == 0 {
+        if fitting.is_empty() || index.is_multiple_of(16) {
             return self.pick_schema(index / 16);
         }
         fitting[usize::from(index / 16) % fitting.len()]
@@ -432,7 +432,7 @@ impl Run {
             .flat_map(|g| g.members.clone())
             .collect();
         children.extend(ids(spec).filter(|id| spec.schemas[id.index()].kind == Kind::Perceptive));
-        if children.is_empty() || index % 16 == 0 {
+        if children.is_empty() || index.is_multiple_of(16) {
             return self.pick_schema(index);
         }
         children[usize::from(index) % children.len()]

@@ -6,14 +6,14 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::{Group, Run, Standing};
+use super::parts::{Group, Run};
 use super::selection::Why;
 use super::sleep::Pace;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::spec::{Absence, GroupId, Nanos, SchemaId};
-use crate::state::State;
+use crate::state::{Standing, State};
 
 /// A handover under way in a group, away from its winner.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]

@@ -7,7 +7,7 @@ use std::hash::{Hash, Hasher};
 use super::handover::{Handover, Origin};
 use super::selection::Why;
 use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
-use crate::state::{Health, Requester, State};
+use crate::state::{Health, Requester, Standing, State};
 
 /// The specification with the way up and the way down looked up beforehand.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -86,19 +86,6 @@ pub(super) struct Asked {
     pub(super) why: Why,
     /// The first trigger that came after the question.
     pub(super) again: Option<Why>,
-}
-
-/// What the actuators do on behalf of a group.
-#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Standing {
-    /// Nobody has won since the father woke the first member.
-    Fresh,
-    /// Somebody wins, or did until this transaction.
-    Commanding,
-    /// Nobody wins; the last commands stand.
-    Holding,
-    /// Nobody wins; the group has braked.
-    Braked,
 }
 
 /// A number without NaN and without a negative zero, so that it can be compared and hashed to the bit.

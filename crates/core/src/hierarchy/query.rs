@@ -5,7 +5,7 @@
 use super::parts::Run;
 use super::{Handover, Hierarchy};
 use crate::spec::{GroupId, SchemaId, Spec};
-use crate::state::{Health, Requester, State};
+use crate::state::{Health, Requester, Standing, State};
 use crate::{GroupContract, contract};
 
 impl Hierarchy {
@@ -31,6 +31,12 @@ impl Hierarchy {
     #[must_use]
     pub fn is_ready(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.ready)
+    }
+
+    /// Whether a schema was checked since it woke.
+    #[must_use]
+    pub fn is_checked(&self, id: SchemaId) -> bool {
+        self.nodes.get(id.index()).is_some_and(|n| n.checked)
     }
 
     /// Whether an iteration of this schema runs, abandoned or not.
@@ -82,6 +88,14 @@ impl Hierarchy {
     #[must_use]
     pub fn handover(&self, group: GroupId) -> Option<Handover> {
         self.groups.get(group.index())?.handover
+    }
+
+    /// What the actuators do on behalf of a group.
+    #[must_use]
+    pub fn standing(&self, group: GroupId) -> Standing {
+        self.groups
+            .get(group.index())
+            .map_or(Standing::Fresh, |g| g.standing)
     }
 
     /// The member an operator forces.

@@ -7,12 +7,13 @@ use std::sync::Arc;
 
 use super::Hierarchy;
 use super::handover::Origin;
-use super::parts::{Phase, Run, Standing};
+use super::parts::{Phase, Run};
 use super::policy::Field;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::{Candidate, Case, Cause, Decider, Record};
 use crate::spec::{Absence, GroupId, Nanos, Policy, SchemaId};
+use crate::state::Standing;
 
 /// What led to a selection, and since when.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]

@@ -49,6 +49,11 @@ impl Shadow {
         self.running[id.index()].is_some()
     }
 
+    /// Whether the iteration that runs has lost its place.
+    pub(crate) fn is_abandoned(&self, id: SchemaId) -> bool {
+        self.running[id.index()] == Some(Abandoned::Yes)
+    }
+
     /// The application is shutting down: every group brakes.
     pub(crate) fn shutting_down(&mut self) {
         self.over = true;

@@ -1,0 +1,372 @@
+//! Every order in which the threads of a small hierarchy can step, over the real state machine.
+//!
+//! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins, commands,
+//! wakes, ends, or faults, and each timer fires, at any moment. It refuses to be believed on trust: executors that
+//! are wrong on purpose run through the same model, and each must be caught.
+
+mod shadow;
+
+use std::hash::{Hash, Hasher};
+
+use jde_core::{
+    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Restart, SchemaId, SchemaSpec, Spec, State, Timer,
+};
+use shadow::{Shadow, ids};
+use stateright::{Checker, Model, Property};
+
+const TELEOP: SchemaId = SchemaId(0);
+const EXAMPLE: SchemaId = SchemaId(1);
+const STOP: SchemaId = SchemaId(2);
+const GOON: SchemaId = SchemaId(3);
+const ROOTS: GroupId = GroupId(0);
+const MOTION: GroupId = GroupId(1);
+
+#[test]
+fn every_interleaving_keeps_r1_r5_and_r7_and_stop_gets_through() {
+    let checker = Threads {
+        executor: Executor::Faithful,
+    }
+    .checker()
+    .threads(2)
+    .spawn_bfs()
+    .join();
+    println!(
+        "{} states, {} of them distinct",
+        checker.state_count(),
+        checker.unique_state_count()
+    );
+    checker.assert_properties();
+}
+
+#[test]
+fn an_executor_that_cuts_off_before_patience_ends_is_caught() {
+    caught(Executor::Hasty);
+}
+
+#[test]
+fn an_executor_that_does_not_report_its_iterations_is_caught() {
+    caught(Executor::Deaf);
+}
+
+#[test]
+fn an_executor_that_lets_every_command_through_is_caught() {
+    caught(Executor::Credulous);
+}
+
+#[test]
+fn an_executor_that_applies_the_effects_backwards_is_caught() {
+    caught(Executor::Backwards);
+}
+
+fn caught(executor: Executor) {
+    let checker = Threads { executor }.checker().spawn_bfs().join();
+    assert!(
+        checker.discovery(KEPT).is_some(),
+        "{executor:?} broke no rule: the model cannot fail"
+    );
+}
+
+const KEPT: &str = "the rules are kept";
+
+/// How the executor treats the state machine.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+enum Executor {
+    Faithful,
+    /// Fires the patience of a group at once.
+    Hasty,
+    /// Iterates without asking.
+    Deaf,
+    /// Lets a command through without asking whether there is authority.
+    Credulous,
+    /// Applies the last effect first.
+    Backwards,
+}
+
+struct Threads {
+    executor: Executor,
+}
+
+#[derive(Clone, Debug)]
+struct World {
+    h: Hierarchy,
+    shadow: Shadow,
+    threads: [Thread; 4],
+    faults_left: u8,
+    broken: Option<String>,
+}
+
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+enum Thread {
+    Between,
+    Iterating { commanded: bool },
+}
+
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+enum Step {
+    Check(SchemaId, bool),
+    Begin(SchemaId),
+    Command(SchemaId),
+    Wake(SchemaId),
+    End(SchemaId),
+    Fault(SchemaId),
+    Fire(Timer),
+}
+
+impl Model for Threads {
+    type State = World;
+    type Action = Step;
+
+    fn init_states(&self) -> Vec<World> {
+        let spec = spec();
+        let shadow = Shadow::new(&spec);
+        let h = Hierarchy::new(spec).expect("a sound specification");
+        let threads = [Thread::Between; 4];
+        let mut world = World {
+            h,
+            shadow,
+            threads,
+            faults_left: 1,
+            broken: None,
+        };
+        world.call(self.executor, |h, out| h.start(0, out));
+        vec![world]
+    }
+
+    fn actions(&self, world: &World, steps: &mut Vec<Step>) {
+        if world.broken.is_some() {
+            return;
+        }
+        for id in ids(world.h.spec()) {
+            match world.threads[id.index()] {
+                Thread::Between => {
+                    if world.h.is_awake(id) {
+                        steps.extend([Step::Check(id, true), Step::Check(id, false), Step::Begin(id)]);
+                    }
+                }
+                Thread::Iterating { commanded } => {
+                    if !commanded {
+                        steps.push(Step::Command(id));
+                    }
+                    steps.push(Step::End(id));
+                }
+            }
+            if world.faults_left > 0 {
+                steps.push(Step::Fault(id));
+            }
+        }
+        if matches!(world.threads[EXAMPLE.index()], Thread::Iterating { .. }) {
+            steps.extend([Step::Wake(STOP), Step::Wake(GOON)]);
+        }
+        steps.extend(world.h.timers().map(|(_, timer)| Step::Fire(timer)));
+    }
+
+    fn next_state(&self, before: &World, step: Step) -> Option<World> {
+        let mut world = before.clone();
+        world.step(self.executor, step);
+        Some(world)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        vec![
+            Property::always(KEPT, |_, w: &World| w.broken.is_none()),
+            Property::always("patience gets every choice through", |_, w: &World| {
+                [ROOTS, MOTION].into_iter().all(|group| {
+                    let Some(handover) = w.h.handover(group) else {
+                        return true;
+                    };
+                    let mut later = w.h.clone();
+                    later.fire(0, Timer::Patience(group), &mut Vec::new());
+                    later.winner(group) == handover.to
+                })
+            }),
+            Property::always("a ready stop is one patience away", |_, w: &World| {
+                let due = w.h.is_ready(STOP) && w.h.has_authority(EXAMPLE) && w.h.handover(ROOTS).is_none();
+                let mut later = w.h.clone();
+                later.fire(0, Timer::Patience(MOTION), &mut Vec::new());
+                !due || later.has_authority(STOP)
+            }),
+            Property::sometimes("stop gets through while goon hangs", |_, w: &World| {
+                w.h.has_authority(STOP) && w.threads[GOON.index()] == Thread::Iterating { commanded: false }
+            }),
+            Property::sometimes("teleop gets through while goon hangs", |_, w: &World| {
+                w.h.has_authority(TELEOP) && w.h.is_abandoned(GOON)
+            }),
+            Property::sometimes(
+                "goon wakes again inside its abandoned iteration",
+                |_, w: &World| w.h.is_awake(GOON) && w.h.is_abandoned(GOON),
+            ),
+            Property::sometimes("a faulted schema is back", |_, w: &World| {
+                w.h.restarts(GOON) == 1 && w.h.has_authority(GOON)
+            }),
+        ]
+    }
+}
+
+impl World {
+    fn step(&mut self, executor: Executor, step: Step) {
+        let abandoned = self.abandoned();
+        let patient = !matches!(step, Step::Fire(_) | Step::Fault(_));
+        match step {
+            Step::Check(id, ready) => {
+                let check = Check {
+                    ready,
+                    urgency: 0.0,
+                    cause: 0,
+                };
+                self.call(executor, |h, out| h.checked(0, id, check, out));
+            }
+            Step::Begin(id) => self.begin(executor, id),
+            Step::Command(id) => {
+                self.threads[id.index()] = Thread::Iterating { commanded: true };
+                let accepted = executor == Executor::Credulous || self.h.has_authority(id);
+                if accepted && !self.may_command(id) {
+                    self.broken = Some(format!("R7: a command of {id:?} got through"));
+                }
+            }
+            Step::Wake(child) => {
+                let leads = self.h.has_authority(EXAMPLE);
+                self.call(executor, |h, out| {
+                    let woken = h.wake(0, EXAMPLE, child, out).is_ok();
+                    assert!(leads || !woken, "R7: woken without authority");
+                });
+            }
+            Step::End(id) => {
+                self.threads[id.index()] = Thread::Between;
+                self.shadow.ended(id);
+                self.call(executor, |h, out| h.end(0, id, out));
+            }
+            Step::Fault(id) => {
+                self.faults_left -= 1;
+                self.call(executor, |h, out| h.faulted(0, id, "a fault".into(), out));
+            }
+            Step::Fire(timer) => self.call(executor, |h, out| h.fire(0, timer, out)),
+        }
+        if executor == Executor::Hasty && patient {
+            for group in [ROOTS, MOTION] {
+                self.call(executor, |h, out| h.fire(0, Timer::Patience(group), out));
+            }
+        }
+        if patient && self.abandoned() > abandoned {
+            self.broken
+                .get_or_insert("R1: cut off before patience ended".into());
+        }
+    }
+
+    fn abandoned(&self) -> usize {
+        ids(self.h.spec()).filter(|&id| self.h.is_abandoned(id)).count()
+    }
+
+    fn begin(&mut self, executor: Executor, id: SchemaId) {
+        let began = if executor == Executor::Deaf {
+            self.h.state(id) == State::Winner
+        } else {
+            self.h.begin(0, id, &mut Vec::new())
+        };
+        if began {
+            self.threads[id.index()] = Thread::Iterating { commanded: false };
+            self.shadow.began(id);
+            if self.is_leaving(id) {
+                self.broken = Some(format!("R5: {id:?} begins while it or its father leaves"));
+            }
+        }
+    }
+
+    fn call(&mut self, executor: Executor, call: impl FnOnce(&mut Hierarchy, &mut Vec<Effect>)) {
+        let mut out = Vec::new();
+        call(&mut self.h, &mut out);
+        if executor == Executor::Backwards {
+            out.reverse();
+        }
+        let kept = self
+            .shadow
+            .apply(self.h.spec(), &out)
+            .and_then(|()| self.shadow.agrees(&self.h));
+        if let Err(broken) = kept {
+            self.broken.get_or_insert(broken);
+        }
+    }
+
+    /// R7 by the states alone, and no command of an iteration that lost its place.
+    fn may_command(&self, id: SchemaId) -> bool {
+        let wins = |id| self.shadow.state(id) == State::Winner;
+        let chain = match id {
+            STOP | GOON => wins(id) && wins(EXAMPLE),
+            _ => wins(id),
+        };
+        chain && !self.shadow.is_abandoned(id)
+    }
+
+    fn is_leaving(&self, id: SchemaId) -> bool {
+        let loses = |group, id| self.h.handover(group).is_some() && self.h.winner(group) == Some(id);
+        match id {
+            STOP | GOON => loses(MOTION, id) || loses(ROOTS, EXAMPLE),
+            _ => loses(ROOTS, id),
+        }
+    }
+
+    /// All that decides what can happen next: everything but times and the numbers of records.
+    fn key(&self) -> impl Hash + PartialEq + '_ {
+        let nodes: Vec<_> = ids(self.h.spec())
+            .map(|id| {
+                let flags = [
+                    self.h.is_ready(id),
+                    self.h.is_checked(id),
+                    self.h.is_running(id),
+                    self.h.is_abandoned(id),
+                    self.h.has_authority(id),
+                ];
+                (
+                    self.h.state(id),
+                    self.h.health(id),
+                    flags,
+                    self.h.requesters(id),
+                    self.h.restarts(id),
+                )
+            })
+            .collect();
+        let groups = [ROOTS, MOTION].map(|g| {
+            (
+                self.h.winner(g),
+                self.h.handover(g).map(|h| h.to),
+                self.h.standing(g),
+            )
+        });
+        let timers: Vec<_> = self.h.timers().map(|(_, timer)| timer).collect();
+        (
+            nodes,
+            groups,
+            timers,
+            &self.shadow,
+            self.threads,
+            self.faults_left,
+            &self.broken,
+        )
+    }
+}
+
+impl Hash for World {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
+    }
+}
+
+impl PartialEq for World {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+fn spec() -> Spec {
+    let restart = Restart::OnFault { backoff: 1, limit: 1 };
+    let schema = |name| SchemaSpec {
+        restart,
+        ..SchemaSpec::new(name, Kind::Motor, 1)
+    };
+    Spec {
+        schemas: ["teleop", "example", "stop", "goon"].map(schema).to_vec(),
+        groups: vec![
+            GroupSpec::new("roots", None, vec![TELEOP, EXAMPLE]),
+            GroupSpec::new("motion", Some(EXAMPLE), vec![STOP, GOON]),
+        ],
+    }
+}
