@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::Binding;
-use super::outline::Drafts;
+use super::drafts::Drafts;
 use super::report::{Report, quote};
 use super::{Group, Instance};
 
@@ -59,7 +59,7 @@ fn claim(
     groups: &[Group],
     user: usize,
 ) -> Option<(usize, String)> {
-    let above = |father: usize| format!("{} is a father above the other", drafts.quoted(father));
+    let above = |father: usize| format!("{} is above the other", drafts.quoted(father));
     match claims.insert(user, Claim::Itself) {
         Some(Claim::Itself) => return Some((user, String::new())),
         Some(Claim::Below { user: below, .. }) => return Some((below, above(user))),

@@ -105,6 +105,22 @@ impl<'a> Section<'a> {
             .collect()
     }
 
+    /// Whether a table in this one has the name, right or wrong. One of another shape may have any: what is wrong with it
+    /// is reported.
+    pub(super) fn is_given(&self, key: &str, name: &str) -> bool {
+        self.get(key).is_some_and(|node| {
+            node.get_ref()
+                .as_table()
+                .is_none_or(|table| table.contains_key(name))
+        })
+    }
+
+    /// How many entries the file means a table in this one to have; of another shape it is one.
+    pub(super) fn entry_count(&self, key: &str) -> usize {
+        self.get(key)
+            .map_or(0, |node| node.get_ref().as_table().map_or(1, DeTable::len))
+    }
+
     /// Reports every key that is not among the known ones.
     pub(super) fn refuse_unknown(&self, report: &mut Report, known: &[&str]) {
         for (key, _) in self.entries().filter(|(key, _)| !known.contains(&key.text)) {
@@ -122,7 +138,7 @@ impl<'a> Section<'a> {
 pub(super) fn wrong(report: &mut Report, what: &str, expected: &str, found: &Node) {
     report.fault(
         &found.span(),
-        format!("{what} is {expected}, not {}", shape(found.get_ref())),
+        format!("{what} must be {expected}, not {}", shape(found.get_ref())),
     );
 }
 

@@ -10,17 +10,23 @@ use std::sync::Arc;
 use jde_abi::describe::{Plugin, Schema};
 use jde_core::{Absence, Policy, Restart};
 
+mod children;
 mod conflict;
 mod cycle;
 mod document;
+mod drafts;
 mod family;
 mod fault;
+mod file;
 mod groups;
 mod load;
 mod modulations;
 mod needs;
+mod numbers;
+mod option;
 mod outline;
 mod report;
+mod rules;
 mod settings;
 mod spec;
 mod suggest;
@@ -33,6 +39,7 @@ mod wiring;
 
 pub use fault::{Fault, Faults, Place};
 pub use load::{load, parse};
+pub use option::Override;
 
 /// An application, complete and free of faults; instances and groups are named by their places in the lists.
 #[derive(Clone, Debug)]
@@ -171,17 +178,6 @@ pub trait Catalogue {
 
     /// Names that an application may write as a `type`, to suggest one that is near a slip.
     fn known(&self) -> Vec<String>;
-}
-
-/// A value given outside the file, for one run: `--set schema.variable=value`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Override {
-    /// The instance.
-    pub schema: String,
-    /// One of its modulations, or `period`.
-    pub variable: String,
-    /// TOML, or a text without its quotes.
-    pub value: String,
 }
 
 impl Application {

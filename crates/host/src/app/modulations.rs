@@ -9,7 +9,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::document::{Node, Section, Text};
-use super::outline::{Drafts, Here};
+use super::drafts::{Drafts, Here};
 use super::report::{Report, quote};
 use super::settings::Settings;
 use super::values::Target;
@@ -29,7 +29,7 @@ pub(super) fn from_file(
     for (key, node) in section.entries().filter(|(key, _)| !RESERVED.contains(&key.text)) {
         match place(schema, key.text) {
             Some(port) => set(report, section, schema, port, node, folder, &mut bindings[port]),
-            None => refuse(report, section, schema, &key, RESERVED),
+            None => refuse(report, section, schema, &key),
         }
     }
 }
@@ -44,17 +44,17 @@ pub(super) fn from_option(
     bindings: &mut [Binding],
 ) {
     let (section, schema) = (here.section(), here.schema);
-    let key = Text {
-        text: &given.variable,
-        span: 0..0,
-    };
     let node = node(&given.value);
     if given.variable == PERIOD {
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
     let Some(port) = place(schema, &given.variable) else {
-        return refuse(report, section, schema, &key, &[PERIOD]);
+        let message = format!("{} has no modulation {}", section.what, quote(&given.variable));
+        let known = modulations(schema).chain([PERIOD]);
+        return report
+            .fault(&(0..0), message)
+            .suggest(&given.variable, "modulations", known);
     };
     let takes_text = matches!(
         schema.ports[port].value_type.fields.as_slice(),
@@ -87,7 +87,15 @@ fn place(schema: &Schema, name: &str) -> Option<usize> {
         .position(|port| port.name == name && matches!(port.role, Role::Modulation { .. }))
 }
 
-fn refuse(report: &mut Report, section: &Section, schema: &Schema, key: &Text, others: &[&str]) {
+fn modulations(schema: &Schema) -> impl Iterator<Item = &str> {
+    schema
+        .ports
+        .iter()
+        .filter(|port| matches!(port.role, Role::Modulation { .. }))
+        .map(|port| port.name.as_str())
+}
+
+fn refuse(report: &mut Report, section: &Section, schema: &Schema, key: &Text) {
     let message = format!("unknown key {} in {}", quote(key.text), section.what);
     let fault = report.fault(&key.span, message);
     let elsewhere = schema.ports.iter().find(|port| port.name == key.text);
@@ -101,12 +109,8 @@ fn refuse(report: &mut Report, section: &Section, schema: &Schema, key: &Text, o
         fault.advise(format!("bind it in `{table}`"));
         return;
     }
-    let modulations = schema
-        .ports
-        .iter()
-        .filter(|port| matches!(port.role, Role::Modulation { .. }))
-        .map(|port| port.name.as_str());
-    fault.suggest(key.text, "keys", others.iter().copied().chain(modulations));
+    let known = RESERVED.iter().copied().chain(modulations(schema));
+    fault.suggest(key.text, "keys", known);
 }
 
 fn set(

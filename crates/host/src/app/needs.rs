@@ -3,8 +3,8 @@
 use jde_abi::describe::{Kind, Role, Schema};
 
 use super::cycle::{Edge, cycles};
-use super::outline::Drafts;
-use super::report::{Report, quote};
+use super::drafts::Drafts;
+use super::report::Report;
 use super::{Binding, Instance};
 
 /// Whether whoever is bound to this port of a schema keeps the schema awake. A motor schema is woken by its father alone,
@@ -32,7 +32,7 @@ pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[O
                 &span,
                 format!(
                     "perceptive schemas would keep each other awake for ever: {}",
-                    quote(&names.join(" -> "))
+                    names.join(" -> ")
                 ),
             )
             .advise("break the circle of `imports`");

@@ -16,9 +16,10 @@ pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
     known
         .into_iter()
         .filter(|candidate| *candidate != name && candidate.len() <= LONGEST)
-        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
-        .filter(|(distance, candidate)| {
-            *distance <= (candidate.chars().count().max(name.chars().count()) / 3).max(1)
+        .filter_map(|candidate| {
+            let letters = candidate.chars().count().max(name.chars().count());
+            let distance = strsim::damerau_levenshtein(name, candidate);
+            (distance < letters && distance <= (letters / 3).max(1)).then_some((distance, candidate))
         })
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
@@ -30,9 +31,7 @@ impl Fault {
         let known: Vec<_> = known.into_iter().collect();
         if let Some(near) = nearest(name, known.iter().copied()) {
             self.advise(format!("did you mean {}?", quote(near)));
-        } else if known.is_empty() {
-            self.advise(format!("there are no {what}"));
-        } else if known.len() <= MOST_LISTED {
+        } else if (1..=MOST_LISTED).contains(&known.len()) {
             self.advise(format!("{what}: {}", quote_all(known)));
         }
     }
@@ -52,7 +51,7 @@ mod tests {
     #[test]
     fn what_is_far_from_all_names_finds_none() {
         assert_eq!(nearest("wheels", ["period", "patience"]), None);
-        assert_eq!(nearest("x", ["yz"]), None);
+        assert_eq!(nearest("x", ["y", "yz"]), None);
         assert_eq!(nearest(&"period".repeat(100), ["period"]), None);
     }
 

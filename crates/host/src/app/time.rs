@@ -60,7 +60,7 @@ fn read(
                         )
                     }
                     QuantityError::OtherDimension(unit) => {
-                        format!("{what} is a time, and {} is no unit of time", quote(&unit))
+                        format!("{what} must be a time, and {} is no unit of time", quote(&unit))
                     }
                 };
                 report

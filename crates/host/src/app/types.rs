@@ -8,7 +8,7 @@ use jde_abi::describe::Plugin;
 
 use super::Catalogue;
 use super::document::Text;
-use super::outline::{Drafts, Found};
+use super::drafts::{Drafts, Found};
 use super::report::{Report, quote, quote_all};
 use super::suggest::nearest;
 
@@ -67,18 +67,8 @@ impl Types<'_> {
             Err(reason) => {
                 let message = format!("{what}: plugin {} cannot be used: {reason}", quote(plugin));
                 let fault = report.fault(&written.span, message);
-                let known = self.catalogue.known();
-                let like = known
-                    .iter()
-                    .find(|known| known.rsplit('/').next() == Some(plugin));
-                let is_there = known.iter().any(|known| known.split('/').next() == Some(plugin));
-                if is_there {
-                    return None;
-                }
-                if let Some(near) =
-                    nearest(written.text, known.iter().map(String::as_str)).or(like.map(String::as_str))
-                {
-                    fault.advise(format!("did you mean {}?", quote(near)));
+                if let Some(near) = meant(&self.catalogue.known(), plugin, written.text) {
+                    fault.advise(format!("did you mean {}?", quote(&near)));
                 }
                 return None;
             }
@@ -145,4 +135,22 @@ impl Types<'_> {
         }
         None
     }
+}
+
+/// The known type that was meant by one whose plugin cannot be used; none if it is that very plugin.
+fn meant(known: &[String], plugin: &str, written: &str) -> Option<String> {
+    let halves = |known: &String| {
+        let (plugin, schema) = known.split_once('/').unwrap_or((known, known));
+        (plugin.to_owned(), schema.to_owned())
+    };
+    if known.iter().any(|known| halves(known).0 == plugin) {
+        return None;
+    }
+    // Just the schema, where just the plugin is expected.
+    if let Some(full) = known.iter().find(|known| halves(known).1 == written) {
+        return Some(full.clone());
+    }
+    let plugins: Vec<_> = known.iter().map(|known| halves(known).0).collect();
+    let all = known.iter().map(String::as_str);
+    nearest(written, all.chain(plugins.iter().map(String::as_str))).map(str::to_owned)
 }

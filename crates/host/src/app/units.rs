@@ -146,7 +146,7 @@ fn atom_of(name: &str) -> Option<Unit> {
         "h" => (3600.0, 1.0, S),
         "Hz" => (1.0, 1.0, HZ),
         "kHz" => (1e3, 1.0, HZ),
-        "rpm" => (2.0 * PI, 60.0, [0, 1, -1, 0, 0]),
+        "rpm" => (PI, 30.0, [0, 1, -1, 0, 0]),
         "kg" => (1.0, 1.0, KG),
         "g" => (1.0, 1e3, KG),
         "A" => (1.0, 1.0, A),
@@ -204,13 +204,13 @@ mod tests {
         check("200 mm/s", "m/s", 0.2);
         check("1.5e3 mm", "m", 1.5);
         check("36 km/h", "m/s", 10.0);
-        check("30 rpm", "rad/s", PI);
+        check("60 rpm", "rad/s", 60.0 * PI / 30.0);
         check("300 mm/s^2", "m/s2", 0.3);
         check("300 mm/s²", "m/s^2", 0.3);
         check("25 %", "", 0.25);
         check("2 Hz", "1/s", 2.0);
         check("12 V", "V", 12.0);
-        check("1 mrad", "deg", 0.001 * 180.0 / PI);
+        check("1 mrad", "deg", 180.0 / (1000.0 * PI));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jde_abi::describe::{Port, Role};
 
 use super::document::Text;
-use super::outline::Drafts;
+use super::drafts::Drafts;
 use super::report::{Report, quote, quote_all};
 use super::units;
 
@@ -41,13 +41,15 @@ impl Wanted {
     }
 }
 
-/// Finds `instance.variable`; reports what is wrong with it, except for an instance whose own type is unknown.
+/// Finds `instance.variable`; reports what is wrong with it, except for an instance whose own type is unknown. `reader` is
+/// the port it is for, where there is one.
 pub(super) fn find(
     report: &mut Report,
     drafts: &Drafts,
     what: &str,
     written: &Text,
     wanted: Wanted,
+    reader: Option<&Port>,
 ) -> Option<(usize, usize)> {
     let (instance, name) = match written.text.split_once('.') {
         Some((instance, name)) => (instance, Some(name)),
@@ -63,9 +65,10 @@ pub(super) fn find(
             &written.span,
             format!("{what} names {owner}, and no variable of it"),
         );
-        match names().next() {
-            Some(variable) => fault.advise(format!("write \"{instance}.{variable}\"")),
-            None => fault.advise(format!("it has no {}", wanted.plural())),
+        let fitting = |port: &&Port| reader.is_none_or(|reader| reader.value_type.same_as(&port.value_type));
+        match admitted().find(fitting) {
+            Some(port) => fault.advise(format!("write \"{instance}.{}\"", port.name)),
+            None => fault.advise(format!("{} of {owner}: {}", wanted.plural(), quote_all(names()))),
         };
         return None;
     };

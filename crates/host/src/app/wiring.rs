@@ -3,8 +3,9 @@
 use jde_abi::describe::{Kind, Port, Role, Schema};
 
 use super::Binding;
+use super::children::noun;
 use super::document::Text;
-use super::outline::{Drafts, Here};
+use super::drafts::{Drafts, Here};
 use super::report::{Report, quote};
 use super::variable::{self, Wanted};
 
@@ -64,11 +65,11 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
             *trigger = false;
         }
     }
-    if let (Some(first), Kind::Perceptive | Kind::Driver) = (names.first(), here.schema.kind) {
-        let kind = here.schema.kind;
+    if let (Some(first), kind @ (Kind::Perceptive | Kind::Driver)) = (names.first(), here.schema.kind) {
         let message = format!(
-            "{} is a {kind} schema and has no precondition to re-evaluate",
-            section.what
+            "{} is {}, which has no precondition to re-evaluate",
+            section.what,
+            noun(kind)
         );
         report
             .fault(&first.span, message)
@@ -87,7 +88,7 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
                 .suggest(name.text, "imports", imports.map(|port| port.name.as_str()));
             continue;
         };
-        if here.schema.ports[port].optional && !is_given(here, "imports", name.text) {
+        if here.schema.ports[port].optional && !section.is_given("imports", name.text) {
             report
                 .fault(
                     &name.span,
@@ -104,7 +105,7 @@ pub(super) fn triggers(report: &mut Report, here: &Here, bindings: &mut [Binding
 /// Finds the variable that says when the application is done.
 pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> Option<(usize, usize)> {
     let what = "`mission` of the application";
-    let (instance, port) = variable::find(report, drafts, what, written, Wanted::Export)?;
+    let (instance, port) = variable::find(report, drafts, what, written, Wanted::Export, None)?;
     let found = &drafts.schema(instance)?.ports[port].value_type.name;
     if found == MISSION {
         return Some((instance, port));
@@ -142,7 +143,15 @@ fn bind(
             continue;
         };
         let what = format!("{} in {what}", quote(role.text));
-        let found = variable::find(report, here.drafts, &what, &written, wanted).filter(|&found| {
+        let found = variable::find(
+            report,
+            here.drafts,
+            &what,
+            &written,
+            wanted,
+            Some(&here.schema.ports[port]),
+        )
+        .filter(|&found| {
             let port = &here.schema.ports[port];
             variable::fits(report, here.drafts, &what, port, found, &written.span)
         });
@@ -154,7 +163,7 @@ fn bind(
         .iter()
         .filter(|port| is_role(port) && !port.optional)
     {
-        if !is_given(here, key, &port.name) {
+        if !here.section().is_given(key, &port.name) {
             missing(report, here, key, port, wanted);
         }
     }
@@ -201,13 +210,4 @@ fn position(schema: &Schema, is_role: fn(&Port) -> bool, name: &str) -> Option<u
         .ports
         .iter()
         .position(|port| port.name == name && is_role(port))
-}
-
-/// Whether a table has the name, right or wrong. One of another shape may have any: what is wrong with it is reported.
-fn is_given(here: &Here, key: &str, name: &str) -> bool {
-    here.section().get(key).is_some_and(|node| {
-        node.get_ref()
-            .as_table()
-            .is_none_or(|table| table.contains_key(name))
-    })
 }

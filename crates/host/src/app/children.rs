@@ -1,0 +1,160 @@
+//! The children of a father: who plays which role, and what the father writes to whom.
+
+use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
+
+use super::document::Text;
+use super::drafts::{Drafts, Here};
+use super::report::{Report, quote};
+use super::variable;
+use super::{Binding, ChildTarget};
+
+/// The modulation that every schema has, and its type.
+const PERIOD: (&str, &str) = ("period", "std_msgs/msg/Float64");
+
+/// One child as a father names it.
+pub(super) struct Kin<'a> {
+    /// The father's role for it; none if it cannot play one, which has been reported.
+    pub(super) role: Option<usize>,
+    pub(super) child: usize,
+    /// Its name, as it stands in the file.
+    pub(super) name: Text<'a>,
+}
+
+/// Reads `children` of an instance, in the file's order; gives those that are schemas of the application.
+pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -> Vec<Kin<'a>> {
+    let section = &drafts.get(index).section;
+    let what = section.key("children");
+    let mut all: Vec<Kin> = Vec::new();
+    for (role, name) in section.pairs(report, "children") {
+        let what_role = format!("{} in {what}", quote(role.text));
+        let Some(child) = drafts.find(report, &what_role, name.text, &name.span) else {
+            continue;
+        };
+        let twice = all.iter().any(|earlier| earlier.child == child);
+        if twice {
+            let message = format!("{what_role} names {} a second time", quote(name.text));
+            report
+                .fault(&name.span, message)
+                .advise("one schema plays one role: define a second instance of the same type");
+        }
+        let role = play(report, drafts, index, &role, child, &name).filter(|_| !twice);
+        all.push(Kin { role, child, name });
+    }
+    let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
+    for role in roles.iter().filter(|role| !role.optional) {
+        if !section.is_given("children", &role.name) {
+            let kind = noun(if role.motor { Kind::Motor } else { Kind::Perceptive });
+            let message = format!("{} has nobody in its role {}", section.what, quote(&role.name));
+            report
+                .fault(&section.key_span("children"), message)
+                .advise(format!("add children.{} = \"NAME\", naming {kind}", role.name));
+        }
+    }
+    all
+}
+
+/// The role of that name, if the father's type has it and the child can play it.
+fn play(
+    report: &mut Report,
+    drafts: &Drafts,
+    father: usize,
+    role: &Text,
+    child: usize,
+    name: &Text,
+) -> Option<usize> {
+    let what = drafts.get(father).section.key("children");
+    let roles = &drafts.schema(father)?.children;
+    let Some(place) = roles.iter().position(|known| known.name == role.text) else {
+        report
+            .fault(
+                &role.span,
+                format!("{what}: there is no role {}", quote(role.text)),
+            )
+            .suggest(role.text, "roles", roles.iter().map(|role| role.name.as_str()));
+        return None;
+    };
+    let needed = match (roles[place].motor, drafts.schema(child)?.kind) {
+        (true, Kind::Motor) | (false, Kind::Perceptive | Kind::Driver) => return Some(place),
+        (true, Kind::Perceptive | Kind::Driver) => Kind::Motor,
+        (false, Kind::Motor) => Kind::Perceptive,
+    };
+    let message = format!(
+        "{} in {what} takes {}, and {} is {}",
+        quote(role.text),
+        noun(needed),
+        quote(name.text),
+        noun(drafts.schema(child)?.kind)
+    );
+    report.fault(&name.span, message);
+    None
+}
+
+/// Binds what a father writes to its children.
+pub(super) fn modulate(report: &mut Report, here: &Here, kin: &[Kin], bindings: &mut [Binding]) {
+    for (port, binding) in here.schema.ports.iter().zip(bindings) {
+        if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
+            (&port.role, binding)
+            && let Some(kin) = kin.iter().find(|kin| kin.role == Some(*role))
+        {
+            *target = aim(report, here, port, *role, kin);
+        }
+    }
+}
+
+/// What a father's port writes to at the child in that role.
+fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) -> Option<ChildTarget> {
+    let schema = here.drafts.schema(kin.child)?;
+    let what = format!(
+        "{} modulates {} of its role {}",
+        here.section().what,
+        quote(&port.name),
+        quote(&here.schema.children[role].name)
+    );
+    if port.name == PERIOD.0 {
+        if !is_period(&port.value_type) {
+            let (takes, has) = (quote(PERIOD.1), quote(&port.value_type.name));
+            report.fault(
+                &kin.name.span,
+                format!("{what} as {has}, and a period is {takes}"),
+            );
+        }
+        return Some(ChildTarget::Period(kin.child));
+    }
+    let is_modulation = |other: &&Port| matches!(other.role, Role::Modulation { .. });
+    let place = schema
+        .ports
+        .iter()
+        .position(|other| other.name == port.name && is_modulation(&other));
+    if let Some(place) = place {
+        let found = (kin.child, place);
+        return variable::fits(report, here.drafts, &what, port, found, &kin.name.span)
+            .then_some(ChildTarget::Port(kin.child, place));
+    }
+    if !port.optional {
+        let modulations = schema.ports.iter().filter(is_modulation);
+        report
+            .fault(
+                &kin.name.span,
+                format!("{what}, and {} has no such modulation", quote(kin.name.text)),
+            )
+            .suggest(
+                &port.name,
+                "its modulations",
+                modulations.map(|port| port.name.as_str()),
+            );
+    }
+    None
+}
+
+/// What a person calls a schema of that kind.
+pub(super) fn noun(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Perceptive => "a perceptive schema",
+        Kind::Motor => "a motor schema",
+        Kind::Driver => "a driver",
+    }
+}
+
+fn is_period(ty: &Type) -> bool {
+    ty.name == PERIOD.1 && ty.as_number() == Some(Scalar::F64)
+}

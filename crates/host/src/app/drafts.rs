@@ -1,0 +1,143 @@
+//! The schemas that a file defines, before they are bound: by number, by name, and with their types once found.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use jde_abi::describe::Schema;
+use toml::de::DeValue;
+
+use super::document::{Section, Text, wrong};
+use super::report::{Report, quote};
+
+/// Longest name of a schema, as of everything that a plugin names.
+const LONGEST_NAME: usize = 64;
+
+/// The schemas that a file defines, by number and by name.
+#[derive(Default)]
+pub(super) struct Drafts<'a> {
+    list: Vec<Draft<'a>>,
+    places: HashMap<&'a str, usize>,
+}
+
+/// A schema that a file defines.
+pub(super) struct Draft<'a> {
+    pub(super) name: &'a str,
+    pub(super) section: Section<'a>,
+    /// None where the type is missing or unknown, which has been reported.
+    pub(super) found: Option<Found>,
+}
+
+/// The type of an instance.
+#[derive(Clone)]
+pub(super) struct Found {
+    pub(super) plugin: usize,
+    pub(super) number: usize,
+    pub(super) schema: Arc<Schema>,
+}
+
+/// One instance among the others.
+pub(super) struct Here<'d, 'a> {
+    pub(super) drafts: &'d Drafts<'a>,
+    pub(super) index: usize,
+    pub(super) schema: &'d Schema,
+}
+
+impl<'d, 'a> Here<'d, 'a> {
+    pub(super) fn section(&self) -> &'d Section<'a> {
+        &self.drafts.get(self.index).section
+    }
+}
+
+impl<'a> Drafts<'a> {
+    pub(super) fn read(report: &mut Report, top: &Section<'a>) -> Self {
+        let mut drafts = Self::default();
+        if top.get("schemas").is_none() {
+            report
+                .whole("there is no `schemas`, so the application has nothing to run")
+                .advise(
+                    "define each schema in a table of its own: [schemas.NAME] with type = \"PLUGIN/SCHEMA\"",
+                );
+        }
+        let Some(schemas) = top.section(report, "schemas", "`schemas`") else {
+            return drafts;
+        };
+        for (name, node) in schemas.entries() {
+            let what = format!("schema {}", quote(name.text));
+            let DeValue::Table(entries) = node.get_ref() else {
+                wrong(report, &what, "a table", node);
+                continue;
+            };
+            refuse_bad_name(report, &name);
+            drafts.places.insert(name.text, drafts.list.len());
+            drafts.list.push(Draft {
+                name: name.text,
+                section: Section::new(what, name.span.clone(), entries),
+                found: None,
+            });
+        }
+        drafts
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    pub(super) fn iter(&self) -> std::slice::Iter<'_, Draft<'a>> {
+        self.list.iter()
+    }
+
+    pub(super) fn iter_mut(&mut self) -> std::slice::IterMut<'_, Draft<'a>> {
+        self.list.iter_mut()
+    }
+
+    pub(super) fn get(&self, index: usize) -> &Draft<'a> {
+        &self.list[index]
+    }
+
+    /// The type of an instance, where it is known.
+    pub(super) fn schema(&self, index: usize) -> Option<&Arc<Schema>> {
+        self.list[index].found.as_ref().map(|found| &found.schema)
+    }
+
+    /// The name of an instance, quoted.
+    pub(super) fn quoted(&self, index: usize) -> String {
+        quote(self.list[index].name)
+    }
+
+    pub(super) fn place(&self, name: &str) -> Option<usize> {
+        self.places.get(name).copied()
+    }
+
+    /// The instance of that name; reports it if there is none. `what` names it: "`roots` of the application".
+    pub(super) fn find(
+        &self,
+        report: &mut Report,
+        what: &str,
+        name: &str,
+        span: &Range<usize>,
+    ) -> Option<usize> {
+        let place = self.place(name);
+        if place.is_none() {
+            report
+                .fault(
+                    span,
+                    format!("{what} names {}, and there is no such schema", quote(name)),
+                )
+                .suggest(name, "schemas", self.list.iter().map(|draft| draft.name));
+        }
+        place
+    }
+}
+
+fn refuse_bad_name(report: &mut Report, name: &Text) {
+    let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.text.is_empty() || name.text.len() > LONGEST_NAME || !name.text.chars().all(legal) {
+        report
+            .fault(
+                &name.span,
+                format!("{} cannot be the name of a schema", quote(name.text)),
+            )
+            .advise("use 1 to 64 letters, digits, `_` and `-`");
+    }
+}

@@ -1,0 +1,72 @@
+//! Reads the text of an application file, or says why it cannot be one.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use super::Faults;
+use super::report::{Report, quote};
+use super::suggest::nearest;
+
+/// Largest application file: room for ten thousand schemas, and what is larger is something else.
+const MOST_BYTES: u64 = 4 << 20;
+/// The text of a file.
+pub(super) fn read(path: &Path) -> Result<String, Faults> {
+    String::from_utf8(bytes(path)?).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(&error.as_bytes()[..good]);
+        let mut report = Report::new(path, &text);
+        report
+            .fault(
+                &(good..good + 1),
+                "this byte is no UTF-8, and application files are",
+            )
+            .advise("save the file as UTF-8");
+        report.into_faults()
+    })
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
+    let mut bytes = Vec::new();
+    let reading = File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
+    let mut report = Report::new(path, "");
+    match reading {
+        Ok(_) if bytes.len() as u64 <= MOST_BYTES => return Ok(bytes),
+        Ok(_) => {
+            let most = MOST_BYTES >> 20;
+            report
+                .whole(format!(
+                    "the file has more than {most} MiB, and no application is that large"
+                ))
+                .advise("give the path of an application file");
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let fault = report.whole("there is no such file");
+            if let Some(near) = neighbour(path) {
+                fault.advise(format!("did you mean {}?", quote(&near.to_string_lossy())));
+            }
+        }
+        Err(error) if error.kind() == ErrorKind::IsADirectory => {
+            report
+                .whole("this is a folder")
+                .advise("give the path of an application file in it");
+        }
+        Err(error) => {
+            report.whole(format!("the file cannot be read: {error}"));
+        }
+    }
+    Err(report.into_faults())
+}
+
+/// The application file in the same folder whose name is nearest.
+fn neighbour(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let names: Vec<String> = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
+        .ok()?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    let near = nearest(name, names.iter().map(String::as_str))?;
+    Some(folder.map_or_else(|| PathBuf::from(near), |folder| folder.join(near)))
+}

@@ -1,0 +1,128 @@
+//! Numbers as a file writes them, in the units and within the bounds of the fields they are for.
+
+use jde_abi::describe::Scalar;
+use jde_board::value::Value;
+use toml::de::DeValue;
+
+use super::document::{self, Node, wrong};
+use super::report::{Report, quote};
+use super::units::{QuantityError, quantity};
+use super::values::Target;
+
+impl Target<'_> {
+    pub(super) fn float(&self, report: &mut Report, unit: &str, most: f64, node: &Node) -> Option<Value> {
+        let number = match document::number(node.get_ref()) {
+            Some(number) => number,
+            None => self.quantity(report, unit, node)?,
+        };
+        if !number.is_finite() {
+            report.fault(&node.span(), format!("{} is not a finite number", self.what()));
+            return None;
+        }
+        if number.abs() > most {
+            report.fault(
+                &node.span(),
+                format!("{} is beyond what a float32 holds", self.what()),
+            );
+            return None;
+        }
+        Some(Value::Float(number))
+    }
+
+    pub(super) fn whole(
+        &self,
+        report: &mut Report,
+        scalar: Scalar,
+        unit: &str,
+        node: &Node,
+    ) -> Option<Value> {
+        let number = match node.get_ref() {
+            DeValue::Integer(_) => document::whole(node.get_ref()),
+            // Exact where the guard holds: whole numbers of a float below 2^64 are whole numbers of 128 bits.
+            DeValue::String(_) => Some(self.quantity(report, unit, node)?)
+                .filter(|number| number.fract() == 0.0 && number.abs() < 2f64.powi(64))
+                .map(|number| number as i128),
+            DeValue::Float(_)
+            | DeValue::Boolean(_)
+            | DeValue::Datetime(_)
+            | DeValue::Array(_)
+            | DeValue::Table(_) => {
+                wrong(
+                    report,
+                    &self.what(),
+                    &format!("a whole number{}", in_unit(unit)),
+                    node,
+                );
+                return None;
+            }
+        };
+        let (least, most) = bounds(scalar);
+        let fitting = number.filter(|number| (least..=most).contains(number));
+        let value = fitting.and_then(|number| {
+            i64::try_from(number)
+                .map(Value::Int)
+                .or_else(|_| u64::try_from(number).map(Value::UInt))
+                .ok()
+        });
+        if value.is_none() {
+            report.fault(
+                &node.span(),
+                format!("{} is no whole number from {least} to {most}", self.what()),
+            );
+        }
+        value
+    }
+
+    /// A text such as "30 cm".
+    fn quantity(&self, report: &mut Report, unit: &str, node: &Node) -> Option<f64> {
+        let expected = format!("a number{}", in_unit(unit));
+        let Some(text) = node.get_ref().as_str() else {
+            wrong(report, &self.what(), &expected, node);
+            return None;
+        };
+        let message = match quantity(text, unit) {
+            Ok(number) => return Some(number),
+            Err(QuantityError::NotANumber) => {
+                format!("{} must be {expected}, not the text {}", self.what(), quote(text))
+            }
+            Err(QuantityError::UnknownUnit(given)) => {
+                format!(
+                    "{} must be {expected}, and {} is no known unit",
+                    self.what(),
+                    quote(&given)
+                )
+            }
+            Err(QuantityError::OtherDimension(given)) => {
+                format!(
+                    "{} must be {expected}, and {} does not convert to that",
+                    self.what(),
+                    quote(&given)
+                )
+            }
+        };
+        report.fault(&node.span(), message);
+        None
+    }
+}
+
+fn bounds(scalar: Scalar) -> (i128, i128) {
+    match scalar {
+        Scalar::U8 => (0, u8::MAX.into()),
+        Scalar::U16 => (0, u16::MAX.into()),
+        Scalar::U32 => (0, u32::MAX.into()),
+        Scalar::U64 => (0, u64::MAX.into()),
+        Scalar::I8 => (i8::MIN.into(), i8::MAX.into()),
+        Scalar::I16 => (i16::MIN.into(), i16::MAX.into()),
+        Scalar::I32 => (i32::MIN.into(), i32::MAX.into()),
+        Scalar::I64 => (i64::MIN.into(), i64::MAX.into()),
+        Scalar::Bool | Scalar::F32 | Scalar::F64 => (0, 0),
+    }
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in {unit}")
+    }
+}

@@ -1,0 +1,45 @@
+//! Values given for one run, outside the file.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::report::quote;
+
+/// A value given outside the file, for one run: `--set schema.variable=value`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    /// The instance.
+    pub schema: String,
+    /// One of its modulations, or `period`.
+    pub variable: String,
+    /// TOML, or a text without its quotes.
+    pub value: String,
+}
+
+impl FromStr for Override {
+    type Err = String;
+
+    /// Reads `schema.variable=value`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text
+            .split_once('=')
+            .and_then(|(name, value)| Some((name.trim().split_once('.')?, value)));
+        match parts {
+            Some(((schema, variable), value)) if !schema.is_empty() && !variable.is_empty() => Ok(Self {
+                schema: schema.to_owned(),
+                variable: variable.to_owned(),
+                value: value.trim().to_owned(),
+            }),
+            Some(_) | None => Err(format!(
+                "{} sets nothing: write schema.variable=value, such as goon.speed=\"0.3 m/s\"",
+                quote(text)
+            )),
+        }
+    }
+}
+
+impl fmt::Display for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "--set {}.{}={}", self.schema, self.variable, self.value)
+    }
+}

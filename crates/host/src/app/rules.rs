@@ -1,0 +1,250 @@
+//! How a group competes: the policy for collisions, what happens when nobody wins, patience and budget. A key that would
+//! mean nothing is refused.
+
+use jde_core::{Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, Policy, SchemaId};
+
+use super::Group;
+use super::document::{Section, number, wrong};
+use super::report::{Report, quote};
+use super::time;
+
+const KEYS: &[&str] = &[
+    "policy",
+    "dwell",
+    "hysteresis",
+    "turn",
+    "absence",
+    "hold",
+    "fallback",
+    "patience",
+    "budget",
+];
+const POLICIES: &[&str] = &["priority", "urgency", "sticky", "round-robin", "father"];
+const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
+
+/// What a group's own keys say.
+pub(super) struct Rules {
+    policy: Policy,
+    absence: Absence,
+    patience_ns: Nanos,
+    budget_ns: Nanos,
+}
+
+impl Rules {
+    /// Reads them; `members` are the names that a fallback may have.
+    pub(super) fn read(
+        report: &mut Report,
+        section: Option<&Section>,
+        arbitrates: bool,
+        members_are: &str,
+        members: &[(&str, usize)],
+    ) -> Self {
+        let default = if arbitrates {
+            Policy::Father
+        } else {
+            Policy::Priority
+        };
+        let Some(section) = section else {
+            return Self {
+                policy: default,
+                absence: Absence::Brake,
+                patience_ns: DEFAULT_PATIENCE,
+                budget_ns: DEFAULT_BUDGET,
+            };
+        };
+        section.refuse_unknown(report, KEYS);
+        let time = |report: &mut Report, key: &str| {
+            let node = section.get(key)?;
+            time::time(report, &section.key(key), node)
+        };
+        Self {
+            policy: policy(report, section, default, arbitrates, &time),
+            absence: absence(report, section, members_are, members, &time),
+            patience_ns: time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
+            budget_ns: time(report, "budget").unwrap_or(DEFAULT_BUDGET),
+        }
+    }
+
+    pub(super) fn group(self, name: String, father: Option<usize>, members: Vec<usize>) -> Group {
+        Group {
+            name,
+            father,
+            members,
+            policy: self.policy,
+            absence: self.absence,
+            patience_ns: self.patience_ns,
+            budget_ns: self.budget_ns,
+        }
+    }
+}
+
+fn policy(
+    report: &mut Report,
+    section: &Section,
+    default: Policy,
+    arbitrates: bool,
+    time: &impl Fn(&mut Report, &str) -> Option<Nanos>,
+) -> Policy {
+    let written = section.text(report, "policy");
+    let word = written.as_ref().map(|written| written.text);
+    let dwell = time(report, "dwell");
+    let turn = time(report, "turn");
+    let hysteresis = hysteresis(report, section);
+    only_with(report, section, "dwell", "policy", "sticky", word);
+    only_with(report, section, "hysteresis", "policy", "sticky", word);
+    only_with(report, section, "turn", "policy", "round-robin", word);
+    let Some(written) = written else { return default };
+    match written.text {
+        "priority" => Policy::Priority,
+        "urgency" => Policy::HighestUrgency,
+        "sticky" => {
+            needs(report, section, "policy", "sticky", "dwell", "\"500ms\"");
+            Policy::Sticky {
+                dwell: dwell.unwrap_or_default(),
+                hysteresis,
+            }
+        }
+        "round-robin" => {
+            needs(report, section, "policy", "round-robin", "turn", "\"5s\"");
+            Policy::RoundRobin {
+                turn: turn.unwrap_or_default(),
+            }
+        }
+        "father" => {
+            if !arbitrates {
+                report
+                    .fault(
+                        &written.span,
+                        format!(
+                            "{} leaves it to a father who has no arbitration of its own",
+                            section.what
+                        ),
+                    )
+                    .advise("choose `priority`, `urgency`, `sticky` or `round-robin`");
+            }
+            Policy::Father
+        }
+        other => {
+            report
+                .fault(
+                    &written.span,
+                    format!("{} has no policy {}", section.what, quote(other)),
+                )
+                .suggest(other, "policies", POLICIES.iter().copied());
+            default
+        }
+    }
+}
+
+fn absence(
+    report: &mut Report,
+    section: &Section,
+    members_are: &str,
+    members: &[(&str, usize)],
+    time: &impl Fn(&mut Report, &str) -> Option<Nanos>,
+) -> Absence {
+    let written = section.text(report, "absence");
+    let word = written.as_ref().map(|written| written.text);
+    let hold = time(report, "hold");
+    let fallback = section.text(report, "fallback").and_then(|role| {
+        let member = members.iter().find(|(name, _)| *name == role.text);
+        if member.is_none() {
+            report
+                .fault(
+                    &role.span,
+                    format!(
+                        "{} is {}, which is nobody in the group",
+                        section.key("fallback"),
+                        quote(role.text)
+                    ),
+                )
+                .suggest(role.text, members_are, members.iter().map(|(name, _)| *name));
+        }
+        member.map(|(_, child)| *child)
+    });
+    only_with(report, section, "hold", "absence", "hold", word);
+    only_with(report, section, "fallback", "absence", "fallback", word);
+    let Some(written) = written else {
+        return Absence::Brake;
+    };
+    match written.text {
+        "brake" => Absence::Brake,
+        "hold" => {
+            needs(report, section, "absence", "hold", "hold", "\"300ms\"");
+            Absence::Hold {
+                for_: hold.unwrap_or_default(),
+            }
+        }
+        "fallback" => {
+            let example = members.first().map_or("a role", |(name, _)| *name);
+            needs(
+                report,
+                section,
+                "absence",
+                "fallback",
+                "fallback",
+                &format!("\"{example}\""),
+            );
+            fallback.map_or(Absence::Brake, |child| {
+                Absence::Fallback(SchemaId(u32::try_from(child).unwrap_or(u32::MAX)))
+            })
+        }
+        other => {
+            report
+                .fault(
+                    &written.span,
+                    format!("{} has no absence policy {}", section.what, quote(other)),
+                )
+                .suggest(other, "absence policies", ABSENCES.iter().copied());
+            Absence::Brake
+        }
+    }
+}
+
+fn hysteresis(report: &mut Report, section: &Section) -> f64 {
+    let Some(node) = section.get("hysteresis") else {
+        return 0.0;
+    };
+    let what = section.key("hysteresis");
+    match number(node.get_ref()) {
+        Some(margin) if margin.is_finite() && margin >= 0.0 => margin,
+        Some(_) => {
+            report
+                .fault(&node.span(), format!("{what} is no finite number, 0 or more"))
+                .advise("give the urgency by which a rival must exceed the winner");
+            0.0
+        }
+        None => {
+            wrong(report, &what, "a number, 0 or more", node);
+            0.0
+        }
+    }
+}
+
+/// Reports a key that means nothing without another.
+fn only_with(report: &mut Report, section: &Section, key: &str, of: &str, needed: &str, given: Option<&str>) {
+    if section.get(key).is_some()
+        && given != Some(needed)
+        && section.get(of).is_none_or(|node| node.get_ref().is_str())
+    {
+        report
+            .fault(
+                &section.key_span(key),
+                format!("{} only goes with {of} = \"{needed}\"", section.key(key)),
+            )
+            .advise(format!("remove it, or write {of} = \"{needed}\""));
+    }
+}
+
+/// Reports a key that is missing beside another.
+fn needs(report: &mut Report, section: &Section, key: &str, word: &str, needed: &str, example: &str) {
+    if section.get(needed).is_none() {
+        let span = section.get(key).map_or(section.span.clone(), |node| node.span());
+        report
+            .fault(
+                &span,
+                format!("{} is \"{word}\", which needs `{needed}`", section.key(key)),
+            )
+            .advise(format!("add {needed} = {example}"));
+    }
+}
