@@ -1,3 +1,116 @@
-//! Automation of this workspace.
+//! Automation of this workspace: `cargo xtask <verb>`, the same at hand and in CI. It builds, tests and checks;
+//! it is no part of what users get.
 
-fn main() {}
+mod bench;
+mod cargo_json;
+mod demo;
+mod metadata;
+mod paint;
+mod prerequisites;
+mod shell;
+mod step;
+mod test;
+mod tidy;
+mod valgrind;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+
+use crate::paint::Paint;
+
+/// Automation of this workspace.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", disable_version_flag = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Run every test there is, from a fresh checkout; what the machine lacks is installed first.
+    Test(Test),
+    /// Check what the compiler cannot see: arrows, headers, lengths, links, licences, ...
+    Tidy,
+    /// Run the benches and print how their medians compare.
+    Bench,
+}
+
+#[derive(Args)]
+struct Test {
+    /// Stop at the first step that fails.
+    #[arg(long)]
+    fail_fast: bool,
+    /// Run this step alone (may be repeated).
+    #[arg(long, value_name = "STEP", value_parser = test::names())]
+    only: Vec<String>,
+    /// Leave this step out (may be repeated).
+    #[arg(long, value_name = "STEP", value_parser = test::names())]
+    skip: Vec<String>,
+}
+
+/// The root of the workspace: the folder above this package.
+fn root() -> PathBuf {
+    // Cargo says where the package is when it runs us; the built-in value serves a program started by hand.
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    let mut root = PathBuf::from(package);
+    root.pop();
+    root
+}
+
+fn main() -> ExitCode {
+    let outcome = run(Cli::parse().verb);
+    outcome.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn run(verb: Verb) -> Result<ExitCode> {
+    let root = root();
+    let paint = Paint::detect();
+    match verb {
+        Verb::Test(Test {
+            fail_fast,
+            only,
+            skip,
+        }) => {
+            let choice = step::Choice {
+                fail_fast,
+                only,
+                skip,
+            };
+            return test::run(root, &choice, paint);
+        }
+        Verb::Tidy => tidy::run(&root)?,
+        Verb::Bench => bench::run(&root, paint)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_root_holds_the_workspace() {
+        let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+        assert!(manifest.contains("[workspace]"));
+    }
+
+    #[test]
+    fn an_unknown_step_is_refused() {
+        assert!(Cli::try_parse_from(["xtask", "test", "--only", "fmt"]).is_ok());
+        assert!(Cli::try_parse_from(["xtask", "test", "--skip", "nothing"]).is_err());
+    }
+}

@@ -1,0 +1,78 @@
+//! The demonstration in lockstep: one seed decides alike each time, another seed decides otherwise (R16).
+
+use anyhow::{Context as _, Result, ensure};
+
+use crate::shell;
+use crate::step::Done;
+use crate::test::Context;
+
+/// What the demonstration calls the digest of its decisions.
+const DIGEST: &str = "decisions_sha256";
+/// Hexadecimal digits of it.
+const DIGITS: usize = 64;
+
+pub(crate) fn run(context: &Context) -> Result<Done> {
+    shell::run(&mut context.cargo(&["build", "--release"]), context.paint)?;
+    let first = decisions(context, "1")?;
+    let again = decisions(context, "1")?;
+    let other = decisions(context, "2")?;
+    ensure!(first == again, "seed 1 decided {first}, and then {again}");
+    ensure!(
+        first != other,
+        "seeds 1 and 2 both decided {first}: the seed has no effect"
+    );
+    Ok(Done::Passed)
+}
+
+/// Runs the demonstration and returns the digest of what it decided.
+fn decisions(context: &Context, seed: &str) -> Result<String> {
+    let mut cargo = context.cargo(&[
+        "run",
+        "--release",
+        "--quiet",
+        "--",
+        "demo",
+        "--headless",
+        "--lockstep",
+    ]);
+    cargo.args(["--seed", seed]);
+    shell::show(&cargo, context.paint);
+    let output = shell::read(&mut cargo)?;
+    print!("{output}");
+    digest(&output).with_context(|| format!("the demonstration printed no {DIGEST}"))
+}
+
+fn digest(output: &str) -> Option<String> {
+    let (_, after) = output.split_once(DIGEST)?;
+    let line = after.lines().next()?;
+    let mut words = line.split(|c: char| !c.is_ascii_hexdigit());
+    words.find(|word| word.len() == DIGITS).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_found_in_text_and_in_json() {
+        let digits = "0123456789abcdef".repeat(4);
+        for output in [
+            format!("time 3 s\n{DIGEST}: {digits}\n"),
+            format!("{{\"{DIGEST}\":\"{digits}\",\"a\":1}}"),
+        ] {
+            assert_eq!(digest(&output).as_ref(), Some(&digits), "{output}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_digest_is_not_taken_for_one() {
+        let digits = "0".repeat(DIGITS);
+        for output in [
+            "".to_owned(),
+            format!("{DIGEST}: abc\n{digits}"),
+            format!("other: {digits}"),
+        ] {
+            assert_eq!(digest(&output), None, "{output}");
+        }
+    }
+}

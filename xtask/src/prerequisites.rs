@@ -1,0 +1,192 @@
+//! What the machine must have besides Rust. What is missing is installed where that needs no password;
+//! otherwise the exact command is given.
+
+use std::process::Command;
+
+use anyhow::{Result, bail};
+
+use crate::shell;
+use crate::step::Done;
+use crate::test::Context;
+
+/// A program that the steps use.
+struct Tool {
+    name: &'static str,
+    /// A command that succeeds where the program works.
+    probe: &'static [&'static str],
+    from: Source,
+}
+
+#[derive(Clone, Copy)]
+enum Source {
+    /// Packages of Debian and Ubuntu.
+    Apt(&'static [&'static str]),
+    /// A component of the Rust toolchain.
+    Rustup(&'static str),
+}
+
+const TOOLS: [Tool; 4] = [
+    Tool {
+        name: "a C compiler",
+        probe: &["cc", "--version"],
+        from: Source::Apt(&["gcc", "libc6-dev"]),
+    },
+    Tool {
+        name: "valgrind",
+        // It also needs the symbols of the dynamic linker, without which it cannot start any program.
+        probe: &["valgrind", "--quiet", "true"],
+        from: Source::Apt(&["valgrind", "libc6-dbg"]),
+    },
+    Tool {
+        name: "rustfmt",
+        probe: &["cargo", "fmt", "--version"],
+        from: Source::Rustup("rustfmt"),
+    },
+    Tool {
+        name: "clippy",
+        probe: &["cargo", "clippy", "--version"],
+        from: Source::Rustup("clippy"),
+    },
+];
+
+/// Installs what is missing; an error names what still is, as far as no step can do without.
+pub(crate) fn run(context: &Context) -> Result<Done> {
+    let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| !tool.works()).collect();
+    for command in installation(&missing, Privilege::detect()) {
+        // Whether it helped is seen below, whatever it says.
+        if let Err(error) = shell::run(&mut to_command(&command), context.paint) {
+            println!("{error:#}");
+        }
+    }
+    let missing: Vec<&Tool> = missing.into_iter().filter(|tool| !tool.works()).collect();
+    for tool in &missing {
+        println!("{} is missing: {}", tool.name, tool.how());
+    }
+    // The steps that lack the others say so themselves; C plugins are part of the tests.
+    let fatal: Vec<&str> = missing
+        .iter()
+        .filter(|tool| context.ci || tool.name == TOOLS[0].name)
+        .map(|tool| tool.name)
+        .collect();
+    if !fatal.is_empty() {
+        bail!("missing: {}", fatal.join(", "));
+    }
+    Ok(Done::Passed)
+}
+
+/// How to install valgrind, for the step that lacks it.
+pub(crate) const INSTALL_VALGRIND: &str = "sudo apt-get install valgrind libc6-dbg";
+
+/// What this user may do to the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Privilege {
+    Root,
+    /// `sudo` asks for no password.
+    Sudo,
+    None,
+}
+
+impl Privilege {
+    fn detect() -> Self {
+        if shell::read(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0") {
+            Privilege::Root
+        } else if shell::succeeds(Command::new("sudo").args(["-n", "true"])) {
+            Privilege::Sudo
+        } else {
+            Privilege::None
+        }
+    }
+
+    fn prefix(self) -> &'static [&'static str] {
+        match self {
+            Privilege::Root => &["env", "DEBIAN_FRONTEND=noninteractive"],
+            Privilege::Sudo => &["sudo", "-n", "env", "DEBIAN_FRONTEND=noninteractive"],
+            Privilege::None => &[],
+        }
+    }
+}
+
+/// The commands that install the tools: one for all packages, one for all components.
+fn installation(missing: &[&Tool], privilege: Privilege) -> Vec<Vec<&'static str>> {
+    let mut packages = Vec::new();
+    let mut components = Vec::new();
+    for tool in missing {
+        match tool.from {
+            Source::Apt(names) => packages.extend_from_slice(names),
+            Source::Rustup(component) => components.push(component),
+        }
+    }
+    let mut commands = Vec::new();
+    if !packages.is_empty() && privilege != Privilege::None {
+        commands.push([privilege.prefix(), &["apt-get", "update", "-qq"]].concat());
+        let install = ["apt-get", "install", "--yes", "-qq", "--no-install-recommends"];
+        commands.push([privilege.prefix(), &install, &packages].concat());
+    }
+    if !components.is_empty() {
+        commands.push([&["rustup", "component", "add"], components.as_slice()].concat());
+    }
+    commands
+}
+
+fn to_command(words: &[&str]) -> Command {
+    let mut command = Command::new(words[0]);
+    command.args(&words[1..]);
+    command
+}
+
+impl Tool {
+    fn works(&self) -> bool {
+        shell::succeeds(&mut to_command(self.probe))
+    }
+
+    fn how(&self) -> String {
+        match self.from {
+            Source::Apt(packages) => format!("sudo apt-get install {}", packages.join(" ")),
+            Source::Rustup(component) => {
+                format!("rustup component add {component}, or the package of that name where Rust came from")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn commands(privilege: Privilege, names: &[&str]) -> Vec<String> {
+        let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| names.contains(&tool.name)).collect();
+        installation(&missing, privilege)
+            .iter()
+            .map(|words| words.join(" "))
+            .collect()
+    }
+
+    #[test]
+    fn nothing_is_installed_where_nothing_is_missing() {
+        assert_eq!(commands(Privilege::Root, &[]), [""; 0]);
+    }
+
+    #[test]
+    fn packages_come_in_one_go_and_ask_nothing() {
+        let install = "env DEBIAN_FRONTEND=noninteractive apt-get install --yes -qq --no-install-recommends";
+        assert_eq!(
+            commands(Privilege::Sudo, &["a C compiler", "valgrind"]),
+            [
+                "sudo -n env DEBIAN_FRONTEND=noninteractive apt-get update -qq".to_owned(),
+                format!("sudo -n {install} gcc libc6-dev valgrind libc6-dbg")
+            ]
+        );
+    }
+
+    #[test]
+    fn who_may_not_install_packages_still_gets_components() {
+        let commands = commands(Privilege::None, &["valgrind", "rustfmt", "clippy"]);
+        assert_eq!(commands, ["rustup component add rustfmt clippy"]);
+    }
+
+    #[test]
+    fn the_command_to_install_valgrind_is_the_one_used_here() {
+        let valgrind = TOOLS.iter().find(|tool| tool.name == "valgrind").unwrap();
+        assert_eq!(valgrind.how(), INSTALL_VALGRIND);
+    }
+}

@@ -1,0 +1,124 @@
+//! Starting other programs: shown before they run, with no standard input, and an error that names the command.
+//! It knows nothing of what they are for.
+
+use std::process::{Command, Stdio};
+
+use anyhow::{Context as _, Result, bail};
+
+use crate::paint::Paint;
+
+/// The `cargo` that runs this program, so that one toolchain does everything.
+pub(crate) fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// Runs a command whose output people read as it comes; an error when it does not succeed.
+pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {
+    show(command, paint);
+    let status = command
+        .stdin(Stdio::null())
+        .status()
+        .with_context(|| cannot_start(command))?;
+    if !status.success() {
+        bail!("`{}` ended with {status}", line(command));
+    }
+    Ok(())
+}
+
+/// Runs a command and returns what it wrote to standard output; its standard error stays visible.
+pub(crate) fn read(command: &mut Command) -> Result<String> {
+    let output = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| cannot_start(command))?;
+    if !output.status.success() {
+        bail!("`{}` ended with {}", line(command), output.status);
+    }
+    String::from_utf8(output.stdout)
+        .with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
+}
+
+/// Whether a command starts and succeeds; what it writes is dropped.
+pub(crate) fn succeeds(command: &mut Command) -> bool {
+    let silent = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    silent.status().is_ok_and(|status| status.success())
+}
+
+/// Prints the command as one would type it.
+pub(crate) fn show(command: &Command, paint: Paint) {
+    println!("{}", paint.dim(&format!("$ {}", line(command))));
+}
+
+fn cannot_start(command: &Command) -> String {
+    format!("cannot start `{}`", line(command))
+}
+
+fn line(command: &Command) -> String {
+    let variables = command
+        .get_envs()
+        .filter_map(|(name, value)| Some((name, value?)))
+        .map(|(name, value)| format!("{}={}", name.to_string_lossy(), quoted(&value.to_string_lossy())));
+    let program = std::path::Path::new(command.get_program());
+    let program = program
+        .file_name()
+        .unwrap_or(program.as_os_str())
+        .to_string_lossy()
+        .into_owned();
+    let arguments = command
+        .get_args()
+        .map(|argument| quoted(&argument.to_string_lossy()));
+    variables
+        .chain([program])
+        .chain(arguments)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_=/.,:@+*%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_shown_as_one_would_type_it() {
+        let mut command = Command::new("/usr/bin/cargo");
+        command
+            .args(["test", "--test", "it's"])
+            .env("RUSTFLAGS", "--cfg loom");
+        assert_eq!(
+            line(&command),
+            r"RUSTFLAGS='--cfg loom' cargo test --test 'it'\''s'"
+        );
+    }
+
+    #[test]
+    fn a_failure_names_the_command() {
+        let error = run(&mut Command::new("false"), Paint::plain())
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("`false` ended with"), "{error}");
+        let error = read(&mut Command::new("no-such-program"))
+            .unwrap_err()
+            .to_string();
+        assert_eq!(error, "cannot start `no-such-program`");
+    }
+
+    #[test]
+    fn the_output_is_read() {
+        assert_eq!(read(Command::new("echo").arg("hello")).unwrap(), "hello\n");
+        assert!(succeeds(&mut Command::new("true")));
+        assert!(!succeeds(&mut Command::new("false")));
+    }
+}

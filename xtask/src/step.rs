@@ -1,0 +1,247 @@
+//! Steps that run one after another, each with a title, its time and, when it fails, what to do.
+//! It knows nothing of what the steps do.
+
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+
+use crate::paint::Paint;
+
+/// One thing to do and report.
+pub(crate) struct Step<C> {
+    /// What `--only` and `--skip` call it.
+    pub(crate) name: &'static str,
+    pub(crate) title: &'static str,
+    /// What to do when it fails.
+    pub(crate) help: &'static str,
+    /// Steps without whose success this one says nothing new.
+    pub(crate) needs: &'static [&'static str],
+    pub(crate) run: fn(&C) -> Result<Done>,
+}
+
+/// How a step ended that did not fail.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Done {
+    Passed,
+    /// It could not run here, and why.
+    Skipped(String),
+}
+
+/// Which steps to run.
+#[derive(Debug, Default)]
+pub(crate) struct Choice {
+    /// Nothing after the first failure.
+    pub(crate) fail_fast: bool,
+    /// These alone; empty for all.
+    pub(crate) only: Vec<String>,
+    pub(crate) skip: Vec<String>,
+}
+
+/// What became of the steps that were to run.
+#[derive(Debug, Default)]
+pub(crate) struct Report {
+    lines: Vec<(&'static str, Ending, Duration)>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Ending {
+    Passed,
+    Failed(&'static str),
+    Skipped(String),
+}
+
+/// Runs the chosen steps in their order and prints each one's title, time and outcome.
+pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &Choice, paint: Paint) -> Report {
+    let chosen = |name: &str| choice.only.is_empty() || choice.only.iter().any(|only| only == name);
+    let chosen: Vec<&Step<C>> = steps.iter().filter(|step| chosen(step.name)).collect();
+    let mut report = Report::default();
+    for (index, step) in chosen.iter().enumerate() {
+        let title = format!("[{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.title);
+        println!("\n{}", paint.bold(&title));
+        let start = Instant::now();
+        let ending = report
+            .reason_to_skip(step, choice)
+            .map_or_else(|| run(step, context), Ending::Skipped);
+        let time = start.elapsed();
+        println!("{}", ending.line(step.name, time, paint));
+        report.lines.push((step.name, ending, time));
+    }
+    report
+}
+
+fn run<C>(step: &Step<C>, context: &C) -> Ending {
+    match (step.run)(context) {
+        Ok(Done::Passed) => Ending::Passed,
+        Ok(Done::Skipped(why)) => Ending::Skipped(why),
+        Err(error) => {
+            println!("error: {error:#}");
+            Ending::Failed(step.help)
+        }
+    }
+}
+
+impl Report {
+    pub(crate) fn has_failed(&self) -> bool {
+        self.lines
+            .iter()
+            .any(|(_, ending, _)| matches!(ending, Ending::Failed(_)))
+    }
+
+    /// One line a step, then the counts alone on the last line, for machines that look for them.
+    pub(crate) fn summary(&self, paint: Paint) -> String {
+        let mut text = format!("\n{}\n", paint.bold("Summary"));
+        for (name, ending, time) in &self.lines {
+            let _ = writeln!(text, "{}", ending.line(name, *time, paint));
+        }
+        let count = |wanted: fn(&Ending) -> bool| self.lines.iter().filter(|line| wanted(&line.1)).count();
+        let passed = count(|ending| matches!(ending, Ending::Passed));
+        let failed = count(|ending| matches!(ending, Ending::Failed(_)));
+        let skipped = count(|ending| matches!(ending, Ending::Skipped(_)));
+        let total = self.lines.iter().map(|line| line.2).sum();
+        let _ = writeln!(text, "all of it in {}", duration(total));
+        let _ = write!(text, "\n{passed} passed, {failed} failed, {skipped} skipped");
+        text
+    }
+
+    fn reason_to_skip<C>(&self, step: &Step<C>, choice: &Choice) -> Option<String> {
+        if choice.skip.iter().any(|skip| skip == step.name) {
+            return Some("as asked".to_owned());
+        }
+        if choice.fail_fast && self.has_failed() {
+            return Some("a step before it failed".to_owned());
+        }
+        let failed = self
+            .lines
+            .iter()
+            .find(|(name, ending, _)| step.needs.contains(name) && matches!(ending, Ending::Failed(_)))?;
+        Some(format!("{} failed", failed.0))
+    }
+}
+
+impl Ending {
+    fn line(&self, name: &str, time: Duration, paint: Paint) -> String {
+        let took = duration(time);
+        match self {
+            Ending::Passed => format!("{} {name} ({took})", paint.green("passed ")),
+            Ending::Failed(help) => format!("{} {name} ({took}): {help}", paint.red("failed ")),
+            Ending::Skipped(why) => format!("{} {name}: {why}", paint.yellow("skipped")),
+        }
+    }
+}
+
+fn duration(time: Duration) -> String {
+    let seconds = time.as_secs();
+    if seconds < 60 {
+        format!("{:.1} s", time.as_secs_f64())
+    } else {
+        format!("{} min {:02} s", seconds / 60, seconds % 60)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use anyhow::bail;
+
+    use super::*;
+
+    type Trace = RefCell<Vec<&'static str>>;
+
+    fn steps() -> Vec<Step<Trace>> {
+        fn step(
+            name: &'static str,
+            needs: &'static [&'static str],
+            run: fn(&Trace) -> Result<Done>,
+        ) -> Step<Trace> {
+            Step {
+                name,
+                title: "a title",
+                help: "what to do",
+                needs,
+                run,
+            }
+        }
+        vec![
+            step("build", &[], |trace| {
+                trace.borrow_mut().push("build");
+                bail!("broken")
+            }),
+            step("test", &["build"], |trace| {
+                trace.borrow_mut().push("test");
+                Ok(Done::Passed)
+            }),
+            step("tidy", &[], |trace| {
+                trace.borrow_mut().push("tidy");
+                Ok(Done::Passed)
+            }),
+            step("grind", &[], |trace| {
+                trace.borrow_mut().push("grind");
+                Ok(Done::Skipped("no valgrind".to_owned()))
+            }),
+        ]
+    }
+
+    fn outcome(choice: &Choice) -> (Vec<&'static str>, String, bool) {
+        let trace = Trace::default();
+        let report = run_all(&steps(), &trace, choice, Paint::plain());
+        let summary = report.summary(Paint::plain());
+        let counts = summary.lines().last().unwrap_or_default().to_owned();
+        (trace.into_inner(), counts, report.has_failed())
+    }
+
+    #[test]
+    fn independent_steps_run_on_after_a_failure() {
+        let (ran, counts, failed) = outcome(&Choice::default());
+        assert_eq!(ran, ["build", "tidy", "grind"]);
+        assert_eq!(counts, "1 passed, 1 failed, 2 skipped");
+        assert!(failed);
+    }
+
+    #[test]
+    fn nothing_runs_after_a_failure_when_asked() {
+        let (ran, counts, _) = outcome(&Choice {
+            fail_fast: true,
+            ..Choice::default()
+        });
+        assert_eq!(ran, ["build"]);
+        assert_eq!(counts, "0 passed, 1 failed, 3 skipped");
+    }
+
+    #[test]
+    fn a_step_alone_runs_without_what_it_needs() {
+        let (ran, counts, failed) = outcome(&Choice {
+            only: vec!["test".to_owned()],
+            ..Choice::default()
+        });
+        assert_eq!(ran, ["test"]);
+        assert_eq!(counts, "1 passed, 0 failed, 0 skipped");
+        assert!(!failed);
+    }
+
+    #[test]
+    fn a_skipped_step_is_shown() {
+        let (ran, counts, failed) = outcome(&Choice {
+            skip: vec!["build".to_owned()],
+            ..Choice::default()
+        });
+        assert_eq!(ran, ["test", "tidy", "grind"]);
+        assert_eq!(counts, "2 passed, 0 failed, 2 skipped");
+        assert!(!failed);
+    }
+
+    #[test]
+    fn a_failure_says_what_to_do() {
+        let report = run_all(&steps(), &Trace::default(), &Choice::default(), Paint::plain());
+        let summary = report.summary(Paint::plain());
+        assert!(summary.contains("s): what to do"), "{summary}");
+        assert!(summary.contains("skipped test: build failed"), "{summary}");
+    }
+
+    #[test]
+    fn times_are_read_at_a_glance() {
+        assert_eq!(duration(Duration::from_millis(1_250)), "1.2 s");
+        assert_eq!(duration(Duration::from_secs(125)), "2 min 05 s");
+    }
+}

@@ -1,0 +1,224 @@
+//! The steps of `cargo xtask test`, in their order. Each is one or two commands; what takes more has a file of
+//! its own. The steps share one build as far as their flags allow.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use anyhow::{Result, bail};
+use clap::builder::PossibleValuesParser;
+
+use crate::metadata::Metadata;
+use crate::paint::Paint;
+use crate::step::{self, Choice, Done, Step};
+use crate::{demo, prerequisites, shell, tidy, valgrind};
+
+/// What every step may know.
+pub(crate) struct Context {
+    pub(crate) root: PathBuf,
+    /// Where cargo builds.
+    pub(crate) target: PathBuf,
+    /// On a machine that nobody watches, where what is missing is a failure.
+    pub(crate) ci: bool,
+    pub(crate) paint: Paint,
+}
+
+const STEPS: [Step<Context>; 10] = [
+    Step {
+        name: "prerequisites",
+        title: "a C compiler, valgrind, rustfmt and clippy",
+        help: "install what is named above",
+        needs: &[],
+        run: prerequisites::run,
+    },
+    Step {
+        name: "fmt",
+        title: "the layout of the code",
+        help: "run `cargo fmt --all`",
+        needs: &[],
+        run: fmt,
+    },
+    Step {
+        name: "tidy",
+        title: "what the compiler cannot see",
+        help: "see each place above",
+        needs: &[],
+        run: tidy,
+    },
+    Step {
+        name: "build",
+        title: "the executable and its plugins",
+        help: "see the compiler's errors above; `cargo build` shows them again",
+        needs: &[],
+        run: build,
+    },
+    Step {
+        name: "lints",
+        title: "clippy, warnings are errors",
+        help: "see above; `cargo clippy --workspace --all-targets` shows them again",
+        needs: &["build"],
+        run: lints,
+    },
+    Step {
+        name: "tests",
+        title: "all tests, those in the documentation too",
+        help: "see above; `cargo test -p <crate> <name>` runs one again",
+        needs: &["build"],
+        run: tests,
+    },
+    Step {
+        name: "loom",
+        title: "every interleaving of the cells of variables",
+        help: "see above; the trace names the interleaving that breaks a cell",
+        needs: &["build"],
+        run: loom,
+    },
+    Step {
+        name: "valgrind",
+        title: "memory errors in the cells and the loader",
+        help: "see the stack above; each line of it is in a test",
+        needs: &["build"],
+        run: valgrind::run,
+    },
+    Step {
+        name: "demo",
+        title: "the demonstration, twice to the same bit",
+        help: "two runs of one seed must take the same decisions (R16); look for a clock, a hash map or a thread",
+        needs: &["build"],
+        run: demo::run,
+    },
+    Step {
+        name: "docs",
+        title: "the documentation, warnings are errors",
+        help: "see above; `cargo doc --workspace --no-deps` shows them again",
+        needs: &["build"],
+        run: docs,
+    },
+];
+
+/// Runs the chosen steps and prints a summary; fails when one of them does.
+pub(crate) fn run(root: PathBuf, choice: &Choice, paint: Paint) -> Result<ExitCode> {
+    let target = Metadata::of_workspace(&root)?.target_directory;
+    let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
+    let context = Context {
+        root,
+        target,
+        ci,
+        paint,
+    };
+    let report = step::run_all(&STEPS, &context, choice, paint);
+    println!("{}", report.summary(paint));
+    Ok(if report.has_failed() {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+/// The names that `--only` and `--skip` know.
+pub(crate) fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(STEPS.iter().map(|step| step.name))
+}
+
+impl Context {
+    /// `cargo` at the root of the workspace.
+    pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
+        let mut cargo = shell::cargo();
+        cargo.args(arguments).current_dir(&self.root);
+        cargo
+    }
+
+    /// What becomes of a step that lacks a program: a failure where nobody looks, else skipped in sight of all.
+    pub(crate) fn lacks(&self, program: &str, how: &str) -> Result<Done> {
+        if self.ci {
+            bail!("{program} is not installed: {how}");
+        }
+        Ok(Done::Skipped(format!("{program} is not installed: {how}")))
+    }
+
+    fn run(&self, mut command: Command) -> Result<Done> {
+        shell::run(&mut command, self.paint)?;
+        Ok(Done::Passed)
+    }
+}
+
+fn fmt(context: &Context) -> Result<Done> {
+    if !shell::succeeds(&mut context.cargo(&["fmt", "--version"])) {
+        return context.lacks("rustfmt", "rustup component add rustfmt");
+    }
+    context.run(context.cargo(&["fmt", "--all", "--check"]))
+}
+
+fn tidy(context: &Context) -> Result<Done> {
+    tidy::run(&context.root)?;
+    Ok(Done::Passed)
+}
+
+/// The default members: plugins are shared libraries, which `cargo test` does not build.
+fn build(context: &Context) -> Result<Done> {
+    context.run(context.cargo(&["build"]))
+}
+
+fn lints(context: &Context) -> Result<Done> {
+    if !shell::succeeds(&mut context.cargo(&["clippy", "--version"])) {
+        return context.lacks("clippy", "rustup component add clippy");
+    }
+    context.run(context.cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+}
+
+fn tests(context: &Context) -> Result<Done> {
+    context.run(context.cargo(&["test", "--workspace", "--no-fail-fast"]))
+}
+
+/// Other flags for every crate: a folder of its own, or the ordinary build would begin anew each time.
+fn loom(context: &Context) -> Result<Done> {
+    let mut cargo = context.cargo(&["test", "--package", "jde-board", "--release", "--test", "loom"]);
+    cargo.env("RUSTFLAGS", with_flag("RUSTFLAGS", "--cfg loom"));
+    cargo.env("CARGO_TARGET_DIR", context.target.join("loom"));
+    context.run(cargo)
+}
+
+fn docs(context: &Context) -> Result<Done> {
+    let mut cargo = context.cargo(&["doc", "--workspace", "--no-deps"]);
+    cargo.env("RUSTDOCFLAGS", with_flag("RUSTDOCFLAGS", "-D warnings"));
+    context.run(cargo)
+}
+
+/// The flags of the caller, and one more.
+fn with_flag(variable: &str, flag: &str) -> String {
+    std::env::var(variable).map_or_else(|_| flag.to_owned(), |flags| format!("{flags} {flag}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_needs_only_steps_before_it() {
+        for (index, step) in STEPS.iter().enumerate() {
+            for need in step.needs {
+                let before = STEPS[..index].iter().any(|earlier| earlier.name == *need);
+                assert!(before, "{} needs {need}", step.name);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_missing_fails_only_where_nobody_looks() {
+        let context = |ci| Context {
+            root: PathBuf::new(),
+            target: PathBuf::new(),
+            ci,
+            paint: Paint::plain(),
+        };
+        let error = context(true)
+            .lacks("valgrind", "install it")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(error, "valgrind is not installed: install it");
+        let done = context(false).lacks("valgrind", "install it").unwrap();
+        assert_eq!(
+            done,
+            Done::Skipped("valgrind is not installed: install it".to_owned())
+        );
+    }
+}

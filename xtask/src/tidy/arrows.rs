@@ -1,0 +1,257 @@
+//! The direction of dependencies: who may use whom, as `docs/architecture.md` draws it. Dependencies of tests
+//! are free; cargo itself refuses a cycle of the others.
+
+use super::tree::{Tree, Violation};
+use crate::metadata::{Dependency, Kind, Metadata, Package};
+
+/// What one folder may use.
+struct Row {
+    /// A folder, or a folder of folders that ends with `/`. The first row that fits counts.
+    folder: &'static str,
+    ours: Ours,
+    /// Whether it may use libraries from outside.
+    libraries: bool,
+}
+
+enum Ours {
+    These(&'static [&'static str]),
+    AnyCrate,
+}
+
+const fn row(folder: &'static str, ours: &'static [&'static str]) -> Row {
+    Row {
+        folder,
+        ours: Ours::These(ours),
+        libraries: true,
+    }
+}
+
+const fn alone(folder: &'static str) -> Row {
+    Row {
+        folder,
+        ours: Ours::These(&[]),
+        libraries: false,
+    }
+}
+
+const TABLE: [Row; 13] = [
+    // A library's feature would change the bytes of a plugin.
+    alone("crates/abi"),
+    // Rules without clock, thread or I/O need no library.
+    alone("crates/core"),
+    row("crates/macros", &[]),
+    row("crates/sim", &[]),
+    row("crates/types", &["crates/abi", "crates/macros"]),
+    row("crates/board", &["crates/abi"]),
+    row("crates/schema", &["crates/abi", "crates/types", "crates/macros"]),
+    row("crates/headers", &["crates/abi", "crates/types"]),
+    row(
+        "crates/host",
+        &["crates/abi", "crates/core", "crates/board", "crates/types"],
+    ),
+    Row {
+        folder: "crates/jde",
+        ours: Ours::AnyCrate,
+        libraries: true,
+    },
+    row("drivers/", &["crates/schema", "crates/sim"]),
+    row("schemas/", &["crates/schema"]),
+    row("xtask", &["crates/headers"]),
+];
+
+/// Every arrow of the workspace is in the table, and every folder has its row.
+pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
+    metadata
+        .members()
+        .flat_map(|package| check_package(tree, package))
+        .collect()
+}
+
+fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
+    let folder = package.folder(&tree.root);
+    let manifest = format!("{folder}/Cargo.toml");
+    let Some(row) = TABLE.iter().find(|row| row.covers(&folder)) else {
+        return vec![Violation::new(
+            manifest,
+            1,
+            format!("nothing says what {folder} may use"),
+            "add its row to the table in xtask/src/tidy/arrows.rs, and the reason to docs/architecture.md",
+        )];
+    };
+    let mut found = Vec::new();
+    if package.name != expected_name(&folder) {
+        found.push(Violation::new(
+            manifest.as_str(),
+            1,
+            format!("the package in {folder} is called {}", package.name),
+            format!(
+                "a folder and its package share their name: {}",
+                expected_name(&folder)
+            ),
+        ));
+    }
+    for dependency in package
+        .dependencies
+        .iter()
+        .filter(|dependency| dependency.kind != Some(Kind::Dev))
+    {
+        let line = tree.line_of(&manifest, &dependency.name);
+        match dependency.folder(tree) {
+            Some(used) if !row.allows(&used) => found.push(Violation::new(
+                manifest.as_str(),
+                line,
+                format!("{folder} uses {used}, against the direction of the arrows"),
+                format!("{folder} may use {}; see docs/architecture.md", row.ours()),
+            )),
+            None if !row.libraries => found.push(Violation::new(
+                manifest.as_str(),
+                line,
+                format!("{folder} uses the library {}", dependency.name),
+                format!("{folder} uses no library; dev-dependencies are free"),
+            )),
+            Some(_) | None => {}
+        }
+    }
+    found
+}
+
+/// Folder = crate; those under `crates/` carry the prefix of the project, but for the executable.
+fn expected_name(folder: &str) -> String {
+    match folder.rsplit_once('/') {
+        Some(("crates", "jde")) => "jde".to_owned(),
+        Some(("crates", name)) => format!("jde-{name}"),
+        Some((_, name)) => name.to_owned(),
+        None => folder.to_owned(),
+    }
+}
+
+impl Row {
+    fn covers(&self, folder: &str) -> bool {
+        if self.folder.ends_with('/') {
+            folder.starts_with(self.folder)
+        } else {
+            folder == self.folder
+        }
+    }
+
+    fn allows(&self, folder: &str) -> bool {
+        match self.ours {
+            Ours::These(folders) => folders.contains(&folder),
+            Ours::AnyCrate => folder.starts_with("crates/"),
+        }
+    }
+
+    fn ours(&self) -> String {
+        match self.ours {
+            Ours::These([]) => "nothing of this workspace".to_owned(),
+            Ours::These(folders) => folders.join(", "),
+            Ours::AnyCrate => "every folder of crates/".to_owned(),
+        }
+    }
+}
+
+impl Dependency {
+    fn folder(&self, tree: &Tree) -> Option<String> {
+        self.path
+            .as_deref()
+            .map(|path| crate::metadata::folder(&tree.root, path))
+    }
+}
+
+impl Tree {
+    /// The line of a manifest that first begins with a name; the first line where none does.
+    pub(super) fn line_of(&self, manifest: &str, name: &str) -> usize {
+        let text = self.file(manifest).map_or("", |file| file.text.as_str());
+        let begins = |line: &str| {
+            line.strip_prefix(name)
+                .is_some_and(|rest| rest.starts_with([' ', '=', '.', ']']))
+        };
+        text.lines().position(begins).map_or(1, |index| index + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check_one(folder: &str, name: &str, dependencies: &str) -> Vec<String> {
+        let tree = Tree::of(&[(&format!("{folder}/Cargo.toml"), "[dependencies]\nserde = \"1\"\n")]);
+        let package = format!(
+            r#"{{"id": "a", "name": "{name}", "version": "0.1.0", "dependencies": [{dependencies}],
+            "manifest_path": "no-such-root/{folder}/Cargo.toml"}}"#
+        );
+        let found = check_package(&tree, &serde_json::from_str(&package).unwrap());
+        found
+            .iter()
+            .map(|violation| format!("{}: {}", violation.line, violation.what))
+            .collect()
+    }
+
+    fn ours(folder: &str, kind: &str) -> String {
+        format!(r#"{{"name": "x", "req": "*", "path": "no-such-root/{folder}", "kind": {kind}}}"#)
+    }
+
+    #[test]
+    fn an_arrow_of_the_table_passes() {
+        assert_eq!(
+            check_one("crates/board", "jde-board", &ours("crates/abi", "null")),
+            [""; 0]
+        );
+        assert_eq!(
+            check_one("drivers/sim", "sim", &ours("crates/sim", "null")),
+            [""; 0]
+        );
+        assert_eq!(
+            check_one("crates/jde", "jde", &ours("crates/sim", "null")),
+            [""; 0]
+        );
+    }
+
+    #[test]
+    fn any_other_arrow_fails() {
+        let found = check_one("crates/sim", "jde-sim", &ours("crates/schema", "null"));
+        assert_eq!(
+            found,
+            ["1: crates/sim uses crates/schema, against the direction of the arrows"]
+        );
+        assert_eq!(
+            check_one("schemas/stop", "stop", &ours("crates/host", "\"build\"")).len(),
+            1
+        );
+        assert_eq!(check_one("crates/jde", "jde", &ours("xtask", "null")).len(), 1);
+    }
+
+    #[test]
+    fn tests_may_use_what_they_like() {
+        assert_eq!(
+            check_one("crates/core", "jde-core", &ours("crates/host", "\"dev\"")),
+            [""; 0]
+        );
+    }
+
+    #[test]
+    fn the_rules_use_no_library() {
+        let serde = r#"{"name": "serde", "req": "^1"}"#;
+        assert_eq!(
+            check_one("crates/core", "jde-core", serde),
+            ["2: crates/core uses the library serde"]
+        );
+        assert_eq!(check_one("crates/host", "jde-host", serde), [""; 0]);
+    }
+
+    #[test]
+    fn a_folder_without_a_row_fails() {
+        assert_eq!(
+            check_one("crates/new", "jde-new", ""),
+            ["1: nothing says what crates/new may use"]
+        );
+    }
+
+    #[test]
+    fn a_package_is_called_like_its_folder() {
+        assert_eq!(
+            check_one("crates/abi", "abi", ""),
+            ["1: the package in crates/abi is called abi"]
+        );
+    }
+}

@@ -1,0 +1,110 @@
+//! Small files: none over 500 lines without its reason in the header, four of five under 200 lines of code.
+
+use super::header;
+use super::tree::{File, Tree, Violation};
+
+/// Lines of a file, everything counted.
+const LONGEST: usize = 500;
+/// Lines of code of an ordinary file, tests not counted.
+const ORDINARY: usize = 200;
+/// One file in so many may have more code than an ordinary one.
+const ONE_IN: usize = 5;
+/// What the header of a longer file says, followed by the reason.
+const REASON: &str = "long because";
+
+pub(super) fn check(tree: &Tree) -> Vec<Violation> {
+    let mut found: Vec<Violation> = tree.rust().filter_map(check_longest).collect();
+    found.extend(check_share(tree));
+    found
+}
+
+fn check_longest(file: &File) -> Option<Violation> {
+    let lines = file.lines.len();
+    (lines > LONGEST && !header::text(file).to_lowercase().contains(REASON)).then(|| {
+        Violation::new(
+            file.path.as_str(),
+            LONGEST + 1,
+            format!("the file has {lines} lines, over {LONGEST}"),
+            format!("split it, or give the reason in its header: `//! {REASON} ...`"),
+        )
+    })
+}
+
+/// Test files do not count, neither for nor against.
+fn check_share(tree: &Tree) -> Vec<Violation> {
+    let mut files: Vec<(usize, &str)> = tree
+        .rust()
+        .filter(|file| !file.lines.iter().all(|line| line.test))
+        .map(|file| (code_lines(file), file.path.as_str()))
+        .collect();
+    let all = files.len();
+    files.retain(|(lines, _)| *lines > ORDINARY);
+    if files.len() * ONE_IN <= all {
+        return Vec::new();
+    }
+    let what = |lines| {
+        format!(
+            "{lines} lines of code: {} of {all} files have over {ORDINARY}, more than one in {ONE_IN}",
+            files.len()
+        )
+    };
+    let help = "split it by what its parts are for";
+    files
+        .iter()
+        .map(|(lines, path)| Violation::new(*path, 1, what(lines), help))
+        .collect()
+}
+
+/// Lines with code that is not a test's.
+fn code_lines(file: &File) -> usize {
+    file.lines
+        .iter()
+        .filter(|line| !line.test && !line.code.trim().is_empty())
+        .count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn long(header: &str, code_lines: usize) -> String {
+        format!("{header}\n{}", "let a = 1;\n".repeat(code_lines))
+    }
+
+    #[test]
+    fn a_long_file_gives_its_reason() {
+        let without = File::new("a.rs", long("//! A table.", LONGEST));
+        assert_eq!(
+            check_longest(&without).unwrap().what,
+            "the file has 501 lines, over 500"
+        );
+        let with = File::new(
+            "a.rs",
+            long("//! A table.\n//! Long because it is one table.", LONGEST),
+        );
+        assert_eq!(check_longest(&with), None);
+        assert_eq!(
+            check_longest(&File::new("a.rs", long("//! A table.", LONGEST - 1))),
+            None
+        );
+    }
+
+    #[test]
+    fn one_file_in_five_may_have_more_code() {
+        let (big, small) = (long("//! Big.", ORDINARY + 1), long("//! Small.", ORDINARY));
+        let mut files = vec![("a.rs", big.as_str())];
+        files.extend([("b.rs", small.as_str()); 3]);
+        let found = check_share(&Tree::of(&files));
+        assert_eq!((found.len(), found[0].path.as_str()), (1, "a.rs"));
+        files.push(("c.rs", small.as_str()));
+        assert_eq!(check_share(&Tree::of(&files)), []);
+    }
+
+    #[test]
+    fn comments_blank_lines_and_tests_are_no_code() {
+        let text = "//! A.\n\n// b\nfn c() {}\n#[cfg(test)]\nmod tests {\n    fn d() {}\n}\n";
+        assert_eq!(code_lines(&File::new("a.rs", text)), 1);
+        let test = long("//! A test.", ORDINARY + 1);
+        assert_eq!(check_share(&Tree::of(&[("tests/a.rs", &test)])), []);
+    }
+}

@@ -1,0 +1,196 @@
+//! The licences of everything that is built in: only such as let the project be given away under its own.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::tree::{Tree, Violation};
+use crate::metadata::{Kind, Metadata};
+
+/// Fit for what is shipped.
+const ALLOWED: [&str; 13] = [
+    "0BSD",
+    "Apache-2.0",
+    "BSD-1-Clause",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "BSL-1.0",
+    "CC0-1.0",
+    "ISC",
+    "MIT",
+    "MIT-0",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Fit for what only builds and tests.
+const ALLOWED_AT_WORK: [&str; 1] = ["MPL-2.0"];
+
+pub(super) fn check(_: &Tree, metadata: &Metadata) -> Vec<Violation> {
+    let packages = metadata.by_id();
+    let shipped = shipped(metadata);
+    let edges = edges(metadata, |_| true);
+    let outside = reach(metadata.workspace_members.iter().map(String::as_str), &edges);
+    let outside = outside
+        .into_iter()
+        .filter(|id| !metadata.workspace_members.contains(*id));
+    let mut found = Vec::new();
+    for id in outside {
+        let Some(package) = packages.get(id) else { continue };
+        let is_shipped = shipped.contains(id);
+        let fits =
+            |licence: &str| ALLOWED.contains(&licence) || (!is_shipped && ALLOWED_AT_WORK.contains(&licence));
+        let licence = package.license.as_deref().unwrap_or("none");
+        if !satisfies(licence, &fits) {
+            found.push(Violation::new(
+                "Cargo.lock",
+                1,
+                format!("the licence of {} {}: {licence}", package.name, package.version),
+                "use another library, or weigh the licence and add it in xtask/src/tidy/licences.rs",
+            ));
+        }
+    }
+    found
+}
+
+type Edges<'a> = BTreeMap<&'a str, Vec<&'a str>>;
+
+fn edges(metadata: &Metadata, takes: impl Fn(Option<Kind>) -> bool) -> Edges<'_> {
+    let nodes = metadata.resolve.iter().flat_map(|resolve| &resolve.nodes);
+    nodes
+        .map(|node| {
+            let taken = node
+                .deps
+                .iter()
+                .filter(|edge| edge.dep_kinds.iter().any(|kind| takes(kind.kind)));
+            (node.id.as_str(), taken.map(|edge| edge.pkg.as_str()).collect())
+        })
+        .collect()
+}
+
+/// Everything that becomes part of what a user gets: all but this program, its tests and its tools.
+fn shipped(metadata: &Metadata) -> BTreeSet<&str> {
+    let edges = edges(metadata, |kind| kind.is_none());
+    let members = metadata
+        .members()
+        .filter(|package| package.name != env!("CARGO_PKG_NAME"));
+    reach(members.map(|package| package.id.as_str()), &edges)
+}
+
+fn reach<'a>(from: impl Iterator<Item = &'a str>, edges: &Edges<'a>) -> BTreeSet<&'a str> {
+    let mut reached = BTreeSet::new();
+    let mut open: Vec<&str> = from.collect();
+    while let Some(id) = open.pop() {
+        if reached.insert(id) {
+            open.extend(edges.get(id).into_iter().flatten());
+        }
+    }
+    reached
+}
+
+/// Whether an SPDX expression can be met with licences that fit. `AND` binds tighter than `OR`.
+fn satisfies(expression: &str, fits: &impl Fn(&str) -> bool) -> bool {
+    // The older way to write `OR`.
+    let expression = expression
+        .replace('/', " OR ")
+        .replace('(', " ( ")
+        .replace(')', " ) ");
+    let words: Vec<&str> = expression.split_whitespace().collect();
+    let mut at = 0;
+    let met = either(&words, &mut at, fits);
+    met && at == words.len()
+}
+
+fn either(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let mut met = both(words, at, fits);
+    while words.get(*at) == Some(&"OR") {
+        *at += 1;
+        met |= both(words, at, fits);
+    }
+    met
+}
+
+fn both(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let mut met = single(words, at, fits);
+    while words.get(*at) == Some(&"AND") {
+        *at += 1;
+        met &= single(words, at, fits);
+    }
+    met
+}
+
+fn single(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let Some(word) = words.get(*at) else { return false };
+    *at += 1;
+    if *word == "(" {
+        let met = either(words, at, fits);
+        let closed = words.get(*at) == Some(&")");
+        *at += 1;
+        return met && closed;
+    }
+    if words.get(*at) == Some(&"WITH") {
+        // An exception only permits more than the licence by itself.
+        *at += 2;
+    }
+    fits(word)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn met(expression: &str) -> bool {
+        satisfies(expression, &|licence| ALLOWED.contains(&licence))
+    }
+
+    #[test]
+    fn permissive_licences_pass() {
+        for expression in [
+            "MIT",
+            "MIT/Apache-2.0",
+            "GPL-3.0-only OR MIT",
+            "(MIT OR Apache-2.0) AND Unicode-3.0",
+            "MIT OR GPL-3.0-only AND Zlib",
+            "Apache-2.0 WITH LLVM-exception OR GPL-2.0-only",
+            "(Apache-2.0 OR MIT) AND (BSD-3-Clause OR (GPL-2.0-only AND MIT))",
+        ] {
+            assert!(met(expression), "{expression}");
+        }
+    }
+
+    #[test]
+    fn other_licences_fail() {
+        for expression in [
+            "none",
+            "GPL-3.0-only",
+            "MIT AND GPL-3.0-only",
+            "MPL-2.0",
+            "(MIT",
+            "MIT)",
+            "",
+            "MIT Apache-2.0",
+        ] {
+            assert!(!met(expression), "{expression}");
+        }
+    }
+
+    #[test]
+    fn what_is_shipped_is_held_to_more_than_what_only_tests() {
+        let metadata = |kind: &str| -> Metadata {
+            serde_json::from_str(&format!(
+                r#"{{"workspace_members": ["ours"], "target_directory": "target", "packages": [
+                {{"id": "ours", "name": "jde-host", "version": "1.0.0", "manifest_path": "Cargo.toml"}},
+                {{"id": "theirs", "name": "theirs", "version": "2.0.0", "license": "MPL-2.0",
+                  "manifest_path": "Cargo.toml"}}],
+                "resolve": {{"nodes": [{{"id": "ours", "deps": [{{"pkg": "theirs",
+                  "dep_kinds": [{{"kind": {kind}}}]}}]}}, {{"id": "theirs", "deps": []}}]}}}}"#
+            ))
+            .unwrap()
+        };
+        let found = check(&Tree::of(&[]), &metadata("null"));
+        assert_eq!(
+            found.iter().map(|it| it.what.as_str()).collect::<Vec<_>>(),
+            ["the licence of theirs 2.0.0: MPL-2.0"]
+        );
+        assert_eq!(check(&Tree::of(&[]), &metadata("\"dev\"")), []);
+    }
+}

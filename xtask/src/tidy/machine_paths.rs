@@ -1,0 +1,81 @@
+//! No path of one machine in what runs on every machine.
+
+use super::tree::{File, Tree, Violation};
+
+/// The folders below `/` that differ from machine to machine.
+const FOLDERS: [&str; 5] = ["home", "root", "tmp", "work", "Users"];
+
+pub(super) fn check(tree: &Tree) -> Vec<Violation> {
+    tree.with_extension(&["rs", "toml", "sh", "c", "h"])
+        .flat_map(check_file)
+        .collect()
+}
+
+fn check_file(file: &File) -> Vec<Violation> {
+    let texts: Vec<String> = if file.has_extension(&["rs"]) {
+        // Tests may well say what becomes of a path.
+        let text = |line: &super::rust::Line| format!("{}\n{}", line.literal, line.comment);
+        file.lines
+            .iter()
+            .map(|line| if line.test { String::new() } else { text(line) })
+            .collect()
+    } else {
+        file.text.lines().map(str::to_owned).collect()
+    };
+    let places = texts
+        .iter()
+        .enumerate()
+        .filter_map(|(index, text)| Some((index + 1, machine_path(text)?)));
+    places
+        .map(|(number, folder)| {
+            Violation::new(
+                file.path.as_str(),
+                number,
+                format!("a path of one machine: /{folder}"),
+                "make it relative, ask the system for it (a temporary folder, the home), or take it as an option",
+            )
+        })
+        .collect()
+}
+
+/// The first of the folders that a path in the text begins with.
+fn machine_path(text: &str) -> Option<&'static str> {
+    text.match_indices('/').find_map(|(at, _)| {
+        let before = text[..at].chars().next_back();
+        if before.is_some_and(|c| c.is_alphanumeric() || "_-./~}*)>".contains(c)) {
+            return None;
+        }
+        FOLDERS.into_iter().find(|folder| {
+            text[at + 1..]
+                .strip_prefix(folder)
+                .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_of_one_machine_fails() {
+        let found = check_file(&File::new("src/a.rs", "let a;\nlet b = \"/tmp/c\";\n"));
+        assert_eq!((found.len(), found[0].line), (1, 2));
+        assert_eq!(
+            check_file(&File::new("src/a.rs", "// In /home/somebody/b.\n")).len(),
+            1
+        );
+        assert_eq!(check_file(&File::new("a.toml", "b = \"/work/c\"\n")).len(), 1);
+    }
+
+    #[test]
+    fn paths_within_the_project_pass() {
+        let text = "let a = \"crates/home/x\"; // and/root, {}/tmp, ../work, /workspace, /usr/lib\n";
+        assert_eq!(check_file(&File::new("src/a.rs", text)), []);
+    }
+
+    #[test]
+    fn tests_may_speak_of_such_paths() {
+        assert_eq!(check_file(&File::new("tests/a.rs", "let a = \"/tmp/b\";\n")), []);
+    }
+}

@@ -1,0 +1,114 @@
+//! Nothing is left for later: no placeholder code, no note of work undone, no silenced dead code.
+
+use super::tree::{File, Tree, Violation};
+
+/// Code that stands for other code.
+const CODE: [(&str, &str); 4] = [
+    (
+        "todo!",
+        "write it, or leave it out and say so to its caller with an error",
+    ),
+    (
+        "unimplemented!",
+        "write it, or leave it out and say so to its caller with an error",
+    ),
+    ("dbg!", "remove it"),
+    ("allow(dead_code)", "remove the code that nothing uses"),
+];
+
+/// Notes of work undone.
+const NOTES: [&str; 4] = ["FIXME", "XXX", "HACK", "TODO"];
+/// The same, in softer words.
+const SOFT_NOTE: &str = "for now";
+
+pub(super) fn check(tree: &Tree) -> Vec<Violation> {
+    tree.files.iter().flat_map(check_file).collect()
+}
+
+fn check_file(file: &File) -> Vec<Violation> {
+    let mut found = Vec::new();
+    for (number, line) in file.numbered() {
+        for (mark, help) in CODE {
+            if has_word(&line.code, mark) {
+                found.push(Violation::new(
+                    file.path.as_str(),
+                    number,
+                    format!("`{mark}`"),
+                    help,
+                ));
+            }
+        }
+    }
+    let notes: Vec<&str> = if file.has_extension(&["rs"]) {
+        file.lines.iter().map(|line| line.comment.as_str()).collect()
+    } else {
+        file.text.lines().collect()
+    };
+    for (index, text) in notes.iter().enumerate() {
+        let hard = NOTES.iter().copied().find(|note| has_word(text, note));
+        let soft = has_word(&text.to_lowercase(), SOFT_NOTE).then_some(SOFT_NOTE);
+        if let Some(note) = hard.or(soft) {
+            found.push(Violation::new(
+                file.path.as_str(),
+                index + 1,
+                format!("`{note}`: a note of work undone"),
+                "do it, or say what is so and why",
+            ));
+        }
+    }
+    found
+}
+
+/// Whether a word stands in the text, not within a longer one.
+pub(super) fn has_word(text: &str, word: &str) -> bool {
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(word).any(|(at, _)| {
+        let before = text[..at].chars().next_back();
+        let after = text[at + word.len()..].chars().next();
+        !before.is_some_and(is_name) && !after.is_some_and(is_name)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(path: &str, text: &str) -> Vec<usize> {
+        check_file(&File::new(path, text))
+            .iter()
+            .map(|violation| violation.line)
+            .collect()
+    }
+
+    #[test]
+    fn placeholder_code_fails() {
+        assert_eq!(lines("a.rs", "fn a() {\n    todo!()\n}\n"), [2]);
+        assert_eq!(
+            lines("a.rs", "fn a() { unimplemented!(\"b\") }\nlet c = dbg!(d);\n"),
+            [1, 2]
+        );
+        assert_eq!(lines("a.rs", "#[allow(dead_code)]\nfn a() {}\n"), [1]);
+    }
+
+    #[test]
+    fn notes_of_work_undone_fail() {
+        assert_eq!(
+            lines(
+                "a.rs",
+                "// FIXME: b\n/* XXX */\n//! HACK\nlet a; // only for now\n"
+            ),
+            [1, 2, 3, 4]
+        );
+        assert_eq!(lines("a.md", "Works for now.\n"), [1]);
+        assert_eq!(lines("a.toml", "# For now\n"), [1]);
+    }
+
+    #[test]
+    fn the_same_words_elsewhere_pass() {
+        assert_eq!(
+            lines("a.rs", "let a = \"todo!() FIXME\";\nlet mastodo = HACKNEY;\n"),
+            [0; 0]
+        );
+        assert_eq!(lines("a.md", "A list for nowhere: XXXL, HACKING.\n"), [0; 0]);
+    }
+}

@@ -1,0 +1,88 @@
+//! `unsafe` lives in named places only. That each use has its `SAFETY:` reason is clippy's to see.
+
+use super::tree::{File, Tree, Violation};
+use super::unfinished::has_word;
+
+/// Where `unsafe` may stand, and why it must.
+const PLACES: [(&str, &str); 9] = [
+    (
+        "crates/abi/src/",
+        "the tables of the ABI are read through pointers",
+    ),
+    (
+        "crates/macros/src/",
+        "the export macro writes the entry point of a plugin",
+    ),
+    ("crates/types/src/", "a derived value vouches for its layout"),
+    (
+        "crates/schema/src/",
+        "the glue between the tables and an author's safe code",
+    ),
+    (
+        "crates/schema/tests/",
+        "the conformance of plugins is tried through the bare tables",
+    ),
+    ("crates/board/src/", "the cells of variables"),
+    (
+        "crates/board/tests/",
+        "the cells are tried with types of the tests' own",
+    ),
+    (
+        "crates/host/src/plugin/",
+        "the loader opens libraries and calls their tables",
+    ),
+];
+
+pub(super) fn check(tree: &Tree) -> Vec<Violation> {
+    tree.rust().filter_map(check_file).collect()
+}
+
+/// One violation a file: who moves one use moves them all.
+fn check_file(file: &File) -> Option<Violation> {
+    if PLACES.iter().any(|(place, _)| file.path.starts_with(place)) {
+        return None;
+    }
+    let is_unsafe =
+        |line: &super::rust::Line| has_word(&line.code, "unsafe") || has_word(&line.code, "unsafe_code");
+    let uses = file.numbered().filter(|(_, line)| is_unsafe(line)).count();
+    let (first, _) = file.numbered().find(|(_, line)| is_unsafe(line))?;
+    Some(Violation::new(
+        file.path.as_str(),
+        first,
+        format!("`unsafe` outside its places, on {uses} lines of this file"),
+        "do it safely, or move it to one of the places in xtask/src/tidy/unsafe_places.rs",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unsafe_in_its_places_passes() {
+        assert_eq!(
+            check_file(&File::new("crates/board/src/cell.rs", "unsafe { a() }\n")),
+            []
+        );
+    }
+
+    #[test]
+    fn unsafe_elsewhere_fails() {
+        for code in [
+            "fn a() { unsafe { b() } }\n",
+            "#![allow(unsafe_code)]\n",
+            "#[unsafe(no_mangle)]\n",
+        ] {
+            let text = format!("fn c() {{}}\n{code}{code}");
+            let found = check_file(&File::new("schemas/stop/src/lib.rs", text)).unwrap();
+            assert_eq!(found.line, 2, "{code}");
+            assert_eq!(found.what, "`unsafe` outside its places, on 2 lines of this file");
+        }
+    }
+
+    #[test]
+    fn the_word_alone_is_not_unsafe() {
+        let text = "// unsafe\nlet unsafe_places = \"unsafe\";\n";
+        assert_eq!(check_file(&File::new("schemas/stop/src/lib.rs", text)), None);
+    }
+}

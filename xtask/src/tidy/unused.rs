@@ -1,0 +1,74 @@
+//! Every library that a crate asks for is named somewhere in its code.
+
+use super::tree::{Tree, Violation};
+use super::unfinished::has_word;
+use crate::metadata::{Metadata, Package};
+
+pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
+    metadata
+        .members()
+        .flat_map(|package| check_package(tree, package))
+        .collect()
+}
+
+fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
+    let folder = package.folder(&tree.root);
+    let manifest = format!("{folder}/Cargo.toml");
+    let within = format!("{folder}/");
+    let used = |name: &str| {
+        // Examples in doc comments are compiled too.
+        let in_line = |line: &super::rust::Line| has_word(&line.code, name) || has_word(&line.comment, name);
+        tree.rust()
+            .filter(|file| file.path.starts_with(&within))
+            .any(|file| file.lines.iter().any(in_line))
+    };
+    let unused = package.dependencies.iter().filter_map(|dependency| {
+        let name = dependency.rename.as_ref().unwrap_or(&dependency.name);
+        (!used(&name.replace('-', "_"))).then_some(name)
+    });
+    unused
+        .map(|name| {
+            Violation::new(
+                manifest.as_str(),
+                tree.line_of(&manifest, name),
+                format!("nothing in {folder} names {name}"),
+                "remove the dependency",
+            )
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(code: &str) -> Vec<String> {
+        let tree = Tree::of(&[
+            ("crates/a/Cargo.toml", "[dependencies]\ntiny-skia = \"1\"\n"),
+            ("crates/a/src/lib.rs", code),
+            ("crates/ab/src/lib.rs", "use tiny_skia;\n"),
+        ]);
+        let package = r#"{"id": "a", "name": "a", "version": "0.1.0",
+            "manifest_path": "no-such-root/crates/a/Cargo.toml",
+            "dependencies": [{"name": "tiny-skia", "req": "^1"}]}"#;
+        let found = check_package(&tree, &serde_json::from_str(package).unwrap());
+        found
+            .iter()
+            .map(|violation| format!("{}: {}", violation.line, violation.what))
+            .collect()
+    }
+
+    #[test]
+    fn a_library_that_is_named_passes() {
+        assert_eq!(found("use tiny_skia::Pixmap;\n"), [""; 0]);
+        assert_eq!(found("/// ```\n/// use tiny_skia::Pixmap;\n/// ```\n"), [""; 0]);
+    }
+
+    #[test]
+    fn a_library_that_nobody_names_fails() {
+        assert_eq!(
+            found("use tiny_skia_too;\n"),
+            ["2: nothing in crates/a names tiny-skia"]
+        );
+    }
+}
