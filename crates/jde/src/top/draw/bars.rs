@@ -1,0 +1,99 @@
+//! The lines at the edges: the title, the robot, the status with the input, and the keys.
+
+use ratatui::Frame;
+use ratatui::layout::{Alignment, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use crate::top::screen::{Mode, Screen, Status, ending};
+use crate::top::text;
+
+/// The keys with what they do, the ones that a newcomer needs first at the left.
+const KEYS: [(&str, &str); 8] = [
+    ("q", "quit"),
+    ("?", "help"),
+    ("↑↓", "select"),
+    ("p", "play/stop"),
+    ("f", "force"),
+    ("r", "release"),
+    ("+ - t", "period"),
+    ("[ ]", "time"),
+];
+
+/// Draws the name of what is shown, its time and whether it runs.
+pub(super) fn title(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let seconds = screen.snapshot.time as f64 / 1e9;
+    let state = screen
+        .outcome
+        .as_ref()
+        .map_or_else(|| "running".to_owned(), ending);
+    let clock = format!(" {state}  {seconds:.1} s ");
+    let room = usize::from(area.width).saturating_sub(text::columns(&clock));
+    let bar = format!("{}{clock}", text::fit(&format!(" {}", screen.title), room));
+    frame.render_widget(Paragraph::new(Line::styled(bar, screen.paint.selected())), area);
+}
+
+/// Draws where the robot is and where it goes.
+pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let Some(robot) = screen.robot else { return };
+    let (x, y, heading) = robot.pose;
+    let mut line = format!("robot {x:.2}, {y:.2} m  {:.0}°", heading.to_degrees());
+    if let Some((to_x, to_y)) = robot.target {
+        let away = (to_x - x).hypot(to_y - y);
+        line += &format!("  →  {to_x:.2}, {to_y:.2} m, {away:.2} m away");
+    }
+    if robot.total > 0 {
+        line += &format!("  ·  {} of {} reached", robot.reached, robot.total);
+    }
+    frame.render_widget(Paragraph::new(line), area);
+}
+
+/// Draws the input while there is one, the answer to the last action, or that the application has ended.
+pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let answer = match &screen.status {
+        Some(Status::Done(what)) => Span::raw(what.clone()),
+        Some(Status::Refused(why)) => Span::styled(why.clone(), screen.paint.bad()),
+        None => Span::raw(""),
+    };
+    let line = match (&screen.mode, &screen.outcome) {
+        (Mode::Period { schema, typed }, _) => Line::from(vec![
+            Span::styled(
+                format!("new period of {}: ", screen.name(*schema)),
+                screen.paint.strong(),
+            ),
+            Span::raw(typed.clone()),
+            Span::styled(" ", screen.paint.selected()),
+            if answer.content.is_empty() {
+                Span::styled(
+                    "  75ms, 0.5s or 20Hz; Enter sets it, Esc does not",
+                    screen.paint.faint(),
+                )
+            } else {
+                Span::styled(format!("  {}", answer.content), answer.style)
+            },
+        ]),
+        (Mode::Watch | Mode::Help, Some(outcome)) if screen.status.is_none() => Line::styled(
+            format!(
+                "The application has ended: {}. Press Enter to leave.",
+                ending(outcome)
+            ),
+            screen.paint.strong(),
+        ),
+        (Mode::Watch | Mode::Help, Some(_) | None) => Line::from(answer),
+    };
+    frame.render_widget(Paragraph::new(line), area);
+}
+
+/// Draws the keys that fit.
+pub(super) fn keys(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let mut line = Line::default().alignment(Alignment::Left);
+    for (key, what) in KEYS {
+        let width = text::columns(key) + 1 + text::columns(what);
+        if line.width() + width > usize::from(area.width) {
+            break;
+        }
+        line.push_span(Span::styled(key, screen.paint.strong()));
+        line.push_span(Span::styled(format!(" {what}  "), screen.paint.faint()));
+    }
+    frame.render_widget(Paragraph::new(line), area);
+}

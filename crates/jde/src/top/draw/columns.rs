@@ -1,0 +1,180 @@
+//! The columns of the list: which of them fit a width, and what each says of a schema.
+//!
+//! The name and the strip always stand; this decides about what is between them.
+
+use jde_core::{Health, State};
+use jde_host::snapshot::SchemaView;
+use ratatui::style::Style;
+
+use crate::top::paint::Paint;
+use crate::top::text;
+
+/// A column between the name and the strip, in the order in which they stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Column {
+    Held,
+    State,
+    Health,
+    Cycle,
+    Measured,
+    Load,
+    Iterations,
+    Overruns,
+    Refused,
+    Longest,
+    Faults,
+}
+
+/// A column gets its place in this order, if the strip keeps so many cells.
+const PRIORITIES: [(Column, usize); 11] = [
+    (Column::State, 4),
+    (Column::Held, 4),
+    (Column::Health, 12),
+    (Column::Cycle, 12),
+    (Column::Measured, 12),
+    (Column::Load, 12),
+    (Column::Overruns, 24),
+    (Column::Iterations, 24),
+    (Column::Refused, 30),
+    (Column::Longest, 30),
+    (Column::Faults, 30),
+];
+
+/// Gives the columns that fit beside a name of a width, in their order, and the cells that are left for the strip.
+pub(super) fn plan(width: usize, name: usize) -> (Vec<Column>, usize) {
+    let mut strip = width.saturating_sub(name + 1);
+    let mut columns = Vec::new();
+    for (column, least) in PRIORITIES {
+        let Some(left) = strip
+            .checked_sub(column.width() + 1)
+            .filter(|left| *left >= least)
+        else {
+            break;
+        };
+        strip = left;
+        columns.push(column);
+    }
+    columns.sort_unstable();
+    (columns, strip)
+}
+
+impl Column {
+    pub(super) fn width(self) -> usize {
+        match self {
+            Self::Held => 1,
+            Self::Load => 4,
+            Self::Faults => 6,
+            Self::Health | Self::Cycle | Self::Refused => 7,
+            Self::State | Self::Measured | Self::Overruns | Self::Longest => 8,
+            Self::Iterations => 10,
+        }
+    }
+
+    pub(super) fn title(self) -> &'static str {
+        match self {
+            Self::Held => "",
+            Self::State => "state",
+            Self::Health => "health",
+            Self::Cycle => "cycle",
+            Self::Measured => "measured",
+            Self::Load => "load",
+            Self::Iterations => "iterations",
+            Self::Overruns => "overruns",
+            Self::Refused => "refused",
+            Self::Longest => "longest",
+            Self::Faults => "faults",
+        }
+    }
+
+    /// Whether it holds words, which begin at the left; numbers end at the right.
+    pub(super) fn is_words(self) -> bool {
+        matches!(self, Self::Held | Self::State | Self::Health)
+    }
+
+    /// Gives its text for a schema, and how that looks.
+    pub(super) fn cell(self, schema: &SchemaView, paint: Paint) -> (String, Style) {
+        let plain = if schema.state == State::Slept {
+            paint.faint()
+        } else {
+            Style::new()
+        };
+        let counted = |count: u64| (count.to_string(), if count == 0 { paint.faint() } else { plain });
+        match self {
+            Self::Held => (schema.operator.map_or_else(String::new, mark), paint.operator()),
+            Self::State => (state(schema.state).to_owned(), paint.state(schema.state)),
+            Self::Health => (health(&schema.health).to_owned(), paint.health(&schema.health)),
+            Self::Cycle => (text::setting(schema.period), plain),
+            Self::Measured => (schema.measured.map_or_else(|| "-".to_owned(), text::span), plain),
+            Self::Load => (load(schema.load), plain),
+            Self::Iterations => (schema.iterations.to_string(), plain),
+            Self::Overruns => counted(schema.overruns),
+            Self::Refused => counted(schema.refused),
+            Self::Longest => (text::span(schema.longest), plain),
+            Self::Faults => counted(schema.faults),
+        }
+    }
+}
+
+/// Gives a state as the paper writes it.
+pub(super) fn state(state: State) -> &'static str {
+    match state {
+        State::Slept => "SLEPT",
+        State::Checking => "CHECKING",
+        State::Ready => "READY",
+        State::Winner => "WINNER",
+    }
+}
+
+/// Gives a share of time as a whole percentage; what is little but not nothing shows as that.
+pub(super) fn load(share: f64) -> String {
+    if share > 0.0 && share < 0.01 {
+        "<1%".to_owned()
+    } else {
+        format!("{:.0}%", share * 100.0)
+    }
+}
+
+fn health(health: &Health) -> &'static str {
+    match health {
+        Health::Ok => "Ok",
+        Health::Overrun => "Overrun",
+        Health::ArbitrationFailed(_) => "Arbitr.",
+        Health::Faulted(_) => "FAULTED",
+    }
+}
+
+/// The first letter of what an operator holds a schema to: Played, Stopped, Forced.
+fn mark(held: &'static str) -> String {
+    held.chars().take(1).flat_map(char::to_uppercase).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wider_list_has_more_columns_and_never_a_strip_too_short() {
+        let mut before = 0;
+        for width in 20..300 {
+            let (columns, strip) = plan(width, 14);
+            let used: usize = columns.iter().map(|column| column.width() + 1).sum();
+            assert_eq!(14 + 1 + used + strip, width);
+            assert!(columns.len() >= before, "{width}");
+            before = columns.len();
+        }
+        assert_eq!(before, PRIORITIES.len());
+    }
+
+    #[test]
+    fn the_classic_terminal_shows_state_health_and_both_cycle_times() {
+        let (columns, strip) = plan(80, 16);
+        assert_eq!(columns.first(), Some(&Column::Held));
+        assert_eq!(columns.last(), Some(&Column::Load));
+        assert!(strip >= 16);
+    }
+
+    #[test]
+    fn a_list_narrower_than_a_name_has_nothing_else() {
+        assert_eq!(plan(10, 14), (vec![], 0));
+    }
+}

@@ -1,0 +1,102 @@
+//! Draws the view: shares the terminal's rows among the parts, from 40x10 up.
+//!
+//! It changes nothing of the view but where its list is scrolled to.
+
+mod bars;
+mod columns;
+mod help;
+mod panels;
+mod table;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::screen::{Mode, Screen};
+
+/// From this width on the switches and the log stand side by side: each keeps a readable line of 60 columns.
+const SIDE_BY_SIDE: u16 = 120;
+
+/// The least rows of the list before anything below it gets some: a group with four members.
+const LIST: u16 = 5;
+
+/// Rows below the list that are worth keeping even when the list is longer than the terminal: two switches, a line of log.
+const LOWER: u16 = 5;
+
+/// Draws everything.
+pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
+    let mut rest = frame.area();
+    let height = rest.height;
+    let title = take_top(&mut rest, 1);
+    let keys = take_bottom(&mut rest, u16::from(height >= 4));
+    let status = take_bottom(&mut rest, u16::from(height >= 3));
+    let robot = take_top(&mut rest, u16::from(height >= 14 && screen.robot.is_some()));
+    let header = take_top(&mut rest, u16::from(height >= 8));
+
+    let wanted = u16::try_from(screen.rows.len()).unwrap_or(u16::MAX);
+    let details = panels::details_height(screen, rest.width);
+    let details = if rest.height >= LIST + details { details } else { 0 };
+    let spare = rest.height - details;
+    let lower = match spare.saturating_sub(wanted.min(spare.saturating_sub(LOWER).max(LIST))) {
+        0..3 => 0,
+        rows => rows,
+    };
+    let lower = take_bottom(&mut rest, lower);
+    let details = take_bottom(&mut rest, details);
+
+    bars::title(frame, title, screen);
+    bars::robot(frame, robot, screen);
+    table::draw(frame, header, rest, screen);
+    panels::details(frame, details, screen);
+    panels_below(frame, lower, screen);
+    bars::status(frame, status, screen);
+    bars::keys(frame, keys, screen);
+    if screen.mode == Mode::Help {
+        help::draw(frame, screen.paint);
+    }
+}
+
+fn panels_below(frame: &mut Frame, mut area: Rect, screen: &Screen) {
+    let switches = if area.width >= SIDE_BY_SIDE {
+        let half = area.width / 2;
+        let left = Rect {
+            width: half - 1,
+            ..area
+        };
+        area = Rect {
+            x: area.x + half,
+            width: area.width - half,
+            ..area
+        };
+        left
+    } else if area.height >= 5 {
+        let more_than_half = area.height.div_ceil(2);
+        take_top(&mut area, more_than_half)
+    } else {
+        take_top(&mut area, u16::MAX)
+    };
+    panels::switches(frame, switches, screen);
+    panels::log(frame, area, screen);
+}
+
+fn take_top(rest: &mut Rect, rows: u16) -> Rect {
+    let taken = Rect {
+        height: rows.min(rest.height),
+        ..*rest
+    };
+    *rest = Rect {
+        y: rest.y + taken.height,
+        height: rest.height - taken.height,
+        ..*rest
+    };
+    taken
+}
+
+fn take_bottom(rest: &mut Rect, rows: u16) -> Rect {
+    let height = rows.min(rest.height);
+    rest.height -= height;
+    Rect {
+        y: rest.y + rest.height,
+        height,
+        ..*rest
+    }
+}

@@ -1,0 +1,176 @@
+//! The panels below the list: the selected schema in full, the latest switches and why, the log.
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, State};
+use jde_host::snapshot::{SchemaView, Switch};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::columns;
+use crate::top::screen::Screen;
+use crate::top::text;
+
+/// The most lines of details: the reason of a fault is cut rather than the list.
+const DETAIL_LINES: usize = 3;
+
+/// Gives the rows that the details of the selected schema need, their rule included.
+pub(super) fn details_height(screen: &Screen, width: u16) -> u16 {
+    screen.selection().map_or(0, |schema| {
+        1 + flow(facts(screen, schema), usize::from(width)).len() as u16
+    })
+}
+
+/// Draws all that is known of the selected schema.
+pub(super) fn details(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let Some(schema) = screen.selection() else { return };
+    let kind = match schema.kind {
+        Kind::Perceptive => "perceptive",
+        Kind::Motor => "motor",
+        Kind::Driver => "driver",
+    };
+    let title = format!("{} · {}, {kind}", schema.name, schema.type_name);
+    let lines = flow(facts(screen, schema), usize::from(area.width));
+    panel(frame, area, screen, &title, lines);
+}
+
+/// Draws the latest changes of winner, newest first.
+pub(super) fn switches(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let width = usize::from(area.width);
+    let mut lines: Vec<Line> = screen
+        .switches
+        .iter()
+        .map(|(group, switch)| switch_line(screen, *group, switch, width))
+        .collect();
+    if lines.is_empty() {
+        lines.push(Line::styled("none yet", screen.paint.faint()));
+    }
+    panel(frame, area, screen, "switches", lines);
+}
+
+/// Draws the latest lines of the log, newest last.
+pub(super) fn log(frame: &mut Frame, area: Rect, screen: &Screen) {
+    let room = usize::from(area.height.saturating_sub(1));
+    let mut lines: Vec<Line> = screen
+        .log
+        .iter()
+        .skip(screen.log.len().saturating_sub(room))
+        .map(|line| Line::raw(text::cut(line, usize::from(area.width))))
+        .collect();
+    if lines.is_empty() {
+        lines.push(Line::styled("empty", screen.paint.faint()));
+    }
+    panel(frame, area, screen, "log", lines);
+}
+
+fn panel(frame: &mut Frame, area: Rect, screen: &Screen, title: &str, lines: Vec<Line>) {
+    if area.height == 0 {
+        return;
+    }
+    let width = usize::from(area.width);
+    let title = text::cut(title, width.saturating_sub(4));
+    let rule = "─".repeat(width.saturating_sub(4 + text::columns(&title)));
+    let faint = screen.paint.faint();
+    let top = Line::from(vec![
+        Span::styled("── ", faint),
+        Span::styled(title, screen.paint.strong()),
+        Span::raw(" "),
+        Span::styled(rule, faint),
+    ]);
+    frame.render_widget(Paragraph::new([vec![top], lines].concat()), area);
+}
+
+fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
+    let paint = screen.paint;
+    let authority = match (schema.state, schema.authority) {
+        (State::Winner, false) => "WINNER without authority",
+        (State::Winner, true) => "WINNER with authority",
+        (State::Slept | State::Checking | State::Ready, _) => columns::state(schema.state),
+    };
+    let health = match &schema.health {
+        Health::Ok => "Ok".to_owned(),
+        Health::Overrun => "missed its deadline".to_owned(),
+        Health::ArbitrationFailed(reason) => format!("arbitration failed: {reason}"),
+        Health::Faulted(reason) => format!("FAULTED: {reason}"),
+    };
+    let mut facts = vec![
+        Span::styled(authority, paint.state(schema.state)),
+        Span::styled(
+            health,
+            if schema.health == Health::Ok {
+                Style::new()
+            } else {
+                paint.health(&schema.health)
+            },
+        ),
+    ];
+    if let Some(held) = schema.operator {
+        facts.push(Span::styled(format!("{held} by the operator"), paint.operator()));
+    }
+    let measured = schema.measured.map_or_else(
+        || "not measured yet".to_owned(),
+        |span| format!("measured {}", text::span(span)),
+    );
+    let numbers = [
+        format!("cycle {}, {measured}", text::setting(schema.period)),
+        format!("longest iteration {}", text::span(schema.longest)),
+        format!("load {}", columns::load(schema.load)),
+        count(schema.iterations, "iteration"),
+        count(schema.overruns, "overrun"),
+        format!("{} refused", schema.refused),
+        count(schema.faults, "fault"),
+    ];
+    facts.extend(numbers.map(Span::raw));
+    facts
+}
+
+/// Tells a switch; the time it took gives way to the reason where there is no room for both.
+fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> Line<'static> {
+    let name = |schema: Option<usize>| schema.map_or("nobody", |place| screen.name(place)).to_owned();
+    let group = screen
+        .snapshot
+        .groups
+        .get(group)
+        .map_or("?", |group| group.name.as_str());
+    let why = format!("  {}: {}", switch.decider, switch.reason);
+    let mut line = Line::from(vec![
+        Span::styled(
+            format!("{:>9}  ", text::moment(switch.time)),
+            screen.paint.faint(),
+        ),
+        Span::raw(format!("{group}  {} → ", name(switch.from))),
+        Span::styled(name(switch.to), screen.paint.strong()),
+    ]);
+    let latency = switch
+        .latency
+        .map_or_else(String::new, |latency| format!("  in {}", text::span(latency)));
+    if line.width() + text::columns(&latency) + text::columns(&why) <= width {
+        line.push_span(Span::styled(latency, screen.paint.faint()));
+    }
+    let room = width.saturating_sub(line.width());
+    line.push_span(Span::raw(text::cut(&why, room)));
+    line
+}
+
+/// Sets facts side by side, and on the next line what no longer fits.
+fn flow(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
+    let mut lines: Vec<Line> = Vec::new();
+    for fact in facts {
+        let fact = Span::styled(text::cut(&fact.content, width), fact.style);
+        match lines.last_mut() {
+            Some(line) if line.width() + 3 + fact.width() <= width => {
+                line.push_span(Span::raw(" · "));
+                line.push_span(fact);
+            }
+            Some(_) | None => lines.push(Line::from(fact)),
+        }
+    }
+    lines.truncate(DETAIL_LINES);
+    lines
+}
+
+fn count(number: u64, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}

@@ -1,0 +1,174 @@
+//! The list of groups and schemas, with a strip of the past for each schema.
+//!
+//! The height of a strip's cell tells the state as well as its colour does.
+
+use jde_host::snapshot::GroupView;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::columns::{self, Column};
+use crate::top::history::Trace;
+use crate::top::screen::Screen;
+use crate::top::text;
+use crate::top::tree::Row;
+
+/// A name column is never narrower, so that the list does not jump when something short comes or goes.
+const LEAST_NAME: usize = 12;
+
+/// Draws the header and the list below it; scrolls the list so that the selection is in sight.
+pub(super) fn draw(frame: &mut Frame, header: Rect, area: Rect, screen: &mut Screen) {
+    let width = usize::from(area.width);
+    let longest = screen
+        .rows
+        .iter()
+        .map(|row| name_width(row, screen))
+        .max()
+        .unwrap_or(0);
+    let name = longest.min(width * 2 / 5).max(LEAST_NAME.min(width));
+    let (columns, strip) = columns::plan(width, name);
+    scroll(screen, usize::from(area.height));
+
+    let mut titles = text::fit("schema", name + 1);
+    for column in &columns {
+        titles += &align(*column, column.title());
+        titles.push(' ');
+    }
+    titles += &text::cut(
+        &format!("last {}", text::setting(screen.slice() * strip as u64)),
+        strip,
+    );
+    frame.render_widget(Paragraph::new(Line::styled(titles, screen.paint.faint())), header);
+
+    let shown = screen
+        .rows
+        .iter()
+        .skip(screen.first_row)
+        .take(usize::from(area.height));
+    let lines: Vec<Line> = shown
+        .map(|row| match row {
+            Row::Group { branch, group } => {
+                group_line(screen, branch, &screen.snapshot.groups[*group], name, width)
+            }
+            Row::Schema { branch, schema } => schema_line(screen, branch, *schema, name, &columns, strip),
+            Row::Heading(title) => Line::styled(*title, screen.paint.strong()),
+        })
+        .collect();
+    frame.render_widget(Paragraph::new(lines), area);
+}
+
+fn name_width(row: &Row, screen: &Screen) -> usize {
+    match row {
+        Row::Group { branch, group } => {
+            text::columns(branch) + text::columns(&screen.snapshot.groups[*group].name)
+        }
+        Row::Schema { branch, schema } => text::columns(branch) + text::columns(screen.name(*schema)),
+        Row::Heading(_) => 0,
+    }
+}
+
+fn scroll(screen: &mut Screen, height: usize) {
+    let Some(selected) = screen.selected_row() else {
+        return;
+    };
+    // The group's own line comes into sight with its first member.
+    let from = match selected.checked_sub(1).map(|above| &screen.rows[above]) {
+        Some(Row::Group { .. } | Row::Heading(_)) if height > 1 => selected - 1,
+        Some(Row::Group { .. } | Row::Heading(_) | Row::Schema { .. }) | None => selected,
+    };
+    let lowest = screen.rows.len().saturating_sub(height);
+    screen.first_row = screen
+        .first_row
+        .min(from)
+        .max((selected + 1).saturating_sub(height))
+        .min(lowest);
+}
+
+fn schema_line(
+    screen: &Screen,
+    branch: &str,
+    schema: usize,
+    name: usize,
+    columns: &[Column],
+    strip: usize,
+) -> Line<'static> {
+    let view = &screen.snapshot.schemas[schema];
+    let style = if schema == screen.selected {
+        screen.paint.selected()
+    } else {
+        Style::new()
+    };
+    let room = name.saturating_sub(text::columns(branch));
+    let mut line = Line::from(vec![
+        Span::styled(text::cut(branch, name), screen.paint.faint()),
+        Span::styled(text::fit(&view.name, room), style),
+        Span::raw(" "),
+    ]);
+    for column in columns {
+        let (cell, style) = column.cell(view, screen.paint);
+        // An empty mark is a gap, not a mark of the operator's.
+        let style = if cell.is_empty() { Style::new() } else { style };
+        line.push_span(Span::styled(align(*column, &cell), style));
+        line.push_span(Span::raw(" "));
+    }
+    for slice in screen.history.slices(schema, screen.slice(), strip) {
+        line.push_span(match slice {
+            Some(trace) => Span::styled(symbol(trace), screen.paint.trace(trace)),
+            None => Span::raw(" "),
+        });
+    }
+    line
+}
+
+fn group_line(screen: &Screen, branch: &str, group: &GroupView, name: usize, width: usize) -> Line<'static> {
+    let paint = screen.paint;
+    let title = format!("{branch}{}", group.name);
+    let winner = match group.winner {
+        Some(winner) => Span::styled(format!("▸ {}", screen.name(winner)), paint.trace(Trace::Winner)),
+        None => Span::styled("▸ nobody", paint.bad()),
+    };
+    let switches = if group.switches == 1 { "switch" } else { "switches" };
+    let late = group.allowed > 0 && group.worst > group.allowed;
+    let worst = match (group.worst, group.allowed) {
+        (0, 0) => String::new(),
+        (worst, 0) => format!("worst {}", text::span(worst)),
+        (worst, allowed) => format!("worst {} of {}", text::span(worst), text::setting(allowed)),
+    };
+    let pieces = [
+        winner,
+        Span::raw(group.policy.clone()),
+        Span::raw(format!("{} {switches}", group.switches)),
+        Span::styled(worst, if late { paint.bad() } else { paint.faint() }),
+    ];
+    let mut line = Line::from(Span::styled(text::fit(&title, name), paint.strong()));
+    for (nth, piece) in pieces.into_iter().enumerate() {
+        let gap = if nth == 0 { " " } else { "  " };
+        if line.width() + gap.len() + piece.width() > width {
+            break;
+        }
+        line.push_span(Span::raw(gap));
+        line.push_span(piece);
+    }
+    line
+}
+
+fn align(column: Column, cell: &str) -> String {
+    let width = column.width();
+    if column.is_words() {
+        return text::fit(cell, width);
+    }
+    let cell = text::cut(cell, width);
+    format!("{}{cell}", " ".repeat(width - text::columns(&cell)))
+}
+
+fn symbol(trace: Trace) -> &'static str {
+    match trace {
+        Trace::Slept => "·",
+        Trace::Checking => "▁",
+        Trace::Ready => "▄",
+        Trace::Winner => "█",
+        Trace::Faulted => "×",
+    }
+}

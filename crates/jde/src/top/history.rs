@@ -1,0 +1,168 @@
+//! What every schema did lately: the memory behind the strips.
+//!
+//! It holds changes, not samples, so a schema that rests costs nothing; it refuses to know how wide a terminal is.
+
+use std::collections::VecDeque;
+
+use jde_core::{Health, Nanos, State};
+use jde_host::snapshot::Snapshot;
+
+/// Changes kept for a schema: with 20 looks a second, at least the last three minutes of one that never rests.
+const CHANGES_KEPT: usize = 4096;
+
+/// What a strip shows of a schema, the least active first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Trace {
+    /// SLEPT.
+    Slept,
+    /// CHECKING.
+    Checking,
+    /// READY.
+    Ready,
+    /// WINNER.
+    Winner,
+    /// Faulted, whatever its state.
+    Faulted,
+}
+
+/// The changes of all schemas since the view began to look.
+#[derive(Debug, Default)]
+pub(super) struct History {
+    lanes: Vec<VecDeque<(Nanos, Trace)>>,
+    now: Nanos,
+}
+
+impl Trace {
+    pub(super) fn of(state: State, health: &Health) -> Self {
+        match (health, state) {
+            (Health::Faulted(_), _) => Self::Faulted,
+            (_, State::Slept) => Self::Slept,
+            (_, State::Checking) => Self::Checking,
+            (_, State::Ready) => Self::Ready,
+            (_, State::Winner) => Self::Winner,
+        }
+    }
+}
+
+impl History {
+    /// Notes what a snapshot shows. One from the past, or of another application, begins a new history.
+    pub(super) fn observe(&mut self, snapshot: &Snapshot) {
+        if snapshot.time < self.now || snapshot.schemas.len() != self.lanes.len() {
+            self.lanes = vec![VecDeque::new(); snapshot.schemas.len()];
+        }
+        self.now = snapshot.time;
+        for (lane, schema) in self.lanes.iter_mut().zip(&snapshot.schemas) {
+            let trace = Trace::of(schema.state, &schema.health);
+            if lane.back().is_none_or(|(_, last)| *last != trace) {
+                lane.push_back((snapshot.time, trace));
+                if lane.len() > CHANGES_KEPT {
+                    lane.pop_front();
+                }
+            }
+        }
+    }
+
+    /// Gives the last `count` slices of `slice` ns each, oldest first: the most active that the schema was seen in each.
+    ///
+    /// The most active, so that a win too short for a slice of its own still shows. `None` where nobody looked. Slices
+    /// begin at whole multiples of their length, so that the past stands still while it moves on.
+    pub(super) fn slices(&self, schema: usize, slice: Nanos, count: usize) -> Vec<Option<Trace>> {
+        let mut slices = vec![None; count];
+        let Some(lane) = self.lanes.get(schema) else {
+            return slices;
+        };
+        let slice = slice.max(1);
+        let first = (self.now / slice + 1).saturating_sub(count as u64);
+        let offset = count as u64 - (self.now / slice + 1 - first);
+        let mut end = self.now + 1;
+        for &(start, trace) in lane.iter().rev() {
+            if end <= first * slice {
+                break;
+            }
+            // Two changes at one instant: the earlier one lasted for no time.
+            if start < end {
+                for index in (start / slice).max(first)..=(end - 1) / slice {
+                    let place = &mut slices[(index - first + offset) as usize];
+                    *place = (*place).max(Some(trace));
+                }
+            }
+            end = start;
+        }
+        slices
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::tests::{schema, snapshot};
+
+    const MS: Nanos = 1_000_000;
+
+    fn history(looks: &[(Nanos, State)]) -> History {
+        let mut history = History::default();
+        for (time, state) in looks {
+            let mut one = schema("goon");
+            one.state = *state;
+            history.observe(&snapshot(time * MS, vec![one], vec![]));
+        }
+        history
+    }
+
+    #[test]
+    fn a_slice_before_the_first_look_is_empty() {
+        let history = history(&[(450, State::Checking)]);
+        assert_eq!(
+            history.slices(0, 100 * MS, 3),
+            [None, None, Some(Trace::Checking)]
+        );
+    }
+
+    #[test]
+    fn a_state_lasts_until_the_next_change() {
+        let history = history(&[(0, State::Slept), (210, State::Ready), (399, State::Ready)]);
+        let (slept, ready) = (Some(Trace::Slept), Some(Trace::Ready));
+        assert_eq!(history.slices(0, 100 * MS, 4), [slept, slept, ready, ready]);
+    }
+
+    #[test]
+    fn a_short_win_shows_in_its_slice() {
+        let history = history(&[
+            (0, State::Checking),
+            (130, State::Winner),
+            (150, State::Checking),
+            (250, State::Checking),
+        ]);
+        let (checking, winner) = (Some(Trace::Checking), Some(Trace::Winner));
+        assert_eq!(history.slices(0, 100 * MS, 3), [checking, winner, checking]);
+    }
+
+    #[test]
+    fn a_change_on_the_edge_belongs_to_the_new_slice() {
+        let history = history(&[(0, State::Winner), (100, State::Slept), (150, State::Slept)]);
+        assert_eq!(
+            history.slices(0, 100 * MS, 2),
+            [Some(Trace::Winner), Some(Trace::Slept)]
+        );
+    }
+
+    #[test]
+    fn the_past_moves_by_whole_slices() {
+        let history = history(&[(0, State::Winner), (1000, State::Slept), (1199, State::Slept)]);
+        assert_eq!(
+            history.slices(0, 100 * MS, 3),
+            [Some(Trace::Winner), Some(Trace::Slept), Some(Trace::Slept)]
+        );
+    }
+
+    #[test]
+    fn time_that_goes_back_begins_a_new_history() {
+        let history = history(&[(5000, State::Winner), (100, State::Ready)]);
+        assert_eq!(history.slices(0, 100 * MS, 2), [None, Some(Trace::Ready)]);
+    }
+
+    #[test]
+    fn a_schema_nobody_knows_has_no_past() {
+        assert_eq!(history(&[(0, State::Ready)]).slices(7, MS, 2), [None, None]);
+    }
+}

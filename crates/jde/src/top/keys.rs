@@ -1,0 +1,128 @@
+//! What each key does: selects, asks for an action, or leaves.
+//!
+//! It refuses to know whether an action makes sense; the application answers that, and its answer is shown.
+
+use jde_core::{Nanos, State};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::screen::{Mode, Screen, Status, TIME_BASES};
+use super::{Action, Application, Left, text};
+
+/// Longest text of a typed period; longer ones are not periods.
+const LONGEST_INPUT: usize = 16;
+
+impl Screen {
+    /// Does what a key means; the answer says that the view is to be left, and why.
+    pub(super) fn key(&mut self, app: &dyn Application, key: KeyEvent) -> Option<Left> {
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return (key.code == KeyCode::Char('c')).then(|| self.left());
+        }
+        match self.mode.clone() {
+            Mode::Watch => self.watch_key(app, key.code),
+            Mode::Help => {
+                self.mode = Mode::Watch;
+                None
+            }
+            Mode::Period { schema, typed } => {
+                self.input_key(app, key.code, schema, typed);
+                None
+            }
+        }
+    }
+
+    fn watch_key(&mut self, app: &dyn Application, code: KeyCode) -> Option<Left> {
+        self.status = None;
+        match code {
+            KeyCode::Char('q') | KeyCode::Esc => return Some(self.left()),
+            KeyCode::Enter if self.outcome.is_some() => return Some(self.left()),
+            KeyCode::Up | KeyCode::Char('k') => self.select(-1),
+            KeyCode::Down | KeyCode::Char('j') => self.select(1),
+            KeyCode::Home => self.select(isize::MIN),
+            KeyCode::End => self.select(isize::MAX),
+            KeyCode::Char('[') => self.time_base = self.time_base.saturating_sub(1),
+            KeyCode::Char(']') => self.time_base = (self.time_base + 1).min(TIME_BASES.len() - 1),
+            KeyCode::Char('?') => self.mode = Mode::Help,
+            KeyCode::Char(letter) => self.operate(app, letter),
+            _ => {}
+        }
+        None
+    }
+
+    fn operate(&mut self, app: &dyn Application, letter: char) {
+        let schema = self.selected;
+        let Some(view) = self.selection() else { return };
+        let period = view.period;
+        match letter {
+            'p' | ' ' if view.state == State::Slept || view.operator == Some("stopped") => {
+                self.act(app, Action::Play(schema));
+            }
+            'p' | ' ' => self.act(app, Action::Stop(schema)),
+            'f' if view.operator == Some("forced") => self.act(app, Action::Release(schema)),
+            'f' => self.act(app, Action::Force(schema)),
+            'r' => self.act(app, Action::Release(schema)),
+            '+' | '=' => self.act(app, Action::Period(schema, whole_micros(period as f64 * 1.1))),
+            '-' => self.act(app, Action::Period(schema, whole_micros(period as f64 / 1.1))),
+            't' => {
+                self.mode = Mode::Period {
+                    schema,
+                    typed: String::new(),
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn input_key(&mut self, app: &dyn Application, code: KeyCode, schema: usize, mut typed: String) {
+        match code {
+            KeyCode::Esc => {
+                self.status = None;
+                self.mode = Mode::Watch;
+                return;
+            }
+            KeyCode::Enter => match text::period(&typed) {
+                Ok(period) => {
+                    self.mode = Mode::Watch;
+                    self.act(app, Action::Period(schema, period));
+                    return;
+                }
+                Err(why) => self.status = Some(Status::Refused(why)),
+            },
+            KeyCode::Backspace => {
+                typed.pop();
+            }
+            KeyCode::Char(letter) if typed.chars().count() < LONGEST_INPUT => typed.push(letter),
+            _ => {}
+        }
+        self.mode = Mode::Period { schema, typed };
+    }
+
+    fn act(&mut self, app: &dyn Application, action: Action) {
+        let name = |schema| self.name(schema);
+        let done = match action {
+            Action::Play(schema) => format!("{} is kept awake", name(schema)),
+            Action::Stop(schema) => format!("{} is stopped", name(schema)),
+            Action::Force(schema) => format!("{} is forced to win", name(schema)),
+            Action::Release(schema) => format!("{} is released", name(schema)),
+            Action::Period(schema, period) => {
+                format!("{} now runs every {}", name(schema), text::setting(period))
+            }
+        };
+        self.status = Some(match app.act(action) {
+            Ok(()) => Status::Done(done),
+            Err(why) => Status::Refused(why),
+        });
+    }
+
+    fn left(&self) -> Left {
+        if self.outcome.is_some() {
+            Left::Ended
+        } else {
+            Left::Quit
+        }
+    }
+}
+
+/// Rounds to whole microseconds, so that a step up and a step down meet again; nothing becomes 0.
+fn whole_micros(nanos: f64) -> Nanos {
+    ((nanos / 1e3).round() as Nanos).max(1) * 1_000
+}

@@ -1,0 +1,80 @@
+//! Colours and what they mean; none at all when NO_COLOR asks for it (no-color.org).
+//!
+//! Only the sixteen colours of the terminal's own theme, and never the only sign of anything.
+
+use std::env;
+
+use jde_core::{Health, State};
+use ratatui::style::{Color, Modifier, Style};
+
+use super::history::Trace;
+
+/// Gives meanings their styles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Paint {
+    /// Whether colours may be used.
+    pub(super) color: bool,
+}
+
+impl Paint {
+    pub(super) fn from_environment() -> Self {
+        Self {
+            color: env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+        }
+    }
+
+    pub(super) fn state(self, state: State) -> Style {
+        match state {
+            State::Winner => self.fg(Color::Green).add_modifier(Modifier::BOLD),
+            State::Ready => self.fg(Color::Yellow),
+            State::Checking => self.fg(Color::Cyan),
+            State::Slept => self.faint(),
+        }
+    }
+
+    pub(super) fn health(self, health: &Health) -> Style {
+        match health {
+            Health::Ok => self.faint(),
+            Health::Overrun | Health::ArbitrationFailed(_) => self.fg(Color::Yellow),
+            Health::Faulted(_) => self.bad(),
+        }
+    }
+
+    pub(super) fn trace(self, trace: Trace) -> Style {
+        match trace {
+            Trace::Slept => self.faint(),
+            Trace::Checking => self.fg(Color::Cyan),
+            Trace::Ready => self.fg(Color::Yellow),
+            Trace::Winner => self.fg(Color::Green),
+            Trace::Faulted => self.bad(),
+        }
+    }
+
+    pub(super) fn bad(self) -> Style {
+        self.fg(Color::Red).add_modifier(Modifier::BOLD)
+    }
+
+    pub(super) fn operator(self) -> Style {
+        self.fg(Color::Magenta).add_modifier(Modifier::REVERSED)
+    }
+
+    pub(super) fn strong(self) -> Style {
+        Style::new().add_modifier(Modifier::BOLD)
+    }
+
+    pub(super) fn faint(self) -> Style {
+        Style::new().add_modifier(Modifier::DIM)
+    }
+
+    pub(super) fn selected(self) -> Style {
+        Style::new().add_modifier(Modifier::REVERSED)
+    }
+
+    fn fg(self, color: Color) -> Style {
+        if self.color {
+            Style::new().fg(color)
+        } else {
+            Style::new()
+        }
+    }
+}

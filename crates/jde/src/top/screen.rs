@@ -1,0 +1,166 @@
+//! What the view remembers between two redraws: the last snapshot, the past, the selection and the mode.
+//!
+//! It refuses to draw and to read keys; `draw` and `keys` do.
+
+use jde_core::Nanos;
+use jde_host::event::Outcome;
+use jde_host::snapshot::{SchemaView, Snapshot};
+
+use super::history::History;
+use super::paint::Paint;
+use super::switches::Switches;
+use super::tree::{self, Row};
+use super::{Application, RobotView};
+
+/// What one cell of a strip may stand for: from what one redraw can tell apart to an hour on a wide terminal.
+pub(super) const TIME_BASES: [Nanos; 6] = [
+    100_000_000,
+    250_000_000,
+    500_000_000,
+    1_000_000_000,
+    5_000_000_000,
+    20_000_000_000,
+];
+
+/// The state of the view.
+#[derive(Debug)]
+pub(super) struct Screen {
+    pub(super) title: String,
+    pub(super) paint: Paint,
+    pub(super) snapshot: Snapshot,
+    pub(super) rows: Vec<Row>,
+    pub(super) robot: Option<RobotView>,
+    pub(super) outcome: Option<Outcome>,
+    pub(super) log: Vec<String>,
+    pub(super) history: History,
+    pub(super) switches: Switches,
+    /// The selected schema's place.
+    pub(super) selected: usize,
+    /// The first row that is drawn; drawing keeps the selection in sight.
+    pub(super) first_row: usize,
+    /// An index into [`TIME_BASES`].
+    pub(super) time_base: usize,
+    pub(super) mode: Mode,
+    pub(super) status: Option<Status>,
+}
+
+/// What the keys mean.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Looking on.
+    Watch,
+    /// The keys are explained; any key goes back.
+    Help,
+    /// A period is being typed for a schema.
+    Period {
+        /// The schema's place.
+        schema: usize,
+        /// What has been typed.
+        typed: String,
+    },
+}
+
+/// The answer to the last action.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Status {
+    /// It was done.
+    Done(String),
+    /// It was refused.
+    Refused(String),
+}
+
+impl Screen {
+    pub(super) fn new(title: &str, paint: Paint, app: &dyn Application) -> Self {
+        let snapshot = app.snapshot();
+        let rows = tree::rows(&snapshot);
+        let first = rows.iter().find_map(|row| match row {
+            Row::Schema { schema, .. } => Some(*schema),
+            Row::Group { .. } | Row::Heading(_) => None,
+        });
+        let mut screen = Self {
+            title: title.to_owned(),
+            paint,
+            rows,
+            snapshot,
+            robot: None,
+            outcome: None,
+            log: Vec::new(),
+            history: History::default(),
+            switches: Switches::default(),
+            selected: first.unwrap_or(0),
+            first_row: 0,
+            time_base: 1,
+            mode: Mode::Watch,
+            status: None,
+        };
+        screen.observe(app);
+        screen
+    }
+
+    /// Looks at the application.
+    pub(super) fn observe(&mut self, app: &dyn Application) {
+        self.snapshot = app.snapshot();
+        self.rows = tree::rows(&self.snapshot);
+        self.robot = app.robot();
+        self.outcome = app.outcome();
+        self.log = app.log_lines();
+        self.history.observe(&self.snapshot);
+        self.switches.observe(&self.snapshot);
+    }
+
+    /// Gives the selected schema, if there is any.
+    pub(super) fn selection(&self) -> Option<&SchemaView> {
+        self.snapshot.schemas.get(self.selected)
+    }
+
+    /// Gives the row of the selected schema.
+    pub(super) fn selected_row(&self) -> Option<usize> {
+        self.rows
+            .iter()
+            .position(|row| matches!(row, Row::Schema { schema, .. } if *schema == self.selected))
+    }
+
+    /// Moves the selection by so many schemas, as they stand on the screen, and no further than the ends.
+    pub(super) fn select(&mut self, by: isize) {
+        let order: Vec<usize> = self
+            .rows
+            .iter()
+            .filter_map(|row| match row {
+                Row::Schema { schema, .. } => Some(*schema),
+                Row::Group { .. } | Row::Heading(_) => None,
+            })
+            .collect();
+        let Some(last) = order.len().checked_sub(1) else {
+            return;
+        };
+        let place = order
+            .iter()
+            .position(|schema| *schema == self.selected)
+            .unwrap_or(0);
+        self.selected = order[place.saturating_add_signed(by).min(last)];
+    }
+
+    /// Gives the name of a schema by its place.
+    pub(super) fn name(&self, schema: usize) -> &str {
+        self.snapshot
+            .schemas
+            .get(schema)
+            .map_or("?", |schema| schema.name.as_str())
+    }
+
+    /// Gives how long one cell of a strip lasts, ns.
+    pub(super) fn slice(&self) -> Nanos {
+        TIME_BASES[self.time_base]
+    }
+}
+
+/// Says how an application ended.
+pub(super) fn ending(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Done => "done".to_owned(),
+        Outcome::Failed => "failed".to_owned(),
+        Outcome::TimeUp => "time is up".to_owned(),
+        Outcome::Stopped => "stopped".to_owned(),
+        Outcome::Broken(reason) => format!("broken: {reason}"),
+    }
+}

@@ -1,0 +1,463 @@
+//! The view as its users meet it: drawn into a buffer, driven by keys, over an application made up of fixed data.
+
+use std::cell::RefCell;
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, Nanos, State};
+use jde_host::event::Outcome;
+use jde_host::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::style::{Color, Modifier};
+
+use super::paint::Paint;
+use super::screen::Screen;
+use super::{Action, Application, Left, RobotView, draw};
+
+const MS: Nanos = 1_000_000;
+
+pub(super) fn schema(name: &str) -> SchemaView {
+    SchemaView {
+        name: name.to_owned(),
+        type_name: format!("safe-navigation/{name}"),
+        kind: Kind::Motor,
+        father: None,
+        group: None,
+        state: State::Slept,
+        health: Health::Ok,
+        authority: false,
+        period: 75 * MS,
+        measured: None,
+        longest: 0,
+        load: 0.0,
+        iterations: 0,
+        overruns: 0,
+        refused: 0,
+        faults: 0,
+        operator: None,
+    }
+}
+
+pub(super) fn group(name: &str) -> GroupView {
+    GroupView {
+        name: name.to_owned(),
+        father: None,
+        members: Vec::new(),
+        winner: None,
+        policy: "priority".to_owned(),
+        switches: 0,
+        last: None,
+        worst: 0,
+        allowed: 0,
+    }
+}
+
+pub(super) fn switch(time: Nanos) -> Switch {
+    Switch {
+        time,
+        from: None,
+        to: Some(0),
+        decider: "nobody".into(),
+        reason: "alone".into(),
+        latency: None,
+    }
+}
+
+pub(super) fn snapshot(time: Nanos, schemas: Vec<SchemaView>, groups: Vec<GroupView>) -> Snapshot {
+    Snapshot {
+        time,
+        schemas,
+        groups,
+    }
+}
+
+/// The example of the paper's section 5, somewhere in the middle of a drive.
+pub(super) fn navigation() -> Snapshot {
+    let mut schemas = ["teleop", "example", "goon", "vff", "stop", "map", "pioneer"]
+        .map(schema)
+        .to_vec();
+    for child in [2, 3, 4, 5] {
+        schemas[child].father = Some(1);
+    }
+    for (place, group, state) in [
+        (0, Some(0), State::Checking),
+        (1, Some(0), State::Winner),
+        (2, Some(1), State::Ready),
+        (3, Some(1), State::Winner),
+        (4, Some(1), State::Checking),
+        (5, None, State::Slept),
+        (6, None, State::Winner),
+    ] {
+        schemas[place].group = group;
+        schemas[place].state = state;
+        schemas[place].authority = state == State::Winner;
+    }
+    schemas[3].measured = Some(75_020_000);
+    schemas[3].load = 0.123;
+    schemas[3].iterations = 1234;
+    schemas[3].operator = Some("forced");
+    schemas[3].longest = 1_250_000;
+    schemas[3].overruns = 2;
+    schemas[3].refused = 3;
+    schemas[4].period = 200 * MS;
+    schemas[4].health = Health::Faulted("panicked: index out of bounds".to_owned());
+    schemas[5].kind = Kind::Perceptive;
+    schemas[6].kind = Kind::Driver;
+    let mut roots = group("roots");
+    (roots.members, roots.winner, roots.switches) = (vec![0, 1], Some(1), 1);
+    let mut base = group("example/base");
+    (base.father, base.members, base.winner) = (Some(1), vec![2, 3, 4], Some(3));
+    (base.policy, base.switches, base.worst, base.allowed) = ("father".into(), 12, 3_100_000, 80 * MS);
+    base.last = Some(Switch {
+        time: 12_345 * MS,
+        from: Some(2),
+        to: Some(3),
+        decider: "father".to_owned(),
+        reason: "obstacle ahead".to_owned(),
+        latency: Some(3_100_000),
+    });
+    snapshot(12_400 * MS, schemas, vec![roots, base])
+}
+
+struct Fixed {
+    snapshot: RefCell<Snapshot>,
+    outcome: RefCell<Option<Outcome>>,
+    refuses: Option<&'static str>,
+    acts: RefCell<Vec<Action>>,
+}
+
+impl Fixed {
+    fn new() -> Self {
+        Self {
+            snapshot: RefCell::new(navigation()),
+            outcome: RefCell::new(None),
+            refuses: None,
+            acts: RefCell::default(),
+        }
+    }
+
+    fn screen(&self) -> Screen {
+        Screen::new("safe-navigation", Paint { color: true }, self)
+    }
+}
+
+impl Application for Fixed {
+    fn snapshot(&self) -> Snapshot {
+        self.snapshot.borrow().clone()
+    }
+
+    fn robot(&self) -> Option<RobotView> {
+        Some(RobotView {
+            pose: (1.0, 2.0, std::f64::consts::FRAC_PI_2),
+            target: Some((4.0, 6.0)),
+            reached: 2,
+            total: 5,
+        })
+    }
+
+    fn act(&self, action: Action) -> Result<(), String> {
+        self.acts.borrow_mut().push(action);
+        self.refuses.map_or(Ok(()), |why| Err(why.to_owned()))
+    }
+
+    fn outcome(&self) -> Option<Outcome> {
+        self.outcome.borrow().clone()
+    }
+
+    fn log_lines(&self) -> Vec<String> {
+        (1..=40).map(|n| format!("log line {n}")).collect()
+    }
+}
+
+fn drawn(screen: &mut Screen, width: u16, height: u16) -> Terminal<TestBackend> {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| draw::draw(frame, screen)).unwrap();
+    terminal
+}
+
+fn lines(screen: &mut Screen, width: u16, height: u16) -> Vec<String> {
+    let terminal = drawn(screen, width, height);
+    let cells: Vec<&str> = terminal
+        .backend()
+        .buffer()
+        .content()
+        .iter()
+        .map(|cell| cell.symbol())
+        .collect();
+    cells
+        .chunks(usize::from(width))
+        .map(|row| row.concat().trim_end().to_owned())
+        .collect()
+}
+
+fn line(lines: &[String], word: &str) -> String {
+    lines
+        .iter()
+        .find(|line| line.contains(word))
+        .unwrap_or_else(|| panic!("no “{word}” in {lines:#?}"))
+        .clone()
+}
+
+fn press(screen: &mut Screen, app: &Fixed, keys: &[KeyCode]) -> Option<Left> {
+    keys.iter().fold(None, |_, key| {
+        screen.key(app, KeyEvent::new(*key, KeyModifiers::NONE))
+    })
+}
+
+fn typed(text: &str) -> Vec<KeyCode> {
+    text.chars().map(KeyCode::Char).collect()
+}
+
+#[test]
+fn the_classic_terminal_shows_the_whole_example() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jjj"));
+    let lines = lines(&mut screen, 80, 24);
+    assert!(lines[0].starts_with(" safe-navigation") && lines[0].ends_with("running  12.4 s"));
+    assert_eq!(
+        line(&lines, "robot"),
+        "robot 1.00, 2.00 m  90°  →  4.00, 6.00 m, 5.00 m away  ·  2 of 5 reached"
+    );
+    assert!(line(&lines, "roots").contains("▸ example  priority  1 switch"));
+    assert!(
+        line(&lines, "  example/base").contains("▸ vff  father  12 switches  worst 3.10 ms of 80 ms"),
+        "{lines:#?}"
+    );
+    let vff = line(&lines, "├ vff");
+    for word in ["F WINNER", "Ok", "75 ms", "75.0 ms", "12%", "█"] {
+        assert!(vff.contains(word), "{word} in {vff}");
+    }
+    assert!(line(&lines, "└ stop").contains("FAULTED"));
+    assert!(line(&lines, "├ goon").contains("READY") && line(&lines, "├ goon").contains('▄'));
+    let below = lines.join("\n");
+    for word in [
+        "── vff · safe-navigation/vff, motor ─",
+        "WINNER with authority · Ok · forced by the operator",
+        "1234 iterations · 2 overruns · 3 refused · 0 faults",
+        "12.345 s  example/base  goon → vff  in 3.10 ms  father: obstacle ahead",
+        "log line 40",
+        "q quit  ? help",
+    ] {
+        assert!(below.contains(word), "{word} in {below}");
+    }
+}
+
+#[test]
+fn a_fault_is_told_with_its_reason() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jjjj"));
+    assert!(
+        lines(&mut screen, 80, 24)
+            .join("\n")
+            .contains("FAULTED: panicked: index out of bounds")
+    );
+}
+
+#[test]
+fn a_wide_terminal_shows_every_column_and_sets_panels_side_by_side() {
+    let app = Fixed::new();
+    let lines = lines(&mut app.screen(), 180, 40);
+    let header = line(&lines, "schema");
+    for column in ["iterations", "overruns", "refused", "longest", "faults", "last "] {
+        assert!(header.contains(column), "{column} in {header}");
+    }
+    assert!(line(&lines, "── switches").contains("── log"));
+}
+
+#[test]
+fn no_size_panics_with_or_without_help() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    for help in [false, true] {
+        if help {
+            press(&mut screen, &app, &typed("?"));
+        }
+        for width in [0, 1, 2, 5, 11, 20, 40, 79, 80, 119, 120, 121, 250] {
+            for height in [0, 1, 2, 3, 4, 5, 8, 10, 13, 14, 15, 24, 60] {
+                drawn(&mut screen, width, height);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_small_terminal_still_shows_names_and_states() {
+    let app = Fixed::new();
+    let lines = lines(&mut app.screen(), 40, 10);
+    assert!(line(&lines, "teleop").contains("CHECKING"));
+    assert!(line(&lines, "q quit").contains("? help"));
+}
+
+#[test]
+fn an_empty_application_is_drawn_and_takes_keys() {
+    let app = Fixed::new();
+    *app.snapshot.borrow_mut() = snapshot(0, vec![], vec![]);
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jkpfr+-t "));
+    drawn(&mut screen, 80, 24);
+    assert!(app.acts.borrow().is_empty());
+}
+
+#[test]
+fn the_list_scrolls_to_the_selection() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    assert!(!lines(&mut screen, 80, 9).join("\n").contains("pioneer"));
+    press(&mut screen, &app, &[KeyCode::End]);
+    assert!(lines(&mut screen, 80, 9).join("\n").contains("pioneer"));
+    press(&mut screen, &app, &[KeyCode::Home]);
+    assert!(line(&lines(&mut screen, 80, 9), "roots").contains("example"));
+}
+
+#[test]
+fn states_have_their_colours_unless_no_color_asks_for_none() {
+    let app = Fixed::new();
+    for (color, green) in [(true, Color::Green), (false, Color::Reset)] {
+        let mut screen = Screen::new("x", Paint { color }, &app);
+        let terminal = drawn(&mut screen, 80, 24);
+        let cells = terminal.backend().buffer().content();
+        let winner = cells.iter().find(|cell| cell.symbol() == "█").unwrap();
+        assert_eq!(winner.fg, green);
+        assert_eq!(cells.iter().any(|cell| cell.fg == Color::Cyan), color);
+        assert!(
+            cells
+                .iter()
+                .any(|cell| cell.modifier.contains(Modifier::REVERSED))
+        );
+    }
+}
+
+#[test]
+fn the_strip_shows_the_past() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    app.snapshot.borrow_mut().time += 1000 * MS;
+    app.snapshot.borrow_mut().schemas[3].state = State::Checking;
+    screen.observe(&app);
+    app.snapshot.borrow_mut().time += 700 * MS;
+    screen.observe(&app);
+    let vff = line(&lines(&mut screen, 80, 24), "├ vff");
+    assert!(
+        vff.ends_with(" █████▁▁▁"),
+        "a cell for a quarter of a second: {vff}"
+    );
+    press(&mut screen, &app, &typed("]]"));
+    let vff = line(&lines(&mut screen, 80, 24), "├ vff");
+    assert!(vff.ends_with(" ██▁"), "a cell for a second: {vff}");
+}
+
+#[test]
+fn keys_become_actions_on_the_selected_schema() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jj fr+-"));
+    let expected = [
+        Action::Stop(2),
+        Action::Force(2),
+        Action::Release(2),
+        Action::Period(2, 82_500_000),
+        Action::Period(2, 68_182_000),
+    ];
+    assert_eq!(*app.acts.borrow(), expected);
+    assert_eq!(
+        line(&lines(&mut screen, 80, 24), "now runs"),
+        "goon now runs every 68.182 ms"
+    );
+}
+
+#[test]
+fn play_wakes_what_sleeps_or_is_stopped_and_force_lets_go_again() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("jjjfjjp"));
+    app.snapshot.borrow_mut().schemas[5].operator = Some("stopped");
+    app.snapshot.borrow_mut().schemas[5].state = State::Checking;
+    screen.observe(&app);
+    press(&mut screen, &app, &typed("p"));
+    assert_eq!(
+        *app.acts.borrow(),
+        [Action::Release(3), Action::Play(5), Action::Play(5)]
+    );
+}
+
+#[test]
+fn a_refusal_is_shown_until_the_next_key() {
+    let app = Fixed {
+        refuses: Some("`pioneer` competes with nobody"),
+        ..Fixed::new()
+    };
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("f"));
+    assert!(
+        lines(&mut screen, 80, 24)
+            .join("\n")
+            .contains("`pioneer` competes with nobody")
+    );
+    press(&mut screen, &app, &typed("j"));
+    assert!(
+        !lines(&mut screen, 80, 24)
+            .join("\n")
+            .contains("competes with nobody")
+    );
+}
+
+#[test]
+fn a_typed_period_is_set_and_a_wrong_one_is_explained() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("t75"));
+    press(&mut screen, &app, &[KeyCode::Enter]);
+    let shown = line(&lines(&mut screen, 80, 24), "new period of teleop: 75");
+    assert!(shown.contains("needs a unit"), "{shown}");
+    assert!(app.acts.borrow().is_empty());
+    press(&mut screen, &app, &[KeyCode::Backspace]);
+    press(&mut screen, &app, &typed("0ms"));
+    press(&mut screen, &app, &[KeyCode::Enter]);
+    assert_eq!(*app.acts.borrow(), [Action::Period(0, 70 * MS)]);
+}
+
+#[test]
+fn escape_leaves_the_input_and_not_the_view() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("tq"));
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), None);
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Esc]), Some(Left::Quit));
+    assert!(app.acts.borrow().is_empty());
+}
+
+#[test]
+fn help_opens_and_any_key_closes_it() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("?"));
+    assert!(lines(&mut screen, 80, 24).join("\n").contains("force it to win"));
+    assert_eq!(press(&mut screen, &app, &typed("q")), None);
+    assert!(!lines(&mut screen, 80, 24).join("\n").contains("force it to win"));
+}
+
+#[test]
+fn control_c_leaves_from_everywhere() {
+    let app = Fixed::new();
+    for keys in ["", "?", "t12"] {
+        let mut screen = app.screen();
+        press(&mut screen, &app, &typed(keys));
+        let left = screen.key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+        assert_eq!(left, Some(Left::Quit), "after “{keys}”");
+    }
+}
+
+#[test]
+fn an_ended_application_stays_in_sight_until_it_is_left() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), None);
+    *app.outcome.borrow_mut() = Some(Outcome::Done);
+    screen.observe(&app);
+    assert!(lines(&mut screen, 80, 24)[0].contains("done"));
+    assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
+    assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), Some(Left::Ended));
+}

@@ -1,0 +1,138 @@
+//! The hierarchy as the rows of a list: fathers before children, groups between them.
+//!
+//! It refuses to lose a schema: what no group and no father leads to is listed at the end.
+
+use jde_host::snapshot::Snapshot;
+
+/// One row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Row {
+    /// A group, by its place.
+    Group {
+        /// The lines of the tree before its name.
+        branch: String,
+        /// Its place.
+        group: usize,
+    },
+    /// A schema, by its place.
+    Schema {
+        /// The lines of the tree before its name.
+        branch: String,
+        /// Its place.
+        schema: usize,
+    },
+    /// A title for those that compete with nobody.
+    Heading(&'static str),
+}
+
+/// Lists the hierarchy of a snapshot; every schema appears once.
+pub(super) fn rows(snapshot: &Snapshot) -> Vec<Row> {
+    let mut list = List {
+        snapshot,
+        listed: vec![false; snapshot.schemas.len()],
+        rows: Vec::new(),
+    };
+    list.below(None, "");
+    let mut apart: Vec<usize> = (0..list.listed.len())
+        .filter(|&schema| !list.listed[schema])
+        .collect();
+    apart.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
+    if !apart.is_empty() {
+        list.rows.push(Row::Heading("drivers and perception"));
+    }
+    for schema in apart {
+        list.schema(schema, "  ", "  ");
+    }
+    list.rows
+}
+
+struct List<'a> {
+    snapshot: &'a Snapshot,
+    listed: Vec<bool>,
+    rows: Vec<Row>,
+}
+
+impl List<'_> {
+    fn below(&mut self, father: Option<usize>, branch: &str) {
+        let snapshot = self.snapshot;
+        for (group, view) in snapshot
+            .groups
+            .iter()
+            .enumerate()
+            .filter(|(_, view)| view.father == father)
+        {
+            self.rows.push(Row::Group {
+                branch: branch.to_owned(),
+                group,
+            });
+            for (nth, &schema) in view.members.iter().enumerate() {
+                let last = nth + 1 == view.members.len();
+                let (own, under) = if last { ("└ ", "  ") } else { ("├ ", "│ ") };
+                self.schema(schema, &format!("{branch}{own}"), &format!("{branch}{under}"));
+            }
+        }
+        if let Some(father) = father {
+            for (schema, view) in snapshot.schemas.iter().enumerate() {
+                if view.father == Some(father) && view.group.is_none() {
+                    self.schema(schema, &format!("{branch}· "), &format!("{branch}  "));
+                }
+            }
+        }
+    }
+
+    fn schema(&mut self, schema: usize, own: &str, under: &str) {
+        let Some(listed) = self.listed.get_mut(schema) else {
+            return;
+        };
+        if !std::mem::replace(listed, true) {
+            self.rows.push(Row::Schema {
+                branch: own.to_owned(),
+                schema,
+            });
+            self.below(Some(schema), under);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::tests::navigation;
+
+    fn text(snapshot: &Snapshot) -> Vec<String> {
+        let lines = rows(snapshot).into_iter().map(|row| match row {
+            Row::Group { branch, group } => format!("{branch}[{}]", snapshot.groups[group].name),
+            Row::Schema { branch, schema } => format!("{branch}{}", snapshot.schemas[schema].name),
+            Row::Heading(title) => format!("# {title}"),
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn children_stand_below_their_father_in_their_groups() {
+        let expected = [
+            "[roots]",
+            "├ teleop",
+            "└ example",
+            "  [example/base]",
+            "  ├ goon",
+            "  ├ vff",
+            "  └ stop",
+            "  · map",
+            "# drivers and perception",
+            "  pioneer",
+        ];
+        assert_eq!(text(&navigation()), expected);
+    }
+
+    #[test]
+    fn a_hierarchy_that_bites_its_tail_ends() {
+        let mut snapshot = navigation();
+        snapshot.groups[0].father = Some(4);
+        let listed = rows(&snapshot)
+            .iter()
+            .filter(|row| matches!(row, Row::Schema { .. }))
+            .count();
+        assert_eq!(listed, snapshot.schemas.len());
+    }
+}
