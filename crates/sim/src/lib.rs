@@ -22,6 +22,34 @@
 //! assert!(world.truth(robot).pose.x > 1.3);
 //! # Ok::<(), jde_sim::WorldError>(())
 //! ```
+//!
+//! # World files
+//!
+//! TOML, in metres and degrees, x to the right and y up. Every key but those of the shapes themselves may be left out.
+//!
+//! ```toml
+//! name   = "shed"                           # the file's own name if left out
+//! bounds = { min = [0, 0], max = [6, 4] }   # no robot starts outside; pictures show this part
+//! map    = "rooms.yaml"                     # a trinary ROS map, beside this file
+//!
+//! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true }]
+//! boxes   = [{ name = "desk", center = [1.2, 3.2], size = [1.6, 0.8], angle_deg = 10 }]
+//! circles = [{ name = "post", center = [4, 0.5], radius = 0.1 }]
+//!
+//! # Round with a `radius`, or a box with a `size` that faces along its `way`. It goes there and back, or around in a
+//! # `loop`; it halts `clearance` metres from a robot, and turns back when it has waited `wait` seconds.
+//! [[movers]]
+//! name      = "cart"
+//! size      = [0.8, 0.5]
+//! way       = [[1, 2], [5, 2], [5, 1.2]]
+//! speed     = 0.4
+//! loop      = false
+//! clearance = 0.5
+//! wait      = 3
+//!
+//! [robots.pioneer]
+//! start = { x = 1, y = 1, heading_deg = 90 }
+//! ```
 
 mod config;
 mod error;

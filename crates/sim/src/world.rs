@@ -20,7 +20,7 @@ use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
 use crate::shape::{Outline, Shape};
 use crate::solid;
 
-/// The length of a step in nanoseconds: short beside the periods of schemas, and 2000 times as fast as real time or more.
+/// The length of a step in nanoseconds: short beside the periods of schemas, long enough to run a day in seconds.
 pub const STEP_NS: u64 = 10_000_000;
 
 /// A robot of a world; valid for the world that gave it.
@@ -174,6 +174,7 @@ impl World {
         }
         let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
         self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
+        self.feel();
         Ok(RobotId(index))
     }
 
@@ -309,6 +310,11 @@ impl World {
             robot.step(dt, &slip, |pose| self.clearance(index, pose, radius).1);
             self.berths[index].robot = Some(robot);
         }
+        self.feel();
+    }
+
+    /// Has every robot note the gap around it, once all stand where they stand.
+    fn feel(&mut self) {
         for index in 0..self.berths.len() {
             let Some(robot) = &self.berths[index].robot else {
                 continue;

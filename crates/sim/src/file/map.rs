@@ -140,11 +140,11 @@ fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
     });
     let origin = sheet.origin();
     let negate = sheet.negate();
-    // Without thresholds, the defaults of the map server of nav2.
+    // Without thresholds, those with which the usual shade of unknown ground, 205, is unknown.
     let occupied = sheet.number("occupied_thresh", Some(0.65), "0 to 1", |value| {
         (0.0..=1.0).contains(&value)
     });
-    let free = sheet.number("free_thresh", Some(0.25), "0 to 1", |value| {
+    let free = sheet.number("free_thresh", Some(0.196), "0 to 1", |value| {
         (0.0..=1.0).contains(&value)
     });
     sheet.mode();

@@ -56,7 +56,10 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
         "name", "map", "bounds", "walls", "boxes", "circles", "movers", "robots",
     ];
     let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
-    plan(&document, &root).ok_or_else(|| document.into_faults())
+    let plan = plan(&document, &root);
+    let faults = document.into_faults();
+    // A fault that spoils no value, such as an unknown key, refuses the world all the same.
+    plan.filter(|_| faults.is_empty()).ok_or(faults)
 }
 
 /// The known name most like a wrong one, if it is like it at all.

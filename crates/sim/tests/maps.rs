@@ -1,0 +1,311 @@
+//! ROS maps: what a world makes of their images, and what it says when they are wrong.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use jde_sim::{LaserConfig, RobotConfig, World};
+
+/// A folder of its own for a test, emptied before.
+fn folder(test: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("maps").join(test);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+const YAML: &str = "image: m.pgm\nresolution: 0.5\norigin: [0, 0, 0]\n";
+/// Four by three cells, the upper right one a wall, the lower left one unknown.
+const PLAIN: &str = "P2\n# by hand\n4 3 # wide, high\n255\n254 254 254 0\n254 254 254 254\n205 254 254 254\n";
+
+fn world(test: &str, yaml: &str, image: &[u8]) -> Result<World, String> {
+    at(test, yaml, image, "[robots.r]\nstart = { x = 1, y = 1 }")
+}
+
+fn at(test: &str, yaml: &str, image: &[u8], robots: &str) -> Result<World, String> {
+    let folder = folder(test);
+    fs::write(folder.join("m.yaml"), yaml).unwrap();
+    fs::write(folder.join("m.pgm"), image).unwrap();
+    let text = format!("map = 'm.yaml'\n{robots}");
+    World::parse(&text, folder.join("w.toml"), 0)
+        .map_err(|error| error.to_string().replace(folder.to_str().unwrap(), ""))
+}
+
+fn assert_walls(world: &World) {
+    let to = |origin: [f64; 2], degrees: f64| world.cast_ray(origin, degrees.to_radians(), 50.0, None);
+    // The wall is the cell from (1.5, 1.0) to (2.0, 1.5).
+    assert!((to([0.2, 1.2], 0.0).unwrap() - 1.3).abs() < 1e-9);
+    assert!((to([1.7, 0.2], 90.0).unwrap() - 0.8).abs() < 1e-9);
+    assert_eq!(to([0.2, 0.7], 0.0), None);
+    assert_eq!(world.shapes().count(), 1);
+    assert_eq!((world.bounds().min, world.bounds().max), ([0.0, 0.0], [2.0, 1.5]));
+}
+
+#[test]
+fn a_plain_graymap_becomes_walls() {
+    assert_walls(&world("plain", YAML, PLAIN.as_bytes()).unwrap());
+}
+
+#[test]
+fn a_raw_graymap_is_the_same_even_when_its_first_pixel_looks_like_white_space() {
+    let mut raw = b"P5 4 3\n# deep\n255\n".to_vec();
+    raw.extend([254, 254, 254, 0, 254, 254, 254, 254, 205, 254, 254, 254]);
+    assert_walls(&world("raw", YAML, &raw).unwrap());
+    // 10 is a line feed, and as a shade nearly black: the first cell is a wall.
+    let mut tricky = b"P5 2 1 255\n".to_vec();
+    tricky.extend([10, 254]);
+    let world = at("tricky", YAML, &tricky, "").unwrap();
+    assert!(
+        (world
+            .cast_ray([0.9, 0.2], 180f64.to_radians(), 9.0, None)
+            .unwrap()
+            - 0.4)
+            .abs()
+            < 1e-9
+    );
+}
+
+#[test]
+fn a_raw_graymap_may_be_sixteen_bits_deep() {
+    let mut raw = b"P5 4 3 65535\n".to_vec();
+    for shade in [
+        65000u16, 65000, 65000, 100, 65000, 65000, 65000, 65000, 52000, 65000, 65000, 65000,
+    ] {
+        raw.extend(shade.to_be_bytes());
+    }
+    assert_walls(&world("deep", YAML, &raw).unwrap());
+}
+
+#[test]
+fn a_png_is_told_by_its_first_bytes() {
+    for color in [png::ColorType::Grayscale, png::ColorType::Rgba] {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 4, 3);
+        encoder.set_color(color);
+        let shades = [254, 254, 254, 0, 254, 254, 254, 254, 205, 254, 254, 254u8];
+        let pixels: Vec<u8> = match color {
+            png::ColorType::Rgba => shades
+                .iter()
+                .flat_map(|&shade| [shade, shade, shade, 255])
+                .collect(),
+            _ => shades.to_vec(),
+        };
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&pixels).unwrap();
+        writer.finish().unwrap();
+        assert_walls(&world("png", YAML, &bytes).unwrap());
+    }
+}
+
+#[test]
+fn a_negated_map_has_white_walls() {
+    let negated = "P2 4 3 255\n0 0 0 255\n0 0 0 0\n50 0 0 0\n";
+    for yes in ["1", "true"] {
+        assert_walls(&world("negated", &format!("{YAML}negate: {yes}\n"), negated.as_bytes()).unwrap());
+    }
+}
+
+#[test]
+fn the_thresholds_decide() {
+    let image = "P2 2 1 100\n60 100\n";
+    let far = |yaml: String| {
+        at("thresholds", &yaml, image.as_bytes(), "").unwrap().cast_ray(
+            [0.9, 0.2],
+            std::f64::consts::PI,
+            9.0,
+            None,
+        )
+    };
+    // A shade of 60 % is a likelihood of 40 %.
+    assert_eq!(far(YAML.to_owned()), None);
+    assert!(far(format!("{YAML}occupied_thresh: 0.39\nfree_thresh: 0.1\n")).is_some());
+}
+
+#[test]
+fn the_origin_moves_and_turns_the_map() {
+    let yaml = "image: m.pgm\nresolution: 0.5\norigin: [3.0, 4.0, 1.5707963267948966]\nmode: trinary\n";
+    let world = at(
+        "turned",
+        yaml,
+        PLAIN.as_bytes(),
+        "[robots.r]\nstart = { x = 2.25, y = 4.75 }",
+    )
+    .unwrap();
+    // Columns go up and rows to the left: the wall's cell is from (1.5, 5.5) to (2.0, 6.0).
+    assert!((world.cast_ray([1.7, 4.2], 90f64.to_radians(), 9.0, None).unwrap() - 1.3).abs() < 1e-9);
+    assert!(
+        (world
+            .cast_ray([2.9, 5.7], 180f64.to_radians(), 9.0, None)
+            .unwrap()
+            - 0.9)
+            .abs()
+            < 1e-9
+    );
+}
+
+#[test]
+fn a_robot_starts_on_free_ground_of_the_map_only() {
+    for (x, y, reason) in [
+        (0.2, 0.2, "on unknown ground of `m.yaml`"),
+        (1.7, 1.2, "inside `m.yaml`"),
+        (2.1, 0.7, "outside the map `m.yaml`"),
+    ] {
+        let error = at(
+            "starts",
+            YAML,
+            PLAIN.as_bytes(),
+            &format!("[robots.r]\nstart = {{ x = {x}, y = {y} }}"),
+        );
+        let error = error.err().unwrap();
+        assert!(
+            error.starts_with("/w.toml:3: robot `r` starts") && error.contains(reason),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_large_map_becomes_few_shapes() {
+    let side = 1000;
+    let mut raw = format!("P5 {side} {side} 255\n").into_bytes();
+    // Rooms of 50 cells behind walls of 2.
+    raw.extend((0..side * side).map(|i| {
+        if i % side % 50 < 2 || i / side % 50 < 2 {
+            0
+        } else {
+            254
+        }
+    }));
+    let yaml = "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n";
+    let mut world = at("large", yaml, &raw, "[robots.r]\nstart = { x = 1.3, y = 1.3 }").unwrap();
+    assert_eq!(world.shapes().count(), 20 + 20 * 20);
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    let laser = LaserConfig {
+        sigma: 0.0,
+        ..LaserConfig::default()
+    };
+    let mut ranges = vec![0.0; laser.beams];
+    world.laser(robot, &laser, &mut ranges).unwrap();
+    assert!((ranges[90] - (2.5 - 1.318)).abs() < 1e-5, "{}", ranges[90]);
+}
+
+/// One fault of the map, at `place`, with all of `words` in it.
+fn check(yaml: &str, image: &[u8], place: &str, words: &[&str]) {
+    let error = world("faults", yaml, image).err().expect("a fault");
+    assert!(error.starts_with(place), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    for word in words {
+        assert!(error.contains(word), "`{word}` is not in: {error}");
+    }
+}
+
+#[test]
+fn faults_of_the_yaml_name_its_line() {
+    let with = |line: &str| format!("{YAML}{line}\n");
+    let image = PLAIN.as_bytes();
+    check(
+        "image: m.pgm\nresolution: -1\norigin: [0, 0, 0]",
+        image,
+        "/m.yaml:2: ",
+        &["`resolution` is -1", "more than 0"],
+    );
+    check(
+        "image: m.pgm\nresolution: .nan\norigin: [0, 0, 0]",
+        image,
+        "/m.yaml:2: ",
+        &["`resolution` is not a number"],
+    );
+    check(
+        "image: m.pgm\nresolution: 1\norigin: [0, 0]",
+        image,
+        "/m.yaml:3: ",
+        &["`origin`", "[x, y, yaw]"],
+    );
+    check(
+        "image: m.pgm\nresoluton: 1\norigin: [0, 0, 0]",
+        image,
+        "/m.yaml:1: ",
+        &["`resolution` is missing", "`resoluton`"],
+    );
+    check(
+        &with("negate: 2"),
+        image,
+        "/m.yaml:4: ",
+        &["`negate` is neither 0 nor 1"],
+    );
+    check(
+        &with("mode: raw"),
+        image,
+        "/m.yaml:4: ",
+        &["`mode` is not `trinary`"],
+    );
+    check(
+        &with("free_thresh: 0.9"),
+        image,
+        "/m.yaml:4: ",
+        &["`free_thresh` is 0.9", "0.65"],
+    );
+    check(
+        &with("occupied_thresh: 7"),
+        image,
+        "/m.yaml:4: ",
+        &["`occupied_thresh` is 7", "0 to 1"],
+    );
+    check(
+        "just words",
+        image,
+        "/m.yaml:1: ",
+        &["expected the YAML of a map"],
+    );
+    check(
+        "image: m.pgm\norigin: [0, 0\nresolution: 1",
+        image,
+        "/m.yaml:",
+        &["not sound YAML"],
+    );
+    check(
+        "image: gone.pgm\nresolution: 1\norigin: [0, 0, 0]",
+        image,
+        "/gone.pgm: ",
+        &["cannot read the image"],
+    );
+}
+
+#[test]
+fn faults_of_a_graymap_name_its_line() {
+    check(YAML, b"P6\n4 3\n255\n", "/m.pgm:1: ", &["P2 or P5"]);
+    check(YAML, b"", "/m.pgm:1: ", &["P2 or P5"]);
+    check(YAML, b"P2\n# c\nfour 3\n255\n", "/m.pgm:3: ", &["width missing"]);
+    check(YAML, b"P2\n4 0\n255\n", "/m.pgm:2: ", &["height 0"]);
+    check(
+        YAML,
+        b"P2\n4 3\n70000\n",
+        "/m.pgm:3: ",
+        &["greatest value 70000", "65535"],
+    );
+    check(
+        YAML,
+        b"P2\n4 3\n255\n1 2 3\n",
+        "/m.pgm:3: ",
+        &["ends early", "12 pixels"],
+    );
+    check(
+        YAML,
+        b"P2\n2 1\n100\n7\n101\n",
+        "/m.pgm:5: ",
+        &["pixel 101", "0 to 100"],
+    );
+    check(YAML, b"P5\n4 3\n255\n\x01\x02", "/m.pgm:4: ", &["2 of 12 bytes"]);
+    check(YAML, b"P5 2 1 100\n\x01\x65", "/m.pgm:2: ", &["brighter", "100"]);
+    check(
+        YAML,
+        b"P5\n1000000 1000000\n255\n",
+        "/m.pgm:3: ",
+        &["at most 100000000"],
+    );
+    check(
+        YAML,
+        b"\x89PNG\r\n\x1a\nrubbish",
+        "/m.pgm: ",
+        &["not a sound PNG"],
+    );
+}

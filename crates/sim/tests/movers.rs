@@ -1,0 +1,183 @@
+//! Things that move: their ways, their manners, and that they never touch a robot by themselves.
+
+use jde_sim::{Outline, RobotConfig, RobotId, STEP_NS, Twist2, World};
+use proptest::prelude::*;
+
+const SECOND: u64 = 1_000_000_000;
+
+fn world(text: &str) -> World {
+    World::parse(text, "movers.toml", 0).unwrap()
+}
+
+fn center(world: &World, name: &str) -> [f64; 2] {
+    match world
+        .shapes()
+        .find(|shape| shape.name == name && shape.moving)
+        .unwrap()
+        .outline
+    {
+        Outline::Circle { center, .. } | Outline::Box { center, .. } => center,
+        Outline::Segment { from, .. } => from,
+    }
+}
+
+fn assert_at(world: &World, expected: [f64; 2]) {
+    let found = center(world, "m");
+    assert!(
+        (found[0] - expected[0]).hypot(found[1] - expected[1]) < 1e-9,
+        "{found:?}, expected {expected:?}"
+    );
+}
+
+#[test]
+fn a_mover_goes_there_and_back_at_its_speed() {
+    let mut world =
+        world("movers = [{ name = 'm', radius = 0.2, way = [[0, 0], [2, 0], [2, 1]], speed = 0.5 }]");
+    for (seconds, place) in [
+        (0, [0.0, 0.0]),
+        (2, [1.0, 0.0]),
+        (5, [2.0, 0.5]),
+        (6, [2.0, 1.0]),
+        (7, [2.0, 0.5]),
+    ] {
+        world.advance_to(seconds * SECOND);
+        assert_at(&world, place);
+    }
+    world.advance_to(12 * SECOND);
+    assert_at(&world, [0.0, 0.0]);
+    world.advance_to(13 * SECOND);
+    assert_at(&world, [0.5, 0.0]);
+}
+
+#[test]
+fn a_loop_closes_its_way() {
+    let text = "movers = [{ name = 'm', radius = 0.2, way = [[0, 0], [2, 0], [2, 1], [0, 1]], speed = 1, loop = true }]";
+    let mut world = world(text);
+    for (milliseconds, place) in [
+        (2500, [2.0, 0.5]),
+        (4000, [1.0, 1.0]),
+        (5500, [0.0, 0.5]),
+        (7000, [1.0, 0.0]),
+    ] {
+        world.advance_to(milliseconds * 1_000_000);
+        assert_at(&world, place);
+    }
+}
+
+#[test]
+fn a_box_faces_along_its_way() {
+    let mut world =
+        world("movers = [{ name = 'm', size = [1, 0.4], way = [[0, 0], [2, 0], [2, 3]], speed = 1 }]");
+    let angle = |world: &World| match world.shapes().next().unwrap().outline {
+        Outline::Box { angle, .. } => angle.to_degrees(),
+        other => panic!("a box, not {other:?}"),
+    };
+    world.advance_to(SECOND);
+    assert_eq!(angle(&world), 0.0);
+    world.advance_to(3 * SECOND);
+    assert_eq!(angle(&world), 90.0);
+}
+
+/// A mover that comes along y = 0 toward a robot that stands at x = 5.
+fn meeting(extra: &str) -> (World, RobotId) {
+    let mut world = world(&format!(
+        "movers = [{{ name = 'm', radius = 0.25, way = [[0, 0], [10, 0]], speed = 0.5, {extra} }}]
+         robots = {{ r = {{ start = {{ x = 5, y = 0 }} }} }}"
+    ));
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    (world, robot)
+}
+
+#[test]
+fn a_mover_halts_at_its_clearance_and_turns_back_after_its_wait() {
+    let (mut world, robot) = meeting("clearance = 0.4, wait = 2");
+    // It stops with 0.4 m between the bodies, at x = 4.1, after 8.2 s.
+    world.advance_to(9 * SECOND);
+    let clearance = world.truth(robot).clearance;
+    assert!((0.4..0.4 + 0.005 + 1e-9).contains(&clearance), "{clearance}");
+    let halted = center(&world, "m");
+    world.advance_to(10 * SECOND);
+    assert_at(&world, halted);
+    world.advance_to(14 * SECOND);
+    assert!(center(&world, "m")[0] < 3.0, "it went back");
+    assert_eq!(world.truth(robot).collisions, 0);
+}
+
+#[test]
+fn a_mover_goes_on_when_the_robot_leaves() {
+    let (mut world, robot) = meeting("clearance = 0.4, wait = 60");
+    world.advance_to(10 * SECOND);
+    let halted = center(&world, "m")[0];
+    world.command(robot, Twist2::new(1.0, 0.0)).unwrap();
+    world.advance_to(14 * SECOND);
+    assert!(center(&world, "m")[0] > halted + 1.0);
+}
+
+#[test]
+fn a_mover_with_a_robot_at_its_heels_may_go_away() {
+    let (mut world, robot) = meeting("clearance = 0.4, wait = 1");
+    // The robot drives into the halted mover, and stands at it; the mover turns back in spite of the gap of nothing.
+    world.advance_to(9 * SECOND);
+    world.command(robot, Twist2::new(-0.3, 0.0)).unwrap();
+    world.advance_to(9 * SECOND + SECOND / 2);
+    world.command(robot, Twist2::default()).unwrap();
+    world.advance_to(15 * SECOND);
+    assert!(world.truth(robot).clearance > 1.0, "{:?}", world.truth(robot));
+}
+
+#[test]
+fn a_robot_sees_a_mover_come() {
+    let (mut world, robot) = meeting("clearance = 0.4, wait = 60");
+    let ahead = |world: &World| {
+        world
+            .cast_ray([5.0, 0.0], 180f64.to_radians(), 20.0, Some(robot))
+            .unwrap()
+    };
+    assert!((ahead(&world) - 4.75).abs() < 1e-9);
+    world.advance_to(4 * SECOND);
+    assert!((ahead(&world) - 2.75).abs() < 1e-9);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// The robot stands still: whatever the movers do, they do not come nearer than their clearance.
+    #[test]
+    fn movers_never_crowd_a_robot_that_stands(
+        way in proptest::collection::vec((-3.0..3.0f64, -3.0..3.0f64), 2..6),
+        (length, width) in (0.2..1.2f64, 0.2..1.2f64),
+        speed in 0.1..3.0f64,
+        clearance in 0.05..0.6f64,
+        closed in any::<bool>(),
+    ) {
+        let text = format!(
+            "movers = [{{ name = 'm', size = [{length}, {width}], way = {:?}, speed = {speed}, loop = {closed},
+                          clearance = {clearance}, wait = 0.5 }}]
+             robots = {{ r = {{ start = {{ x = 0.5, y = 0.5 }} }} }}",
+            way.iter().map(|(x, y)| [*x, *y]).collect::<Vec<_>>()
+        );
+        let mut world = world(&text);
+        let Ok(robot) = world.add_robot("r", RobotConfig::default()) else { return Ok(()) };
+        let start = world.truth(robot).clearance;
+        world.advance_to(60 * SECOND);
+        let truth = world.truth(robot);
+        prop_assert!(truth.min_clearance >= clearance.min(start) - 1e-9, "{:?}", truth);
+    }
+
+    /// The robot drives at random: it may touch a mover, but neither ever enters the other.
+    #[test]
+    fn robots_and_movers_never_enter_each_other(commands in proptest::collection::vec((-1.2..1.2f64, -2.0..2.0f64), 5..60)) {
+        let mut world = world(
+            "walls  = [{ points = [[0, 0], [4, 0], [4, 4], [0, 4]], closed = true }]
+             movers = [{ radius = 0.3, way = [[0.5, 2], [3.5, 2]], speed = 0.8, clearance = 0.1, wait = 0.3 },
+                       { size = [0.8, 0.4], way = [[2, 0.5], [2, 3.4], [3, 3.4]], speed = 0.5, clearance = 0.1, wait = 0.3 }]
+             robots = { r = { start = { x = 1, y = 1 } } }",
+        );
+        let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+        for (v, w) in commands {
+            world.command(robot, Twist2::new(v, w)).unwrap();
+            world.advance_to(world.now() + 60 * STEP_NS);
+            prop_assert!(world.truth(robot).min_clearance >= 0.0, "{:?}", world.truth(robot));
+        }
+    }
+}

@@ -1,0 +1,415 @@
+//! What the sensors report: where they look, how they err, and that reading them changes nothing.
+
+use jde_sim::{
+    LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError,
+};
+
+const HALL: &str = "
+    walls  = [{ name = 'wall', points = [[-4, -3], [6, -3], [6, 3], [-4, 3]], closed = true }]
+    robots = { r = { start = { x = 0, y = 0 } }, s = { start = { x = 3, y = 0 } } }";
+
+fn hall(seed: u64) -> (World, RobotId) {
+    let mut world = World::parse(HALL, "hall.toml", seed).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    (world, robot)
+}
+
+fn exact() -> LaserConfig {
+    LaserConfig {
+        mount: Pose2::default(),
+        sigma: 0.0,
+        ..LaserConfig::default()
+    }
+}
+
+fn scan(world: &World, robot: RobotId, laser: &LaserConfig) -> Vec<f32> {
+    let mut ranges = vec![0.0; laser.beams];
+    world.laser(robot, laser, &mut ranges).unwrap();
+    ranges
+}
+
+fn assert_near(found: f32, expected: f64) {
+    assert!(
+        (f64::from(found) - expected).abs() < 1e-5,
+        "found {found}, expected {expected}"
+    );
+}
+
+#[test]
+fn the_default_laser_has_a_beam_a_degree_from_right_to_left() {
+    let laser = LaserConfig::default();
+    assert_eq!(laser.beams, 180);
+    for (beam, degrees) in [(0, -90.0), (1, -89.0), (90, 0.0), (179, 89.0)] {
+        assert!((laser.angle(beam).to_degrees() - degrees).abs() < 1e-9);
+    }
+    assert!((laser.angle_max().to_degrees() - 89.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_laser_measures_the_walls_of_a_hall() {
+    let (world, robot) = hall(1);
+    let ranges = scan(&world, robot, &exact());
+    assert_near(ranges[0], 3.0);
+    assert_near(ranges[90], 6.0);
+    assert_near(ranges[45], 3.0 / 45f64.to_radians().sin());
+    assert_near(ranges[179], 3.0 / 89f64.to_radians().sin());
+}
+
+#[test]
+fn a_laser_sees_from_where_it_is_mounted() {
+    let (world, robot) = hall(1);
+    let rear = LaserConfig {
+        mount: Pose2::new(-0.2, 0.1, 180f64.to_radians()),
+        ..exact()
+    };
+    let ranges = scan(&world, robot, &rear);
+    assert_near(ranges[90], 3.8);
+    assert_near(ranges[0], 2.9);
+}
+
+#[test]
+fn no_return_is_plus_infinity_and_too_near_is_minus_infinity() {
+    let (world, robot) = hall(1);
+    let ranges = scan(
+        &world,
+        robot,
+        &LaserConfig {
+            range_max: 5.0,
+            range_min: 3.5,
+            ..exact()
+        },
+    );
+    assert_eq!(ranges[90], f32::INFINITY);
+    assert_eq!(ranges[0], f32::NEG_INFINITY);
+    assert_near(ranges[45], 3.0 / 45f64.to_radians().sin());
+}
+
+#[test]
+fn robots_see_each_other_but_not_themselves() {
+    let (mut world, robot) = hall(1);
+    let other = world
+        .add_robot(
+            "s",
+            RobotConfig {
+                radius: 0.5,
+                ..RobotConfig::default()
+            },
+        )
+        .unwrap();
+    assert_near(scan(&world, robot, &exact())[90], 2.5);
+    assert_near(scan(&world, other, &exact())[90], 3.0);
+    let truth = world.truth(robot);
+    assert!((truth.clearance - (3.0 - 0.5 - 0.25)).abs() < 1e-9, "{truth:?}");
+}
+
+#[test]
+fn noise_has_the_mean_and_the_spread_that_are_stated() {
+    let (mut world, robot) = hall(5);
+    let noisy = LaserConfig {
+        sigma: 0.03,
+        ..exact()
+    };
+    let truth = scan(&world, robot, &exact());
+    let mut errors = Vec::new();
+    for step in 1..=200u64 {
+        world.advance_to(step * jde_sim::STEP_NS);
+        let ranges = scan(&world, robot, &noisy);
+        errors.extend(
+            ranges
+                .iter()
+                .zip(&truth)
+                .map(|(range, truth)| f64::from(range - truth)),
+        );
+    }
+    let count = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / count;
+    let deviation = (errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count).sqrt();
+    let beyond = errors.iter().filter(|error| error.abs() > 2.0 * 0.03).count() as f64 / count;
+    // 36000 draws: five standard errors of the mean, of the deviation, and of the 4.55 % beyond two sigma.
+    assert!(mean.abs() < 5.0 * 0.03 / count.sqrt(), "mean {mean}");
+    assert!(
+        (deviation / 0.03 - 1.0).abs() < 5.0 / (2.0 * count).sqrt(),
+        "deviation {deviation}"
+    );
+    assert!(
+        (beyond - 0.0455).abs() < 5.0 * (0.0455f64 * 0.9545 / count).sqrt(),
+        "beyond two sigma {beyond}"
+    );
+    // Neighbouring beams, and the same beam in the next scan, err independently.
+    let correlation = |lag: usize| {
+        errors.iter().zip(&errors[lag..]).map(|(a, b)| a * b).sum::<f64>() / count / 0.03f64.powi(2)
+    };
+    assert!(correlation(1).abs() < 5.0 / count.sqrt() && correlation(180).abs() < 5.0 / count.sqrt());
+}
+
+#[test]
+fn reading_a_sensor_changes_neither_itself_nor_another() {
+    let (mut curious, robot) = hall(9);
+    let (mut calm, _) = hall(9);
+    let (laser, ring) = (LaserConfig::default(), SonarConfig::default());
+    let mut echoes = [0.0; 16];
+    for world in [&mut curious, &mut calm] {
+        world.command(robot, Twist2::new(0.3, 0.4)).unwrap();
+    }
+    for step in 1..100u64 {
+        curious.advance_to(step * jde_sim::STEP_NS);
+        let first = scan(&curious, robot, &laser);
+        curious.sonars(robot, &ring, &mut echoes).unwrap();
+        assert_eq!(first, scan(&curious, robot, &laser));
+    }
+    calm.advance_to(curious.now());
+    assert_eq!(scan(&calm, robot, &laser), scan(&curious, robot, &laser));
+    assert_eq!(calm.odometry(robot), curious.odometry(robot));
+}
+
+#[test]
+fn one_seed_gives_one_history_and_two_seeds_give_two() {
+    let run = |seed| {
+        let (mut world, robot) = hall(seed);
+        world.command(robot, Twist2::new(0.4, 0.3)).unwrap();
+        world.advance_to(20_000_000_000);
+        let bits: Vec<u32> = scan(&world, robot, &LaserConfig::default())
+            .iter()
+            .map(|r| r.to_bits())
+            .collect();
+        (
+            bits,
+            world.odometry(robot),
+            world.encoders(robot),
+            world.truth(robot),
+        )
+    };
+    assert_eq!(run(3), run(3));
+    let ((scan_a, odometry_a, encoders_a, truth_a), (scan_b, odometry_b, encoders_b, truth_b)) =
+        (run(3), run(4));
+    assert!(scan_a != scan_b && odometry_a != odometry_b && encoders_a != encoders_b);
+    assert_eq!(
+        truth_a, truth_b,
+        "the seed disturbs what is measured, not what happens"
+    );
+}
+
+#[test]
+fn streams_and_robots_err_each_in_their_own_way() {
+    let (mut world, robot) = hall(9);
+    let errors = |world: &World, robot, stream| -> Vec<f32> {
+        let noisy = scan(
+            world,
+            robot,
+            &LaserConfig {
+                stream,
+                sigma: 0.05,
+                ..exact()
+            },
+        );
+        noisy
+            .iter()
+            .zip(scan(world, robot, &exact()))
+            .map(|(a, b)| a - b)
+            .collect()
+    };
+    assert_ne!(errors(&world, robot, 0), errors(&world, robot, 1));
+    let other = world.add_robot("s", RobotConfig::default()).unwrap();
+    assert_ne!(errors(&world, robot, 0)[..80], errors(&world, other, 0)[..80]);
+}
+
+#[test]
+fn the_order_in_which_robots_are_added_makes_no_difference() {
+    let run = |names: [&str; 2]| {
+        let mut world = World::parse(HALL, "hall.toml", 2).unwrap();
+        for name in names {
+            let robot = world.add_robot(name, RobotConfig::default()).unwrap();
+            world
+                .command(robot, Twist2::new(0.5, if name == "r" { 0.1 } else { -0.3 }))
+                .unwrap();
+        }
+        world.advance_to(30_000_000_000);
+        world
+            .robots()
+            .map(|(id, name)| (name.to_owned(), world.truth(id), world.odometry(id)))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(["r", "s"]), run(["s", "r"]));
+}
+
+#[test]
+fn a_sonar_reports_the_nearest_thing_in_its_cone() {
+    // A post of 1 cm, 14 degrees off the axis of the sonar that looks straight left from (0.069, 0.136).
+    let angle = 104f64.to_radians();
+    let (x, y) = (0.069 + 2.0 * angle.cos(), 0.136 + 2.0 * angle.sin());
+    let text = format!(
+        "circles = [{{ center = [{x}, {y}], radius = 0.03 }}]\nrobots = {{ r = {{ start = {{ x = 0, y = 0 }} }} }}"
+    );
+    let mut world = World::parse(&text, "post.toml", 0).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    let ring = SonarConfig {
+        sigma: 0.0,
+        rays: 31,
+        ..SonarConfig::default()
+    };
+    let mut echoes = [0.0; 16];
+    world.sonars(robot, &ring, &mut echoes).unwrap();
+    assert!((f64::from(echoes[0]) - 1.97).abs() < 0.005, "{echoes:?}");
+    let narrow = SonarConfig {
+        cone: 20f64.to_radians(),
+        ..ring
+    };
+    world.sonars(robot, &narrow, &mut echoes).unwrap();
+    assert_eq!(echoes[0], f32::INFINITY);
+}
+
+#[test]
+fn the_ring_of_a_p3dx_is_symmetric_and_goes_clockwise() {
+    let mounts = SonarConfig::default().mounts;
+    assert_eq!(mounts.len(), 16);
+    for half in [&mounts[..8], &mounts[8..]] {
+        for (left, right) in half.iter().zip(half.iter().rev()) {
+            assert!(
+                (left.x, left.y, left.heading) == (right.x, -right.y, -right.heading),
+                "{left:?} {right:?}"
+            );
+        }
+    }
+    assert_eq!((mounts[0].x, mounts[0].y), (0.069, 0.136));
+    assert_eq!((mounts[8].x, mounts[8].y), (-0.157, -0.136));
+}
+
+#[test]
+fn odometry_drifts_from_the_truth_and_says_so_in_ticks() {
+    let config = RobotConfig {
+        wheel_scale_sigma: 0.01,
+        slip_sigma: 0.002,
+        odometry_origin: OdometryOrigin::StartPose,
+        ..RobotConfig::default()
+    };
+    let text = "robots = { r = { start = { x = 3, y = -1, heading_deg = 45 } } }";
+    let mut world = World::parse(text, "open.toml", 8).unwrap();
+    let robot = world.add_robot("r", config).unwrap();
+    assert_eq!(world.odometry(robot).pose, world.truth(robot).pose);
+    world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
+    world.advance_to(60_000_000_000);
+    let (truth, odometry, ticks) = (world.truth(robot), world.odometry(robot), world.encoders(robot));
+    let gap = truth.pose.distance(odometry.pose);
+    assert!(gap > 0.01 && gap < 0.2 * truth.travelled, "{gap}");
+    assert_ne!(ticks.left, ticks.right);
+    let rolled = (ticks.left + ticks.right) as f64 / 2.0 / 128_000.0;
+    assert!((rolled / truth.travelled - 1.0).abs() < 0.05, "{rolled}");
+}
+
+#[test]
+fn perfect_wheels_know_the_way_to_a_tick() {
+    let config = RobotConfig {
+        wheel_scale_sigma: 0.0,
+        slip_sigma: 0.0,
+        ..RobotConfig::default()
+    };
+    let text = "robots = { r = { start = { x = 3, y = -1, heading_deg = 45 } } }";
+    let mut world = World::parse(text, "open.toml", 8).unwrap();
+    let robot = world.add_robot("r", config).unwrap();
+    let start = world.truth(robot).pose;
+    assert_eq!(world.odometry(robot).pose, Pose2::default());
+    world.command(robot, Twist2::new(0.5, 0.2)).unwrap();
+    world.advance_to(20_000_000_000);
+    let believed = start.compose(world.odometry(robot).pose);
+    let pose = world.truth(robot).pose;
+    assert!(
+        believed.distance(pose) < 1e-3 && (believed.heading - pose.heading).sin().abs() < 1e-4,
+        "{believed:?}"
+    );
+}
+
+#[test]
+fn the_spread_of_slip_grows_with_the_root_of_the_way() {
+    let config = RobotConfig {
+        wheel_scale_sigma: 0.0,
+        slip_sigma: 0.01,
+        ..RobotConfig::default()
+    };
+    let text = "robots = { r = { start = { x = 0, y = 0 } } }";
+    let mut squares = [0.0; 2];
+    let runs = 400;
+    for seed in 0..runs {
+        let mut world = World::parse(text, "open.toml", seed).unwrap();
+        let robot = world.add_robot("r", config.clone()).unwrap();
+        world.command(robot, Twist2::new(1.0, 0.0)).unwrap();
+        for (index, time) in [5_000_000_000, 20_000_000_000].into_iter().enumerate() {
+            world.advance_to(time);
+            let way = world.truth(robot).travelled;
+            let error = world.encoders(robot).left as f64 / 128_000.0 - way;
+            squares[index] += error * error / way / runs as f64;
+        }
+    }
+    // Each is the variance of a metre: 1e-4 within five standard errors.
+    for variance in squares {
+        assert!(
+            (variance / 1e-4 - 1.0).abs() < 5.0 * (2.0 / runs as f64).sqrt(),
+            "{squares:?}"
+        );
+    }
+}
+
+#[test]
+fn bumpers_tell_where_the_body_touches() {
+    // Back against the wall x = -4, then ahead against the other robot.
+    let (mut world, robot) = hall(1);
+    world.add_robot("s", RobotConfig::default()).unwrap();
+    assert!(!world.bumpers(robot).any());
+    world.command(robot, Twist2::new(-0.5, 0.0)).unwrap();
+    world.advance_to(15_000_000_000);
+    let bumpers = world.bumpers(robot);
+    assert_eq!(
+        (bumpers.front, bumpers.rear),
+        ([false; 5], [false, false, true, false, false])
+    );
+    world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
+    world.advance_to(40_000_000_000);
+    let bumpers = world.bumpers(robot);
+    assert_eq!(
+        (bumpers.front, bumpers.rear),
+        ([false, false, true, false, false], [false; 5])
+    );
+}
+
+#[test]
+fn a_touch_ahead_on_the_left_presses_the_left_of_the_front() {
+    let text = "
+        circles = [{ center = [1, 0.32], radius = 0.1 }]
+        robots  = { r = { start = { x = 0, y = 0 } } }";
+    let mut world = World::parse(text, "post.toml", 0).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    world.command(robot, Twist2::new(0.3, 0.0)).unwrap();
+    world.advance_to(10_000_000_000);
+    // The centres are 0.35 m apart and 0.32 m aside: the contact is at asin(0.32 / 0.35) = 66 degrees.
+    assert_eq!(world.bumpers(robot).front, [true, false, false, false, false]);
+}
+
+#[test]
+fn a_buffer_of_the_wrong_length_and_numbers_that_cannot_work_are_refused() {
+    let (world, robot) = hall(1);
+    let refused = world.laser(robot, &LaserConfig::default(), &mut [0.0; 181]);
+    assert_eq!(
+        refused,
+        Err(WorldError::BadBuffer {
+            sensor: "laser",
+            given: 181,
+            expected: 180
+        })
+    );
+    let bad = LaserConfig {
+        sigma: f64::NAN,
+        ..LaserConfig::default()
+    };
+    let error = world.laser(robot, &bad, &mut [0.0; 180]).unwrap_err().to_string();
+    assert!(error.contains("laser sigma is NaN"), "{error}");
+    let bad = SonarConfig {
+        range_max: 0.0,
+        ..SonarConfig::default()
+    };
+    assert!(
+        world
+            .sonars(robot, &bad, &mut [0.0; 16])
+            .unwrap_err()
+            .to_string()
+            .contains("range_max")
+    );
+}

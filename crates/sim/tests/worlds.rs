@@ -1,0 +1,192 @@
+//! The worlds that come with the project: sound, and good for what they promise.
+
+use std::path::{Path, PathBuf};
+
+use jde_sim::{LaserConfig, Pose2, RobotConfig, RobotId, Twist2, World, wrap_angle};
+
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../worlds")
+        .join(name)
+}
+
+fn world(name: &str) -> World {
+    World::load(path(name), 11).unwrap()
+}
+
+/// The round of the office, as its file gives it in a comment.
+fn round() -> Vec<[f64; 2]> {
+    let text = std::fs::read_to_string(path("office.toml")).unwrap();
+    let targets = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("#     [")?.split_once(']'));
+    let number = |text: &str| text.trim().parse().unwrap();
+    targets
+        .map(|(point, _)| {
+            point
+                .split_once(',')
+                .map(|(x, y)| [number(x), number(y)])
+                .unwrap()
+        })
+        .collect()
+}
+
+#[test]
+fn every_world_is_sound_and_its_robots_fit() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(path("")).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_some_and(|extension| extension == "toml") {
+            let mut world = World::load(&file, 1).unwrap_or_else(|error| panic!("{error}"));
+            assert!(world.warnings().is_empty(), "{:?}", world.warnings());
+            let robots: Vec<String> = world.robot_names().map(str::to_owned).collect();
+            assert!(!robots.is_empty(), "{} has no robot", file.display());
+            for robot in robots {
+                world
+                    .add_robot(&robot, RobotConfig::default())
+                    .unwrap_or_else(|error| panic!("{error}"));
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 4, "{count} worlds");
+}
+
+#[test]
+fn the_world_file_of_the_documentation_is_sound() {
+    let source = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    let (_, rest) = source.split_once("//! ```toml\n").unwrap();
+    let (block, _) = rest.split_once("//! ```\n").unwrap();
+    let text: String = block
+        .lines()
+        .map(|line| line.trim_start_matches("//!").to_owned() + "\n")
+        .collect();
+    let world = World::parse(&text, path("map/shed.toml"), 0).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((world.name(), world.warnings()), ("shed", &[][..]));
+    assert!(world.shapes().count() > 8, "walls, desk, post, cart and the map");
+}
+
+#[test]
+fn the_round_of_the_office_keeps_clear_of_what_stands() {
+    let mut world = world("office.toml");
+    let robot = world.add_robot("pioneer", RobotConfig::default()).unwrap();
+    let start = world.truth(robot).pose;
+    let round = round();
+    assert!((6..=9).contains(&round.len()), "{round:?}");
+    let mut from = [start.x, start.y];
+    for to in round {
+        let length = f64::hypot(to[0] - from[0], to[1] - from[1]);
+        let angle = f64::atan2(to[1] - from[1], to[0] - from[0]);
+        // A corridor of rays beside the line: nothing that stands is nearer than 0.7 m.
+        for aside in -70..=70 {
+            let aside = f64::from(aside) / 100.0;
+            let origin = [from[0] - aside * angle.sin(), from[1] + aside * angle.cos()];
+            let hit = standing(&world, origin, angle, length);
+            assert_eq!(hit, None, "from {from:?} to {to:?}, {aside} m aside");
+        }
+        from = to;
+    }
+    assert_eq!(from, [start.x, start.y], "the round ends where it began");
+}
+
+/// A ray that only standing things stop, each asked for by its outline alone.
+fn standing(world: &World, origin: [f64; 2], angle: f64, length: f64) -> Option<f64> {
+    let met = world.cast_ray(origin, angle, length, None)?;
+    let point = [origin[0] + met * angle.cos(), origin[1] + met * angle.sin()];
+    let mover = world
+        .shapes()
+        .filter(|shape| shape.moving)
+        .any(|shape| match shape.outline {
+            jde_sim::Outline::Circle { center, .. } | jde_sim::Outline::Box { center, .. } => {
+                f64::hypot(center[0] - point[0], center[1] - point[1]) < 0.6
+            }
+            jde_sim::Outline::Segment { .. } => false,
+        });
+    let robot = world.robots().any(|(id, _)| {
+        let pose = world.truth(id).pose;
+        f64::hypot(pose.x - point[0], pose.y - point[1]) < 0.26
+    });
+    if mover || robot { None } else { Some(met) }
+}
+
+/// Turns toward a target and drives at it, and stands while something is close ahead.
+fn drive(
+    world: &mut World,
+    robot: RobotId,
+    target: [f64; 2],
+    laser: &LaserConfig,
+    ranges: &mut [f32],
+) -> f64 {
+    let pose = world.truth(robot).pose;
+    let away = Pose2::new(target[0], target[1], 0.0).distance(pose);
+    let error = wrap_angle(f64::atan2(target[1] - pose.y, target[0] - pose.x) - pose.heading);
+    world.laser(robot, laser, ranges).unwrap();
+    let blocked = ranges.iter().enumerate().any(|(beam, &range)| {
+        let (x, y) = (
+            f64::from(range) * laser.angle(beam).cos(),
+            f64::from(range) * laser.angle(beam).sin(),
+        );
+        range == f32::NEG_INFINITY || (x < 0.75 && y.abs() < 0.3)
+    });
+    let ahead = if blocked || error.abs() > 0.3 { 0.0 } else { 0.4 };
+    world
+        .command(robot, Twist2::new(ahead, (1.5 * error).clamp(-0.9, 0.9)))
+        .unwrap();
+    away
+}
+
+#[test]
+fn a_robot_that_only_stops_for_people_gets_round_the_office_without_a_touch() {
+    let mut world = world("office.toml");
+    let robot = world.add_robot("pioneer", RobotConfig::default()).unwrap();
+    let laser = LaserConfig::default();
+    let mut ranges = vec![0.0; laser.beams];
+    for target in round() {
+        // Ten minutes for one leg would mean that somebody stands in the way for good.
+        let deadline = world.now() + 600_000_000_000;
+        while drive(&mut world, robot, target, &laser, &mut ranges) > 0.3 {
+            assert!(
+                world.now() < deadline,
+                "stuck before {target:?}: {:?}",
+                world.truth(robot)
+            );
+            world.advance_to(world.now() + 70_000_000);
+        }
+    }
+    let truth = world.truth(robot);
+    assert!(truth.collisions == 0 && truth.min_clearance > 0.05, "{truth:?}");
+    assert!(truth.travelled > 50.0, "{truth:?}");
+}
+
+#[test]
+fn two_robots_see_each_other_behind_no_pillar() {
+    let mut world = world("two-robots.toml");
+    let left = world.add_robot("left", RobotConfig::default()).unwrap();
+    let right = world.add_robot("right", RobotConfig::default()).unwrap();
+    let (a, b) = (world.truth(left).pose, world.truth(right).pose);
+    let between = |origin: Pose2, except| {
+        world
+            .cast_ray([origin.x, origin.y], origin.heading, 20.0, Some(except))
+            .unwrap()
+    };
+    // The pillar hides them from each other at the start.
+    assert!((between(a, left) - 2.2).abs() < 1e-9 && (between(b, right) - 2.2).abs() < 1e-9);
+    let aside = Pose2::new(1.5, 3.2, f64::atan2(2.5 - 3.2, 5.0));
+    let seen = world
+        .cast_ray([aside.x, aside.y], aside.heading, 20.0, Some(left))
+        .unwrap();
+    assert!((seen - (f64::hypot(5.0, 0.7) - 0.25)).abs() < 1e-9, "{seen}");
+}
+
+#[test]
+fn the_rooms_have_a_door_between_them() {
+    let world = world("rooms.toml");
+    let to = |y: f64| world.cast_ray([1.0, y], 0.0, 20.0, None).unwrap();
+    // The wall between the rooms is the column from 2.9 m; the door is open from 1.4 m to 2.8 m, and the far wall is at 5.8 m.
+    assert!(
+        (to(0.5) - 1.9).abs() < 1e-9 && (to(2.0) - 4.8).abs() < 1e-9,
+        "{} {}",
+        to(0.5),
+        to(2.0)
+    );
+}
