@@ -2,6 +2,8 @@
 //! `jde-types` and `jde-schema`.
 
 mod schema;
+#[cfg(test)]
+mod tests;
 mod text;
 mod value;
 

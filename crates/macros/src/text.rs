@@ -13,7 +13,7 @@ pub(crate) fn doc(attributes: &[Attribute]) -> String {
                 lit: Lit::Str(text), ..
             }) = &pair.value
         {
-            for line in text.value().lines() {
+            for line in text.value().split('\n') {
                 lines.push(line.strip_prefix(' ').unwrap_or(line).trim_end().to_owned());
             }
         }

@@ -1,7 +1,8 @@
 //! Where the robot believes it is, and where it is to go.
 
 use crate::{
-    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist, TwistWithCovariance, Value,
+    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist,
+    TwistWithCovariance, Value,
 };
 
 /// Pose and velocity, as the wheels tell.
@@ -54,12 +55,20 @@ pub struct Target {
 
 impl Target {
     /// No place to go to.
-    pub const NONE: Self = Self { pose: Pose2D::ORIGIN, set: Flag::FALSE, padding: Padding::ZERO };
+    pub const NONE: Self = Self {
+        pose: Pose2D::ORIGIN,
+        set: Flag::FALSE,
+        padding: Padding::ZERO,
+    };
 
     /// That place.
     #[must_use]
     pub const fn at(pose: Pose2D) -> Self {
-        Self { pose, set: Flag::TRUE, padding: Padding::ZERO }
+        Self {
+            pose,
+            set: Flag::TRUE,
+            padding: Padding::ZERO,
+        }
     }
 
     /// The place, if there is one.

@@ -58,8 +58,8 @@ pub(super) unsafe fn value_type(
         let fields = here.array("fields", table.fields, table.field_count)?;
         let mut spans = Vec::new();
         let mut shown = Vec::new();
-        for table in fields {
-            let part = field(&here, table, depth)?;
+        for field in fields {
+            let part = self::field(&here, table, field, depth)?;
             spans.extend(part.spans);
             shown.extend(part.field);
         }
@@ -88,7 +88,7 @@ pub(super) unsafe fn value_type(
     }
 }
 
-unsafe fn field(outer: &Place, table: &raw::Field, depth: usize) -> Result<Part, Refusal> {
+unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usize) -> Result<Part, Refusal> {
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
         let name = outer.name("a field's name", table.name)?;
@@ -106,7 +106,17 @@ unsafe fn field(outer: &Place, table: &raw::Field, depth: usize) -> Result<Part,
             raw::I64 => FieldKind::Scalar(Scalar::I64),
             raw::F32 => FieldKind::Scalar(Scalar::F32),
             raw::F64 => FieldKind::Scalar(Scalar::F64),
-            raw::STRUCT => FieldKind::Struct(Arc::new(value_type(&here, table.value_type, depth + 1)?)),
+            raw::STRUCT => {
+                let part = here.table(table.value_type)?;
+                // A part is smaller than the whole, or all of it: so a type that contains itself many times over is not followed.
+                if part.bytes > whole.bytes || (part.bytes == whole.bytes && whole.field_count > 1) {
+                    return here.wrong(format!(
+                        "a part of {} bytes in a type of {}",
+                        part.bytes, whole.bytes
+                    ));
+                }
+                FieldKind::Struct(Arc::new(value_type(&here, part, depth + 1)?))
+            }
             other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
         };
         if table.offset > MOST_BYTES || table.length_offset > MOST_BYTES {

@@ -1,0 +1,465 @@
+//! Each lie that a plugin's tables can tell is refused in words that name the place.
+//!
+//! A sound plugin is built, one thing in it is changed, and the refusal is compared.
+
+#![allow(unsafe_code)]
+
+use core::ffi::{CStr, c_void};
+use core::ptr;
+
+use jde_abi::describe::{Form, Kind, Role};
+use jde_abi::{raw, read};
+
+/// All tables of a small sound plugin, each in one place to be changed.
+struct Tables {
+    plugin: raw::Plugin,
+    schema: raw::Schema,
+    ports: Vec<raw::Port>,
+    children: Vec<raw::Child>,
+    ty: raw::Type,
+    fields: Vec<raw::Field>,
+}
+
+#[repr(C, align(8))]
+struct Aligned([u8; 32]);
+
+static ZEROS: Aligned = Aligned([0; 32]);
+
+unsafe extern "C" fn create(_: *const raw::Schema, _: *const raw::Host, _: *mut raw::Context) -> *mut c_void {
+    ptr::null_mut()
+}
+
+unsafe extern "C" fn iterate(_: *mut c_void, _: *mut raw::Context) -> i32 {
+    raw::OK
+}
+
+fn field(
+    name: &'static CStr,
+    kind: u32,
+    form: u32,
+    capacity: u32,
+    offset: u64,
+    length_offset: u64,
+) -> raw::Field {
+    raw::Field {
+        size: size_of::<raw::Field>() as u32,
+        kind,
+        form,
+        capacity,
+        name: name.as_ptr(),
+        doc: ptr::null(),
+        unit: ptr::null(),
+        offset,
+        length_offset,
+        value_type: ptr::null(),
+    }
+}
+
+fn port(kind: u32, name: &'static CStr) -> raw::Port {
+    raw::Port {
+        size: size_of::<raw::Port>() as u32,
+        kind,
+        name: name.as_ptr(),
+        doc: c"A port.".as_ptr(),
+        unit: ptr::null(),
+        value_type: ptr::null(),
+        initial: if kind == raw::MODULATION {
+            ZEROS.0.as_ptr().cast()
+        } else {
+            ptr::null()
+        },
+        min: f64::NAN,
+        max: f64::NAN,
+        validity_ns: 0,
+        flags: 0,
+        child: 0,
+    }
+}
+
+fn child(name: &'static CStr) -> raw::Child {
+    raw::Child {
+        size: size_of::<raw::Child>() as u32,
+        kind: raw::MOTOR,
+        name: name.as_ptr(),
+        group: c"base".as_ptr(),
+        doc: ptr::null(),
+        flags: 0,
+        reserved: 0,
+    }
+}
+
+/// A value of 32 bytes: a byte, three of padding, a number, a sequence of one double, a text of four bytes.
+fn tables() -> Box<Tables> {
+    Box::new(Tables {
+        plugin: raw::Plugin {
+            magic: raw::MAGIC,
+            abi_major: raw::ABI_MAJOR,
+            abi_minor: raw::ABI_MINOR,
+            size: size_of::<raw::Plugin>() as u32,
+            flags: 0,
+            name: c"demo".as_ptr(),
+            version: c"1.2.3".as_ptr(),
+            doc: ptr::null(),
+            schemas: ptr::null(),
+            schema_count: 1,
+            reserved: 0,
+        },
+        schema: raw::Schema {
+            size: size_of::<raw::Schema>() as u32,
+            kind: raw::MOTOR,
+            name: c"goon".as_ptr(),
+            doc: c"Goes on.".as_ptr(),
+            period_ns: 75,
+            budget_ns: 0,
+            ports: ptr::null(),
+            children: ptr::null(),
+            port_count: 0,
+            child_count: 0,
+            create: Some(create),
+            destroy: None,
+            awake: None,
+            check: None,
+            iterate: Some(iterate),
+            arbitrate: None,
+            sleep: None,
+            ability: None,
+        },
+        ports: vec![
+            port(raw::IMPORT, c"laser"),
+            port(raw::EXPORT, c"pose"),
+            port(raw::MODULATION, c"speed"),
+            port(raw::ACTUATOR, c"base"),
+            port(raw::CHILD_MODULATION, c"target"),
+        ],
+        children: vec![child(c"brake"), child(c"avoid")],
+        ty: raw::Type {
+            size: size_of::<raw::Type>() as u32,
+            field_count: 0,
+            name: c"demo/msg/Value".as_ptr(),
+            doc: ptr::null(),
+            bytes: 32,
+            align: 8,
+            fields: ptr::null(),
+        },
+        fields: vec![
+            field(c"kind", raw::U8, raw::ONE, 1, 0, 0),
+            field(c"_", raw::U8, raw::PADDING, 3, 1, 0),
+            field(c"count", raw::U32, raw::ONE, 1, 4, 0),
+            field(c"points", raw::F64, raw::SEQUENCE, 1, 16, 8),
+            field(c"note", raw::U8, raw::TEXT, 4, 28, 24),
+        ],
+    })
+}
+
+/// Reads a plugin in which `change` changed something.
+fn read_changed(change: impl FnOnce(&mut Tables)) -> Result<jde_abi::describe::Plugin, read::Refusal> {
+    let mut tables = tables();
+    link(&mut tables);
+    change(&mut tables);
+    // SAFETY: every pointer of the tables leads to a table that lives here.
+    unsafe { read::plugin(&raw const tables.plugin) }
+}
+
+/// Points the tables to each other.
+fn link(tables: &mut Tables) {
+    tables.ty.fields = tables.fields.as_ptr();
+    tables.ty.field_count = tables.fields.len() as u32;
+    for port in &mut tables.ports {
+        port.value_type = &raw const tables.ty;
+    }
+    tables.schema.ports = tables.ports.as_ptr();
+    tables.schema.port_count = tables.ports.len() as u32;
+    tables.schema.children = tables.children.as_ptr();
+    tables.schema.child_count = tables.children.len() as u32;
+    tables.plugin.schemas = &raw const tables.schema;
+}
+
+#[track_caller]
+fn refused(words: &str, change: impl FnOnce(&mut Tables)) {
+    match read_changed(change) {
+        Ok(_) => panic!("accepted, where it should say: {words}"),
+        Err(refusal) => {
+            let said = refusal.to_string();
+            assert!(said.contains(words), "it says: {said}");
+        }
+    }
+}
+
+#[test]
+fn a_sound_plugin_is_read_whole() {
+    let plugin = read_changed(|_| {}).expect("it is sound");
+    assert_eq!(
+        (&*plugin.name, &*plugin.version, &*plugin.doc),
+        ("demo", "1.2.3", "")
+    );
+    let schema = &plugin.schemas[0];
+    assert_eq!(
+        (&*schema.name, schema.kind, schema.period_ns, schema.budget_ns),
+        ("goon", Kind::Motor, 75, 75)
+    );
+    assert_eq!(schema.ports[4].role, Role::ChildModulation { child: 0 });
+    let fields = &schema.ports[0].value_type.fields;
+    let names: Vec<&str> = fields.iter().map(|field| &*field.name).collect();
+    assert_eq!(names, ["kind", "count", "points", "note"], "padding is left out");
+    assert_eq!(
+        fields[2].form,
+        Form::Sequence {
+            capacity: 1,
+            length_offset: 8
+        }
+    );
+}
+
+#[test]
+fn what_is_no_plugin_or_of_another_version_is_refused_first() {
+    refused("does not begin with the mark", |t| t.plugin.magic = 7);
+    refused("built for ABI 2.0, newer than this host's 1.0", |t| {
+        t.plugin.abi_major = raw::ABI_MAJOR + 1
+    });
+    refused("built for ABI 0.0, older than this host's 1.0", |t| {
+        t.plugin.abi_major = 0
+    });
+    refused("or use a newer host", |t| t.plugin.abi_minor = raw::ABI_MINOR + 1);
+    refused("panic = \"abort\"", |t| t.plugin.flags = raw::PLUGIN_ABORTS);
+    refused("ABI 9", |t| {
+        t.plugin.abi_major = 9;
+        t.plugin.size = 0;
+        t.plugin.schemas = ptr::dangling();
+    });
+}
+
+#[test]
+fn tables_smaller_than_the_abi_are_refused() {
+    refused("a table says it has 8 bytes", |t| t.plugin.size = 8);
+    refused("plugin `demo`: a table says it has 8 bytes", |t| {
+        t.schema.size = 8
+    });
+    refused("schema `goon`: a table says it has 4 bytes", |t| {
+        t.ports[0].size = 4
+    });
+    refused("port `laser`: a table says it has 0 bytes", |t| t.ty.size = 0);
+    refused("type `demo/msg/Value`: a table says it has 4 bytes", |t| {
+        t.fields[0].size = 4
+    });
+    refused("schema `goon`: a table says it has 4 bytes", |t| {
+        t.children[0].size = 4
+    });
+}
+
+#[test]
+fn tables_that_grew_in_a_later_minor_version_are_read_by_their_stride() {
+    #[repr(C)]
+    struct Grown {
+        field: raw::Field,
+        later: u64,
+    }
+    let grown = |field: raw::Field| Grown {
+        field: raw::Field {
+            size: size_of::<Grown>() as u32,
+            ..field
+        },
+        later: u64::MAX,
+    };
+    let fields = [
+        grown(field(c"a", raw::F64, raw::ARRAY, 3, 0, 0)),
+        grown(field(c"b", raw::F64, raw::ONE, 1, 24, 0)),
+    ];
+    let plugin = read_changed(|t| {
+        t.ty.fields = fields.as_ptr().cast();
+        t.ty.field_count = 2;
+    });
+    let ty = plugin.expect("it is sound").schemas[0].ports[0]
+        .value_type
+        .clone();
+    assert_eq!(ty.fields[1].name, "b");
+    refused("breaks their alignment", |t| t.fields[0].size += 4);
+}
+
+#[test]
+fn counts_and_pointers_that_cannot_be_are_refused() {
+    refused("it holds no schema", |t| t.plugin.schema_count = 0);
+    refused("4000000000 schemas", |t| t.plugin.schema_count = 4_000_000_000);
+    refused("pointer to its schemas is null", |t| {
+        t.plugin.schemas = ptr::null()
+    });
+    refused("pointer to its ports is null or not aligned", |t| {
+        t.schema.ports = ptr::without_provenance(1)
+    });
+    refused("pointer to its table is null", |t| {
+        t.ports[1].value_type = ptr::null()
+    });
+    refused("create or iterate is null", |t| t.schema.iterate = None);
+    refused("create or iterate is null", |t| t.schema.create = None);
+}
+
+#[test]
+fn texts_and_names_that_cannot_be_are_refused() {
+    refused("a schema's name is not UTF-8", |t| {
+        t.schema.name = c"\xff".as_ptr()
+    });
+    refused("schema `goon`, port `laser`: doc is not UTF-8", |t| {
+        t.ports[0].doc = c"\xc3".as_ptr()
+    });
+    refused("name is ``", |t| t.plugin.name = ptr::null());
+    refused("a port's name is `a b`", |t| t.ports[0].name = c"a b".as_ptr());
+    refused("a child's name is `a/b`", |t| {
+        t.children[0].name = c"a/b".as_ptr()
+    });
+    refused("a type has no name", |t| t.ty.name = ptr::null());
+}
+
+#[test]
+fn names_that_would_be_confused_are_refused() {
+    refused("two ports are called `pose`", |t| {
+        t.ports[2].name = c"pose".as_ptr()
+    });
+    refused("two children are called `brake`", |t| {
+        t.children[1].name = c"brake".as_ptr()
+    });
+    refused("two fields are called `kind`", |t| {
+        t.fields[2].name = c"kind".as_ptr()
+    });
+    refused("a meaning of its own", |t| t.ports[2].name = c"children".as_ptr());
+    read_changed(|t| t.ports[0].name = c"pose".as_ptr()).expect("an import may have the name of an export");
+    read_changed(|t| t.ports[4].name = c"speed".as_ptr())
+        .expect("a child's modulation may have the name of one's own");
+}
+
+#[test]
+fn schemas_that_cannot_run_are_refused() {
+    refused("kind is 3, and only 0 to 2 exist", |t| t.schema.kind = 3);
+    refused("period_ns is 0", |t| t.schema.period_ns = 0);
+    refused("only a motor schema commands actuators", |t| {
+        t.schema.kind = raw::DRIVER
+    });
+    refused("only a motor schema may have motor children", |t| {
+        t.schema.kind = raw::PERCEPTIVE;
+        t.ports[3].kind = raw::EXPORT;
+    });
+}
+
+#[test]
+fn ports_that_cannot_work_are_refused() {
+    refused("port `laser`: kind is 6", |t| t.ports[0].kind = 6);
+    refused("`initial` is null", |t| t.ports[2].initial = ptr::null());
+    refused("only a driver takes commands", |t| t.ports[2].kind = raw::COMMAND);
+    refused("it names child 2 of 2", |t| t.ports[4].child = 2);
+    let driver = |t: &mut Tables| {
+        t.schema.kind = raw::DRIVER;
+        t.schema.child_count = 0;
+        t.schema.port_count = 3;
+        t.ports[2].kind = raw::COMMAND;
+    };
+    refused("validity_ns is 0", driver);
+    read_changed(|t| {
+        driver(t);
+        t.ports[2].validity_ns = 1;
+    })
+    .expect("a driver may take a command");
+}
+
+#[test]
+fn children_that_cannot_work_are_refused() {
+    refused("a child is perceptive (0) or motor (1)", |t| {
+        t.children[0].kind = raw::DRIVER
+    });
+    refused("competes in a group, and `group` is empty", |t| {
+        t.children[0].group = ptr::null()
+    });
+}
+
+#[test]
+fn bytes_that_belong_to_no_field_or_to_two_are_refused() {
+    refused("bytes 4 to 8 before field `points` belong to no field", |t| {
+        t.fields[2].form = raw::PADDING;
+        t.fields[2].kind = raw::U8;
+        t.fields[2].offset = 0;
+        t.fields[2].capacity = 1;
+        t.fields[0].offset = 1;
+        t.fields[1].offset = 2;
+        t.fields[1].capacity = 2;
+    });
+    refused("bytes 1 to 4 before field `count`", |t| {
+        t.fields[1] = field(c"_", raw::U8, raw::PADDING, 1, 31, 0)
+    });
+    refused("overlaps the one before it, which ends at 4", |t| {
+        t.fields[1].capacity = 3;
+        t.fields[2].kind = raw::U8;
+        t.fields[2].offset = 3;
+    });
+    refused("the fields end at byte 32, the type has 40", |t| t.ty.bytes = 40);
+    refused("field `note` ends at byte 28, the type has 24", |t| {
+        t.ty.bytes = 24
+    });
+    refused("is not aligned to 8", |t| {
+        t.fields[3].offset = 12;
+        t.fields[4].length_offset = 20;
+        t.fields[4].offset = 24;
+        t.fields[4].capacity = 8;
+    });
+}
+
+#[test]
+fn the_spare_half_of_a_length_is_only_before_its_own_elements() {
+    refused("overlaps", |t| {
+        t.fields[4] = field(c"note", raw::U32, raw::ONE, 1, 12, 0)
+    });
+}
+
+#[test]
+fn types_of_no_possible_size_are_refused() {
+    refused("0 bytes; a value has 1 to", |t| t.ty.bytes = 0);
+    refused("bytes; a value has 1 to", |t| t.ty.bytes = u64::MAX);
+    refused("alignment 3", |t| t.ty.align = 3);
+    refused("alignment 32", |t| t.ty.align = 32);
+    refused("field `points` needs alignment 8, the type has 4", |t| {
+        t.ty.align = 4
+    });
+    refused("capacity is 0", |t| t.fields[3].capacity = 0);
+    refused("is past any value", |t| t.fields[0].offset = u64::MAX);
+    refused("ends at byte", |t| t.fields[3].capacity = u32::MAX);
+}
+
+#[test]
+fn fields_of_no_possible_kind_are_refused() {
+    refused("field `kind`: kind is 12", |t| t.fields[0].kind = 12);
+    refused("field `kind`: form is 5", |t| t.fields[0].form = 5);
+    refused("a text and padding are made of bytes", |t| {
+        t.fields[4].kind = raw::I8
+    });
+    refused("a text and padding are made of bytes", |t| {
+        t.fields[1].kind = raw::BOOL
+    });
+    refused("pointer to its table is null", |t| t.fields[0].kind = raw::STRUCT);
+}
+
+#[test]
+fn a_type_that_contains_itself_is_refused_at_once() {
+    refused("contains itself", |t| {
+        t.fields[0].kind = raw::STRUCT;
+        t.fields[0].value_type = &raw const t.ty;
+        t.ty.field_count = 1;
+    });
+    // Followed to the last level, this would be 5^17 fields.
+    refused("a part of 32 bytes in a type of 32", |t| {
+        for field in &mut t.fields {
+            field.kind = raw::STRUCT;
+            field.value_type = &raw const t.ty;
+        }
+    });
+}
+
+#[test]
+fn types_are_the_same_by_name_and_layout_alone() {
+    let ty = |change: fn(&mut Tables)| {
+        read_changed(change).expect("sound").schemas[0].ports[0]
+            .value_type
+            .clone()
+    };
+    let plain = ty(|_| {});
+    assert!(plain.same_as(&ty(|t| t.ty.doc = c"Said otherwise.".as_ptr())));
+    assert!(plain.same_as(&ty(|t| t.fields[2].unit = c"m".as_ptr())));
+    assert!(!plain.same_as(&ty(|t| t.fields[2].name = c"number".as_ptr())));
+    assert!(!plain.same_as(&ty(|t| t.fields[2].kind = raw::F32)));
+    assert!(!plain.same_as(&ty(|t| t.ty.name = c"demo/msg/Other".as_ptr())));
+}

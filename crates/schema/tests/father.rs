@@ -1,0 +1,142 @@
+//! What fathers do: wake, put to sleep, modulate, look, set policies, arbitrate.
+
+#![forbid(unsafe_code)]
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+/// A father of two, with a helper.
+#[derive(Describe)]
+#[schema(motor, period = "100ms")]
+struct Father {
+    #[child(group = "base")]
+    brake: Child,
+    #[child(group = "base")]
+    cruise: Child,
+    #[child(perceptive)]
+    map: Child,
+    #[modulates(child = "cruise", name = "target")]
+    target: Modulates<Pose2D>,
+    #[modulates(child = "brake", name = "target")]
+    brake_target: Modulates<Pose2D>,
+    seen: Vec<(State, bool)>,
+    outcomes: Vec<Outcome>,
+    retire: bool,
+}
+
+impl Schema for Father {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.seen = [&self.brake, &self.cruise, &self.map]
+            .into_iter()
+            .filter_map(|child| child.status(cx))
+            .map(|status| (status.state, status.faulted))
+            .collect();
+        if std::mem::replace(&mut self.retire, true) {
+            self.outcomes.push(self.cruise.sleep(cx));
+            self.brake_target.set(cx, Pose2D::ORIGIN);
+            return Ok(());
+        }
+        for child in [&self.brake, &self.cruise, &self.map] {
+            self.outcomes.push(child.wake(cx));
+        }
+        let dwell = Duration::from_millis(300);
+        self.outcomes.push(self.brake.set_policy(
+            cx,
+            Policy::Sticky {
+                dwell,
+                hysteresis: 0.25,
+            },
+        ));
+        self.outcomes
+            .push(self.target.set(cx, Pose2D::new(1.0, 2.0, 0.5)));
+        Ok(())
+    }
+}
+
+impl Arbitrate for Father {
+    fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
+        let winner = level.winner().is_some_and(|winner| winner.is(&self.cruise));
+        Ok(match level.case() {
+            Case::Collision => Verdict::choose(&self.brake, format!("cruise won: {winner}")),
+            Case::Absence => Verdict::nobody("ñ".repeat(100)),
+        })
+    }
+}
+
+#[test]
+fn a_father_wakes_modulates_and_puts_to_sleep() {
+    let mut bench = Bench::<Father>::new();
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.awake_children(), ["brake", "cruise", "map"]);
+    assert_eq!(
+        bench.modulated("cruise", "target"),
+        Some(Pose2D::new(1.0, 2.0, 0.5))
+    );
+    assert_eq!(
+        bench.modulated::<Pose2D>("brake", "target"),
+        None,
+        "the same name, another child"
+    );
+    let dwell = Duration::from_millis(300);
+    assert_eq!(
+        bench.policy("brake"),
+        Some(Policy::Sticky {
+            dwell,
+            hysteresis: 0.25
+        })
+    );
+    assert_eq!(bench.schema().outcomes, [Outcome::Accepted; 5]);
+
+    bench.set_faulted("brake", true);
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.awake_children(), ["brake", "map"]);
+    assert_eq!(bench.modulated("brake", "target"), Some(Pose2D::ORIGIN));
+    assert_eq!(
+        bench.schema().seen,
+        [
+            (State::Checking, true),
+            (State::Checking, false),
+            (State::Winner, false)
+        ]
+    );
+}
+
+#[test]
+fn r7_a_father_without_authority_wakes_nobody_and_is_told() {
+    let mut bench = Bench::<Father>::new();
+    bench.set_authority(false);
+    bench.iterate().expect("it runs all the same");
+    assert!(bench.awake_children().is_empty());
+    assert_eq!(bench.schema().outcomes, [Outcome::Refused; 5]);
+}
+
+#[test]
+fn r4_a_father_chooses_among_the_awake_children_of_a_group() {
+    let mut bench = Bench::<Father>::new();
+    bench.set_child("brake", State::Ready);
+    bench.set_child("cruise", State::Winner);
+    let decision = bench.arbitrate("base").expect("an answer");
+    assert_eq!(
+        (decision.child.as_deref(), &*decision.reason),
+        (Some("brake"), "cruise won: true")
+    );
+}
+
+#[test]
+fn r4_a_father_may_choose_nobody_with_a_reason_that_is_cut_between_characters() {
+    let mut bench = Bench::<Father>::new();
+    bench.set_child("brake", State::Checking);
+    bench.set_child("cruise", State::Checking);
+    let decision = bench.arbitrate("base").expect("an answer");
+    assert_eq!((decision.child, decision.reason), (None, "ñ".repeat(63)));
+}
+
+#[test]
+#[should_panic(expected = "one child of `base` alone is ready, so nobody is asked")]
+fn r3_nobody_is_asked_about_one_alone() {
+    let mut bench = Bench::<Father>::new();
+    bench.set_child("brake", State::Ready);
+    bench.set_child("cruise", State::Ready);
+    bench.set_precondition("brake", false);
+    let _ = bench.arbitrate("base");
+}

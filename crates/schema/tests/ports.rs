@@ -1,0 +1,195 @@
+//! Inputs and outputs: values, stamps, what is missing, what is refused.
+
+#![forbid(unsafe_code)]
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+/// Passes a scan on and commands the base by it.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Pass {
+    #[import]
+    scan: Import<LaserScan>,
+    #[import(optional)]
+    extra: Import<f64>,
+    #[export]
+    copy: Export<LaserScan>,
+    #[modulation(default = 0.5)]
+    speed: Modulation<f64>,
+    #[actuator]
+    base: Actuator<Twist>,
+    #[actuator(optional)]
+    horn: Actuator<Flag>,
+    outcomes: Vec<Outcome>,
+    age: Option<Duration>,
+    unwritten: bool,
+}
+
+impl Schema for Pass {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let scan = self.scan.require(cx)?;
+        self.age = Some(scan.age(cx));
+        let speed = self.speed.sample(cx);
+        self.unwritten = speed.is_default();
+        self.outcomes
+            .push(self.base.command(cx, Twist::planar(*speed, 0.0)));
+        self.outcomes.push(self.horn.command(cx, Flag::TRUE));
+        let mut copy = self.copy.loan(cx);
+        *copy = *scan;
+        copy.angle_min = 7.0;
+        if scan.ranges.is_empty() {
+            return Ok(());
+        }
+        copy.publish_at(scan.time());
+        if let Some(extra) = self.extra.get(cx) {
+            info!(cx, "extra is {}", *extra);
+        }
+        Ok(())
+    }
+}
+
+fn scan(ranges: &[f32]) -> LaserScan {
+    LaserScan {
+        ranges: Seq::from_slice(ranges).expect("they fit"),
+        ..LaserScan::default()
+    }
+}
+
+#[test]
+fn a_missing_value_is_an_error_that_names_the_import() {
+    let mut bench = Bench::<Pass>::new();
+    let failure = bench.iterate().expect_err("no scan");
+    assert_eq!(failure.reason, "import `scan` has no value yet");
+}
+
+#[test]
+fn values_carry_their_time() {
+    let mut bench = Bench::<Pass>::new();
+    bench.set_now(Duration::from_millis(30));
+    bench.import("scan", &scan(&[1.0]));
+    bench.set_now(Duration::from_millis(50));
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.schema().age, Some(Duration::from_millis(20)));
+    assert_eq!(
+        bench.exported_at("copy"),
+        Some(Duration::from_millis(30)),
+        "as measured, not as written"
+    );
+}
+
+#[test]
+fn a_loan_that_is_not_published_is_seen_by_nobody() {
+    let mut bench = Bench::<Pass>::new();
+    bench.import("scan", &scan(&[]));
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.exported::<LaserScan>("copy"), None);
+    bench.import("scan", &scan(&[2.0]));
+    bench.iterate().expect("it runs");
+    let copy = bench.exported::<LaserScan>("copy").expect("published");
+    assert_eq!((copy.angle_min, copy.ranges.as_slice()), (7.0, &[2.0_f32][..]));
+}
+
+#[test]
+fn r7_a_command_without_authority_is_refused_and_no_fault() {
+    let mut bench = Bench::<Pass>::new();
+    bench.import("scan", &scan(&[]));
+    bench.set_authority(false);
+    bench.iterate().expect("it runs all the same");
+    assert_eq!(bench.commanded::<Twist>("base"), None);
+    assert_eq!(bench.schema().outcomes, [Outcome::Refused, Outcome::Refused]);
+}
+
+#[test]
+fn a_command_that_is_not_finite_is_refused_and_no_fault() {
+    let mut bench = Bench::<Pass>::new();
+    bench.import("scan", &scan(&[]));
+    bench.set("speed", f64::NAN);
+    bench.iterate().expect("it runs all the same");
+    assert_eq!(bench.commanded::<Twist>("base"), None);
+    assert_eq!(bench.schema().outcomes[0], Outcome::NotFinite);
+}
+
+#[test]
+fn commands_are_those_of_the_last_iteration() {
+    let mut bench = Bench::<Pass>::new();
+    bench.import("scan", &scan(&[]));
+    bench.iterate().expect("it runs");
+    assert!(bench.schema().unwritten);
+    assert_eq!(bench.commanded("base"), Some(Twist::planar(0.5, 0.0)));
+    assert_eq!(bench.commanded("horn"), Some(Flag::TRUE));
+    bench.set("speed", 0.1);
+    bench.set_authority(false);
+    bench.iterate().expect("it runs");
+    assert!(!bench.schema().unwritten);
+    assert_eq!(
+        bench.commanded::<Twist>("base"),
+        None,
+        "the one before does not linger"
+    );
+}
+
+#[test]
+fn optional_ports_left_unbound_are_no_fault() {
+    let mut bench = Bench::<Pass>::new();
+    bench.import("scan", &scan(&[1.0]));
+    bench.unbind("extra");
+    bench.unbind("horn");
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.schema().outcomes, [Outcome::Accepted, Outcome::Unbound]);
+    assert!(bench.log().is_empty());
+    bench.import("extra", &2.0);
+    bench.iterate().expect("it runs");
+    assert_eq!(
+        bench.log(),
+        [(jde_schema::Severity::Info, "extra is 2".to_owned())]
+    );
+}
+
+/// Turns as it is told.
+#[derive(Describe)]
+#[schema(driver, period = "10ms")]
+struct Base {
+    #[command(neutral = Twist::ZERO, validity = "500ms")]
+    velocity: Command<Twist>,
+    told: Option<(Twist, bool)>,
+}
+
+impl Schema for Base {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let velocity = self.velocity.get(cx);
+        self.told = Some((*velocity, velocity.in_force()));
+        Ok(())
+    }
+}
+
+#[test]
+fn r7_a_driver_reads_the_neutral_value_when_no_command_is_in_force() {
+    let ahead = Twist::planar(0.4, 0.0);
+    let mut bench = Bench::<Base>::new();
+    bench.iterate().expect("it runs");
+    assert_eq!(
+        bench.schema().told,
+        Some((Twist::ZERO, false)),
+        "before the first"
+    );
+    bench.command("velocity", &ahead);
+    bench.set_now(Duration::from_millis(500));
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.schema().told, Some((ahead, true)), "while valid");
+    bench.set_now(Duration::from_millis(501));
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.schema().told, Some((Twist::ZERO, false)), "and after");
+}
+
+#[test]
+#[should_panic(expected = "there is no import `scam`; did you mean `scan`?")]
+fn a_wrong_name_on_the_bench_names_the_nearest() {
+    Bench::<Pass>::new().import("scam", &scan(&[]));
+}
+
+#[test]
+#[should_panic(expected = "`scan` is a sensor_msgs/msg/LaserScan, not a geometry_msgs/msg/Twist")]
+fn a_wrong_type_on_the_bench_names_both() {
+    Bench::<Pass>::new().import("scan", &Twist::ZERO);
+}

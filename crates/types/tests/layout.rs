@@ -1,0 +1,220 @@
+//! Descriptions of values, and values that lie.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar};
+use jde_types::*;
+
+/// A value whose bytes are all 0xff.
+fn lying<T: Value>() -> T {
+    let bytes = vec![u128::MAX; size_of::<T>().div_ceil(16)];
+    #[allow(unsafe_code, reason = "what another process may have written")]
+    // SAFETY: enough bytes, aligned to 16, of which every pattern is a value.
+    unsafe {
+        bytes.as_ptr().cast::<T>().read()
+    }
+}
+
+fn field<'a>(ty: &'a jde_abi::describe::Type, name: &str) -> &'a Field {
+    ty.fields.iter().find(|field| field.name == name).expect(name)
+}
+
+fn names<T: Value>() -> Vec<String> {
+    T::describe().fields.into_iter().map(|field| field.name).collect()
+}
+
+#[test]
+fn every_standard_type_is_described_whole() {
+    // `describe` goes through the host's door, which refuses a byte that belongs to no field.
+    let types = [
+        Time::describe(),
+        Header::describe(),
+        Point::describe(),
+        Vector3::describe(),
+        Quaternion::describe(),
+        Pose::describe(),
+        PoseStamped::describe(),
+        PoseWithCovariance::describe(),
+        Pose2D::describe(),
+        Twist::describe(),
+        TwistWithCovariance::describe(),
+        Odometry::describe(),
+        Path::describe(),
+        Route::describe(),
+        LaserScan::describe(),
+        Range::describe(),
+        RangeRing::describe(),
+        Image::describe(),
+        PanTilt::describe(),
+        BatteryState::describe(),
+        Bumpers::describe(),
+        Mission::describe(),
+        Truth::describe(),
+        u8::describe(),
+        i64::describe(),
+        f64::describe(),
+        Flag::describe(),
+        Text::<16>::describe(),
+        <[f64; 3]>::describe(),
+    ];
+    for ty in &types {
+        assert!(!ty.doc.is_empty(), "{} says what it means", ty.name);
+        for field in &ty.fields {
+            let said = !field.doc.is_empty() || ty.name.ends_with("Quaternion");
+            assert!(said, "{}.{} says what it means", ty.name, field.name);
+        }
+    }
+    let mut hashes: Vec<u64> = types.iter().map(jde_abi::describe::Type::hash).collect();
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(hashes.len(), types.len(), "and each is another type");
+}
+
+#[test]
+fn fields_are_those_of_the_ros_interfaces_without_padding() {
+    assert_eq!(
+        names::<LaserScan>(),
+        [
+            "header",
+            "angle_min",
+            "angle_max",
+            "angle_increment",
+            "time_increment",
+            "scan_time",
+            "range_min",
+            "range_max",
+            "ranges",
+            "intensities"
+        ]
+    );
+    assert_eq!(
+        names::<Range>(),
+        [
+            "header",
+            "radiation_type",
+            "field_of_view",
+            "min_range",
+            "max_range",
+            "range",
+            "variance"
+        ]
+    );
+    assert_eq!(
+        names::<Image>(),
+        [
+            "header",
+            "height",
+            "width",
+            "encoding",
+            "is_bigendian",
+            "step",
+            "data"
+        ]
+    );
+    assert_eq!(names::<Odometry>(), ["header", "child_frame_id", "pose", "twist"]);
+}
+
+#[test]
+fn lengths_are_where_the_description_says() {
+    let scan = LaserScan::describe();
+    let ranges = field(&scan, "ranges");
+    let Form::Sequence {
+        capacity,
+        length_offset,
+    } = ranges.form
+    else {
+        panic!("a sequence")
+    };
+    assert_eq!((capacity, length_offset + 8), (1088, ranges.offset));
+    assert_eq!(
+        (&ranges.kind, &*ranges.unit),
+        (&FieldKind::Scalar(Scalar::F32), "m")
+    );
+
+    let header = Header::describe();
+    let frame = field(&header, "frame_id");
+    assert_eq!(
+        frame.form,
+        Form::Text {
+            capacity: 52,
+            length_offset: frame.offset - 4
+        }
+    );
+    assert_eq!(field(&Path::describe(), "poses").form.capacity(), 64);
+}
+
+#[test]
+fn a_number_alone_is_a_number_to_everybody() {
+    assert_eq!(f64::describe().as_number(), Some(Scalar::F64));
+    assert_eq!(Flag::describe().as_number(), Some(Scalar::Bool));
+    assert_eq!(Text::<8>::describe().as_number(), None);
+    assert_eq!(
+        (f64::describe().name, Flag::describe().name),
+        ("std_msgs/msg/Float64".into(), "std_msgs/msg/Bool".into())
+    );
+}
+
+#[test]
+fn a_length_that_lies_is_the_capacity() {
+    let seq: Seq<f32, 8> = lying::<LyingSeq>().items;
+    assert_eq!((seq.len(), seq.as_slice().len(), seq.iter().count()), (8, 8, 8));
+    let mut seq = seq;
+    assert_eq!(seq.push(1.0), Err(1.0), "it is full");
+    seq.as_mut_slice()[7] = 3.0;
+    assert_eq!(seq[7], 3.0);
+    let text: Text<16> = lying();
+    assert_eq!(
+        (text.len(), text.as_str()),
+        (16, ""),
+        "and what is not UTF-8 is not shown"
+    );
+    assert_eq!(
+        lying::<LaserScan>().points().count(),
+        0,
+        "a scan of NaN shows no points"
+    );
+    assert!(lying::<Flag>().get(), "any byte but 0 is true");
+}
+
+/// A sequence by itself.
+#[derive(Clone, Copy, Value)]
+#[repr(C)]
+struct LyingSeq {
+    /// It.
+    items: Seq<f32, 8>,
+}
+
+#[test]
+fn a_derived_type_is_named_after_its_crate_by_default() {
+    assert_eq!(LyingSeq::describe().name, "jde_types/msg/LyingSeq");
+}
+
+#[test]
+fn a_sequence_takes_what_fits_and_hands_back_the_rest() {
+    let mut seq = Seq::<u32, 4>::from_slice(&[1, 2, 3]).expect("they fit");
+    assert_eq!(
+        seq.extend_from_slice(&[4, 5]),
+        Err(TooLong {
+            length: 5,
+            capacity: 4
+        })
+    );
+    assert_eq!(seq.as_slice(), [1, 2, 3], "all or none");
+    assert_eq!((seq.push(4), seq.push(5)), (Ok(()), Err(5)));
+    assert_eq!(seq.resize(9).len(), 4);
+    seq.clear();
+    assert!(seq.is_empty());
+    assert_eq!(Seq::<u32, 4>::from_iter(0..9).as_slice(), [0, 1, 2, 3]);
+}
+
+#[test]
+fn a_text_is_cut_between_characters_or_refused() {
+    assert_eq!(Text::<4>::truncated("añoñ"), "año");
+    assert_eq!(
+        Text::<4>::try_from("abcde"),
+        Err(TooLong {
+            length: 5,
+            capacity: 4
+        })
+    );
+    assert_eq!(Text::<4>::try_from("abcd").expect("it fits").to_string(), "abcd");
+    assert_eq!(Text::<4>::new("ab"), Text::<4>::new("ab"));
+}
