@@ -1,0 +1,198 @@
+//! A behaviour told in TOML: a small hierarchy, what happens when, and what must follow.
+//!
+//! This is the form of the file; `stage` plays it, `words` turns phrases into calls and effects into phrases.
+
+mod stage;
+mod words;
+
+use std::collections::BTreeMap;
+
+use jde_core::{GroupSpec, Kind, Restart, SchemaId, SchemaSpec, Spec};
+use serde::Deserialize;
+
+use words::{absence, policy, time};
+
+/// One file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Story {
+    title: String,
+    rule: Vec<String>,
+    #[serde(default)]
+    #[allow(dead_code, reason = "for the reader of the file")]
+    about: String,
+    #[serde(default)]
+    perceptive: Vec<String>,
+    groups: BTreeMap<String, GroupTold>,
+    #[serde(default)]
+    schemas: BTreeMap<String, SchemaTold>,
+    step: Vec<Step>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroupTold {
+    father: Option<String>,
+    members: Vec<String>,
+    policy: Option<String>,
+    absence: Option<String>,
+    patience: Option<String>,
+    budget: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct SchemaTold {
+    #[serde(default)]
+    needs: Vec<String>,
+    period: Option<String>,
+    budget: Option<String>,
+    #[serde(default)]
+    triggered: bool,
+    restart: Option<RestartTold>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RestartTold {
+    after: String,
+    times: u32,
+}
+
+/// What happens at one time, and what must follow from it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Step {
+    at: String,
+    #[serde(default)]
+    when: Vec<String>,
+    /// These follow, in this order; others may come between.
+    #[serde(default)]
+    order: Vec<String>,
+    /// None of these follows.
+    #[serde(default)]
+    never: Vec<String>,
+    #[serde(default)]
+    states: BTreeMap<String, String>,
+    #[serde(default)]
+    winner: BTreeMap<String, String>,
+    /// Exactly these hold authority.
+    authority: Option<Vec<String>>,
+    #[serde(default)]
+    health: BTreeMap<String, String>,
+    /// The last record of a group in this step.
+    #[serde(default)]
+    why: BTreeMap<String, Why>,
+    /// What the refusals of this step say, in part.
+    refused: Option<Vec<String>>,
+    /// When the next timer is due; "none" for none.
+    timer: Option<String>,
+    #[serde(default)]
+    contract: BTreeMap<String, String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Why {
+    case: Option<String>,
+    before: Option<String>,
+    choice: Option<String>,
+    decider: Option<String>,
+    /// The record's reason holds these words.
+    reason: Option<String>,
+    cause: Option<String>,
+    caused_at: Option<String>,
+    changed: Option<bool>,
+    candidates: Option<Vec<String>>,
+}
+
+impl Story {
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|error| error.to_string())
+    }
+
+    pub(crate) fn title(&self) -> &str {
+        &self.title
+    }
+
+    pub(crate) fn rules(&self) -> &[String] {
+        &self.rule
+    }
+
+    /// Plays it twice: the second time must give the same effects (R16).
+    pub(crate) fn play(&self) -> Result<(), String> {
+        let first = stage::play(self)?;
+        let second = stage::play(self)?;
+        if first == second {
+            Ok(())
+        } else {
+            Err("R16: the second performance differs".into())
+        }
+    }
+
+    /// Motor schemas in the order of the groups, then the perceptive ones.
+    fn cast(&self) -> Vec<&str> {
+        let mut cast: Vec<&str> = Vec::new();
+        for group in self.groups.values() {
+            cast.extend(group.members.iter().map(String::as_str));
+        }
+        cast.extend(self.perceptive.iter().map(String::as_str));
+        cast
+    }
+
+    fn spec(&self) -> Result<Spec, String> {
+        let cast = self.cast();
+        let find = |name: &String| {
+            let index = cast
+                .iter()
+                .position(|c| c == name)
+                .ok_or(format!("`{name}` is nobody in this story"))?;
+            Ok::<_, String>(SchemaId(u32::try_from(index).expect("few schemas")))
+        };
+        if let Some(stranger) = self.schemas.keys().find(|name| !cast.contains(&name.as_str())) {
+            return Err(format!("`{stranger}` is nobody in this story"));
+        }
+        let mut spec = Spec::default();
+        for name in &cast {
+            let perceptive = self.perceptive.iter().any(|p| p == name);
+            let kind = if perceptive { Kind::Perceptive } else { Kind::Motor };
+            let mut schema = SchemaSpec::new(*name, kind, 100_000_000);
+            if let Some(told) = self.schemas.get(*name) {
+                schema.needs = told.needs.iter().map(find).collect::<Result<_, _>>()?;
+                schema.triggered = told.triggered;
+                if let Some(period) = &told.period {
+                    schema.period = time(period)?;
+                }
+                if let Some(budget) = &told.budget {
+                    schema.budget = time(budget)?;
+                }
+                if let Some(restart) = &told.restart {
+                    schema.restart = Restart::OnFault {
+                        backoff: time(&restart.after)?,
+                        limit: restart.times,
+                    };
+                }
+            }
+            spec.schemas.push(schema);
+        }
+        for (name, told) in &self.groups {
+            let members = told.members.iter().map(find).collect::<Result<_, _>>()?;
+            let father = told.father.as_ref().map(find).transpose()?;
+            let mut group = GroupSpec::new(name, father, members);
+            if let Some(told) = &told.policy {
+                group.policy = policy(told)?;
+            }
+            if let Some(told) = &told.absence {
+                group.absence = absence(told, |name| find(&name.to_owned()))?;
+            }
+            if let Some(told) = &told.patience {
+                group.patience = time(told)?;
+            }
+            if let Some(told) = &told.budget {
+                group.budget = time(told)?;
+            }
+            spec.groups.push(group);
+        }
+        Ok(spec)
+    }
+}

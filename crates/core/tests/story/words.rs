@@ -1,0 +1,195 @@
+//! The words of a story: times, policies, and how effects and records are told.
+//!
+//! One phrase for one thing; it refuses synonyms.
+
+use jde_core::{
+    Absence, Case, Cause, Decider, Effect, GroupId, Health, Nanos, Policy, SchemaId, Spec, State, Timer,
+};
+
+pub(super) fn time(told: &str) -> Result<Nanos, String> {
+    let unit = |suffix: &str, nanos: f64| {
+        let number: f64 = told.strip_suffix(suffix)?.trim().parse().ok()?;
+        // Stories use whole microseconds at the finest, which a float holds exactly.
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be positive and small"
+        )]
+        (0.0..1e6)
+            .contains(&number)
+            .then(|| (number * nanos).round() as Nanos)
+    };
+    unit("us", 1e3)
+        .or_else(|| unit("ms", 1e6))
+        .or_else(|| unit("s", 1e9))
+        .ok_or(format!("`{told}` is no time: write 5ms, 0.2s or 50us"))
+}
+
+pub(super) fn policy(told: &str) -> Result<Policy, String> {
+    let words: Vec<&str> = told.split_whitespace().collect();
+    Ok(match words.as_slice() {
+        ["priority"] => Policy::Priority,
+        ["highest", "urgency"] => Policy::HighestUrgency,
+        ["sticky", dwell, "by", margin] => Policy::Sticky {
+            dwell: time(dwell)?,
+            hysteresis: number(margin)?,
+        },
+        ["round", "robin", turn] => Policy::RoundRobin { turn: time(turn)? },
+        ["father"] => Policy::Father,
+        _ => return Err(format!("`{told}` is no policy")),
+    })
+}
+
+pub(super) fn absence(
+    told: &str,
+    find: impl FnOnce(&str) -> Result<SchemaId, String>,
+) -> Result<Absence, String> {
+    let words: Vec<&str> = told.split_whitespace().collect();
+    Ok(match words.as_slice() {
+        ["brake"] => Absence::Brake,
+        ["hold", for_] => Absence::Hold { for_: time(for_)? },
+        ["fallback", name] => Absence::Fallback(find(name)?),
+        _ => return Err(format!("`{told}` is no absence policy")),
+    })
+}
+
+pub(super) fn number(told: &str) -> Result<f64, String> {
+    told.parse().map_err(|_| format!("`{told}` is no number"))
+}
+
+pub(super) fn state(state: State) -> &'static str {
+    match state {
+        State::Slept => "slept",
+        State::Checking => "checking",
+        State::Ready => "ready",
+        State::Winner => "winner",
+    }
+}
+
+pub(super) fn health(health: &Health) -> String {
+    match health {
+        Health::Ok => "ok".into(),
+        Health::Overrun => "overrun".into(),
+        Health::ArbitrationFailed(reason) => format!("arbitration failed: {reason}"),
+        Health::Faulted(reason) => format!("faulted: {reason}"),
+    }
+}
+
+pub(super) fn case(case: Case) -> &'static str {
+    match case {
+        Case::Alone => "alone",
+        Case::Collision => "collision",
+        Case::Absence => "absence",
+        Case::Forced => "forced",
+    }
+}
+
+pub(super) fn decider(decider: Decider) -> &'static str {
+    match decider {
+        Decider::Nobody => "nobody",
+        Decider::Policy(Policy::Priority) => "priority",
+        Decider::Policy(Policy::HighestUrgency) => "highest urgency",
+        Decider::Policy(Policy::Sticky { .. }) => "sticky",
+        Decider::Policy(Policy::RoundRobin { .. }) => "round robin",
+        Decider::Policy(Policy::Father) | Decider::Father => "father",
+        Decider::ArbitrationFailed => "arbitration failed",
+        Decider::AbsencePolicy => "absence policy",
+        Decider::Operator => "operator",
+    }
+}
+
+/// Names of schemas and groups.
+#[derive(Copy, Clone)]
+pub(super) struct Names<'a>(pub(super) &'a Spec);
+
+impl<'a> Names<'a> {
+    pub(super) fn schema(self, id: SchemaId) -> &'a str {
+        &self.0.schemas[id.index()].name
+    }
+
+    pub(super) fn maybe(self, id: Option<SchemaId>) -> &'a str {
+        id.map_or("nobody", |id| self.schema(id))
+    }
+
+    pub(super) fn group(self, id: GroupId) -> &'a str {
+        &self.0.groups[id.index()].name
+    }
+
+    pub(super) fn find(self, name: &str) -> Result<SchemaId, String> {
+        let index = self.0.schemas.iter().position(|s| s.name == name);
+        let index = index.ok_or(format!("`{name}` is nobody in this story"))?;
+        Ok(SchemaId(u32::try_from(index).expect("few schemas")))
+    }
+
+    pub(super) fn find_group(self, name: &str) -> Result<GroupId, String> {
+        let index = self.0.groups.iter().position(|g| g.name == name);
+        let index = index.ok_or(format!("`{name}` is no group of this story"))?;
+        Ok(GroupId(u32::try_from(index).expect("few groups")))
+    }
+
+    pub(super) fn cause(self, cause: Cause) -> String {
+        match cause {
+            Cause::Start => "the application started".into(),
+            Cause::Readiness(id) => format!("{} was checked", self.schema(id)),
+            Cause::Woken(id) => format!("{} woke", self.schema(id)),
+            Cause::Slept(id) => format!("{} was put to sleep", self.schema(id)),
+            Cause::Faulted(id) => format!("{} faulted", self.schema(id)),
+            Cause::Iterated(id) => format!("{} iterated", self.schema(id)),
+            Cause::PolicyChanged => "the policy changed".into(),
+            Cause::Operator(id) => format!("an operator handled {}", self.schema(id)),
+            Cause::Timer(Timer::Patience(_)) => "patience ended".into(),
+            Cause::Timer(Timer::Turn(_)) => "the turn ended".into(),
+            Cause::Timer(other) => format!("{other:?}"),
+        }
+    }
+
+    pub(super) fn effect(self, effect: &Effect) -> String {
+        match effect {
+            Effect::Woken(id) => format!("{} wakes", self.schema(*id)),
+            Effect::Slept { id, abandoned: false } => format!("{} sleeps", self.schema(*id)),
+            Effect::Slept { id, abandoned: true } => format!("{} sleeps, abandoned", self.schema(*id)),
+            Effect::Granted(id) => format!("{} gains authority", self.schema(*id)),
+            Effect::Withdrawn(id) => format!("{} loses authority", self.schema(*id)),
+            Effect::Promoted(id) => format!("{} is promoted", self.schema(*id)),
+            Effect::Demoted(id) => format!("{} is demoted", self.schema(*id)),
+            Effect::Ask { group, .. } => {
+                let father = self.0.groups[group.index()].father;
+                format!("{} is asked about {}", self.maybe(father), self.group(*group))
+            }
+            Effect::Brake { group } => format!("{} brakes", self.group(*group)),
+            Effect::Hold { group, until } => format!("{} holds until {}", self.group(*group), Told(*until)),
+            Effect::Changed { id, from, to } => {
+                format!(
+                    "{} goes from {} to {}",
+                    self.schema(*id),
+                    state(*from),
+                    state(*to)
+                )
+            }
+            Effect::Health { id, health: now } => format!("{} is {}", self.schema(*id), health(now)),
+            Effect::Decided(record) => {
+                format!(
+                    "{} chooses {}",
+                    self.group(record.group),
+                    self.maybe(record.choice)
+                )
+            }
+            Effect::Took { id, latency, .. } => {
+                format!("{} takes over after {}", self.schema(*id), Told(*latency))
+            }
+        }
+    }
+}
+
+/// A time as a story writes it.
+pub(super) struct Told(pub(super) Nanos);
+
+impl std::fmt::Display for Told {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 % 1_000_000 == 0 {
+            write!(f, "{}ms", self.0 / 1_000_000)
+        } else {
+            write!(f, "{}us", self.0 / 1_000)
+        }
+    }
+}
