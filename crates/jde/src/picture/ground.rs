@@ -1,0 +1,181 @@
+//! What the robot drives on: the grid, the walls, the furniture, and what a laser saw of them.
+
+use jde_sim::Outline;
+use tiny_skia::{Path, PathBuilder, Rect};
+
+use super::canvas::{Align, Canvas, Line, closed};
+use super::frame::{Frame, box_corners};
+use super::palette::{EDGE, FURNITURE, GRID, INK, SOFT, faded};
+use super::{Drive, Thing};
+
+/// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
+const WALL: f64 = 0.1;
+/// Metres; a box no thicker than this is a wall.
+const THIN: f64 = 0.2;
+/// Pixels of the side of a point that a laser saw.
+const POINT: usize = 2;
+/// Size of the labels, pixels.
+const LABEL: f32 = 16.0;
+/// The scale bar takes up this share of the map's width at most, and so many pixels.
+const SCALE_BAR: (f64, f64) = (0.5, 200.0);
+
+/// Draws the grid and all that stands on it.
+pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive) {
+    canvas.clip(Some(frame.map));
+    grid(canvas, frame);
+    scans(canvas, frame, &drive.scans);
+    let (moving, still): (Vec<Thing>, Vec<Thing>) = drive.shapes.iter().partition(|thing| thing.moving);
+    let (walls, furniture): (Vec<Thing>, Vec<Thing>) = still.into_iter().partition(is_wall);
+
+    // All edges, then all areas: things that touch become one, and so do the blocks of a map.
+    let areas: Vec<Path> = furniture
+        .iter()
+        .filter_map(|thing| area(frame, &thing.outline))
+        .collect();
+    areas
+        .iter()
+        .for_each(|area| canvas.stroke(area, &Line::new(EDGE, 2.5)));
+    areas.iter().for_each(|area| canvas.fill(area, FURNITURE));
+    moving
+        .iter()
+        .filter_map(|thing| area(frame, &thing.outline))
+        .for_each(|area| light(canvas, &area));
+    for wall in walls {
+        match wall.outline {
+            Outline::Segment { from, to } => {
+                let line = Line::new(INK, frame.pixels(WALL).clamp(2.0, 8.0));
+                canvas.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], &line);
+            }
+            Outline::Box { .. } | Outline::Circle { .. } => {
+                if let Some(area) = area(frame, &wall.outline) {
+                    canvas.fill(&area, INK);
+                    // So that a wall thinner than a pixel is seen as well.
+                    canvas.stroke(&area, &Line::new(INK, 1.0));
+                }
+            }
+        }
+    }
+    canvas.clip(None);
+}
+
+/// Draws the edge of the map, the labels of the grid and the scale bar.
+pub(super) fn edge(canvas: &mut Canvas, frame: &Frame) {
+    let map = frame.map;
+    canvas.stroke(&PathBuilder::from_rect(map), &Line::new(EDGE, 1.0));
+    for x in frame.grid_lines(0) {
+        let at = (frame.at(x, 0.0).0, map.bottom() + 18.0);
+        canvas.label(&metres(x, frame.grid), LABEL, at, Align::Middle, SOFT);
+    }
+    for y in frame.grid_lines(1) {
+        let at = (map.left() - 10.0, frame.at(0.0, y).1);
+        canvas.label(&metres(y, frame.grid), LABEL, at, Align::Right, SOFT);
+    }
+    scale_bar(canvas, frame);
+}
+
+/// Draws a disc as things that move are drawn.
+pub(super) fn moving_disc(canvas: &mut Canvas, (x, y): (f32, f32), radius: f32) {
+    if let Some(disc) = PathBuilder::from_circle(x, y, radius) {
+        light(canvas, &disc);
+    }
+}
+
+fn grid(canvas: &mut Canvas, frame: &Frame) {
+    let map = frame.map;
+    let line = Line::new(GRID, 1.0);
+    for x in frame.grid_lines(0) {
+        let at = crisp(frame.at(x, 0.0).0);
+        canvas.polyline(&[(at, map.top()), (at, map.bottom())], &line);
+    }
+    for y in frame.grid_lines(1) {
+        let at = crisp(frame.at(0.0, y).1);
+        canvas.polyline(&[(map.left(), at), (map.right(), at)], &line);
+    }
+}
+
+/// Draws where beams ended: the more beams, the darker, so that what stands still is told from what passed by.
+fn scans(canvas: &mut Canvas, frame: &Frame, points: &[(f64, f64)]) {
+    let columns = frame.map.width() as usize / POINT + 1;
+    let rows = frame.map.height() as usize / POINT + 1;
+    let mut hits = vec![0u32; columns * rows];
+    for &(x, y) in points {
+        let (x, y) = frame.at(x, y);
+        let (right, down) = (x - frame.map.left(), y - frame.map.top());
+        let (column, row) = (right as usize / POINT, down as usize / POINT);
+        if right >= 0.0 && down >= 0.0 && column < columns && row < rows {
+            hits[row * columns + column] += 1;
+        }
+    }
+    for (place, &hits) in hits.iter().enumerate().filter(|(_, hits)| **hits > 0) {
+        let left = frame.map.left() + (place % columns * POINT) as f32;
+        let top = frame.map.top() + (place / columns * POINT) as f32;
+        if let Some(square) = Rect::from_xywh(left, top, POINT as f32, POINT as f32) {
+            canvas.dot(square, faded(INK, 0.35 + 0.1 * (hits as f32).log2()));
+        }
+    }
+}
+
+fn scale_bar(canvas: &mut Canvas, frame: &Frame) {
+    let longest = (f64::from(frame.map.width()) * SCALE_BAR.0).min(SCALE_BAR.1) / frame.scale;
+    let power = 10f64.powf(longest.log10().floor());
+    let length = [5.0, 2.0, 1.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|length| *length <= longest);
+    let length = length.unwrap_or(power);
+    let (left, y) = (frame.map.left(), frame.map.bottom() + 48.0);
+    let right = left + frame.pixels(length);
+    let line = Line::new(INK, 2.0);
+    canvas.polyline(&[(left, y), (right, y)], &line);
+    for end in [left, right] {
+        canvas.polyline(&[(end, y - 5.0), (end, y + 5.0)], &line);
+    }
+    canvas.label(
+        &format!("{} m", metres(length, length)),
+        LABEL,
+        (right + 10.0, y),
+        Align::Left,
+        INK,
+    );
+}
+
+fn light(canvas: &mut Canvas, area: &Path) {
+    canvas.fill(area, faded(FURNITURE, 0.45));
+    canvas.stroke(area, &Line::new(EDGE, 1.5).dashed(4.0, 4.0));
+}
+
+fn is_wall(thing: &Thing) -> bool {
+    match thing.outline {
+        Outline::Segment { .. } => true,
+        Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= THIN,
+        Outline::Circle { .. } => false,
+    }
+}
+
+fn area(frame: &Frame, outline: &Outline) -> Option<Path> {
+    match *outline {
+        Outline::Segment { .. } => None,
+        Outline::Box { center, size, angle } => {
+            closed(&box_corners(center, size, angle).map(|[x, y]| frame.at(x, y)))
+        }
+        Outline::Circle {
+            center: [x, y],
+            radius,
+        } => {
+            let (x, y) = frame.at(x, y);
+            PathBuilder::from_circle(x, y, frame.pixels(radius))
+        }
+    }
+}
+
+/// Writes a length with the digits that its step needs.
+fn metres(length: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    // Without the sum, what is rounded to zero from below would read "-0".
+    format!("{:.digits$}", length + 0.0)
+}
+
+/// The middle of the pixel, where a line of one pixel has no blurred edges.
+fn crisp(at: f32) -> f32 {
+    at.floor() + 0.5
+}

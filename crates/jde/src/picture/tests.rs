@@ -1,0 +1,1 @@
+//! Pictures of drives, probed at places of the world.

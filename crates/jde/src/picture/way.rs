@@ -1,0 +1,179 @@
+//! What the robot did: its way in the colours of those who won, the takeovers, the targets, its start and its end.
+
+use tiny_skia::ColorU8;
+
+use super::canvas::{Align, Canvas, Line};
+use super::frame::Frame;
+use super::palette::{EDGE, INK, Palette, WHITE, faded};
+use super::{Drive, Moment};
+
+/// Pixels of the way's line, and of the white on either side that lifts it off what it crosses.
+const WAY: f32 = 3.0;
+const LIFT: f32 = 2.0;
+/// Pixels from one arrow on the way to the next.
+const ARROWS: f32 = 170.0;
+/// Radius of the robot in pixels, if it would be smaller or nobody knows it.
+const LEAST_ROBOT: f32 = 9.0;
+/// Radius of a target, pixels.
+const TARGET: f32 = 13.0;
+/// Points nearer to each other than this many pixels are one.
+const SAME: f32 = 0.5;
+
+/// Which robot is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Robot {
+    Start,
+    End,
+}
+
+/// Draws the whole drive.
+pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive, palette: &Palette) {
+    let runs = runs(frame, &drive.path);
+    for (_, points) in &runs {
+        canvas.polyline(points, &Line::new(faded(WHITE, 0.85), WAY + 2.0 * LIFT));
+    }
+    for (winner, points) in &runs {
+        canvas.polyline(points, &line(palette, *winner));
+    }
+    arrows(canvas, &runs, palette);
+    for at in &drive.takeovers {
+        takeover(canvas, frame.at(at.x, at.y), palette.color(Some(at.to)));
+    }
+    for (number, at) in drive.targets.iter().enumerate() {
+        target(
+            canvas,
+            frame.at(at.x, at.y),
+            &(number + 1).to_string(),
+            at.reached,
+        );
+    }
+    let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
+    for (at, which) in [
+        (drive.path.first(), Robot::Start),
+        (drive.path.last(), Robot::End),
+    ] {
+        if let Some(at) = at {
+            robot(canvas, frame.at(at.x, at.y), radius, at.heading, which);
+        }
+    }
+}
+
+/// Gives the line of the way while a schema won.
+pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
+    let line = Line::new(palette.color(winner), WAY);
+    if palette.is_dashed(winner) {
+        line.dashed(8.0, 5.0)
+    } else {
+        line
+    }
+}
+
+/// Draws the mark of a takeover in the colour of the new winner.
+pub(super) fn takeover(canvas: &mut Canvas, at: (f32, f32), color: ColorU8) {
+    canvas.disc(at, 5.0, color);
+    canvas.disc(at, 2.8, WHITE);
+}
+
+/// Draws a target with its number: full if the robot has been there, crossed out if not.
+pub(super) fn target(canvas: &mut Canvas, (x, y): (f32, f32), number: &str, reached: bool) {
+    let (size, ring) = (if number.len() > 2 { 12.0 } else { 15.0 }, Line::new(INK, 1.8));
+    canvas.disc((x, y), TARGET + 2.0, faded(WHITE, 0.85));
+    if reached {
+        canvas.disc((x, y), TARGET, INK);
+        canvas.label(number, size, (x, y), Align::Middle, WHITE);
+    } else {
+        canvas.disc((x, y), TARGET, WHITE);
+        canvas.ring((x, y), TARGET - 0.9, &ring.clone().dashed(4.0, 3.0));
+        canvas.label(number, size, (x, y), Align::Middle, INK);
+        let (near, far) = (TARGET * 0.72, TARGET * 1.25);
+        for (right, down) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            canvas.polyline(
+                &[
+                    (x + right * near, y + down * near),
+                    (x + right * far, y + down * far),
+                ],
+                &ring,
+            );
+        }
+    }
+}
+
+/// Draws a robot from above: a disc with a wedge ahead; the one at the start as a shade.
+pub(super) fn robot(canvas: &mut Canvas, (x, y): (f32, f32), radius: f32, heading: f64, which: Robot) {
+    // Pixels count downwards, headings counter-clockwise.
+    let ahead = |angle: f64, far: f32| {
+        let angle = heading + angle;
+        (x + angle.cos() as f32 * far, y - angle.sin() as f32 * far)
+    };
+    let wedge = [
+        ahead(0.0, radius * 0.82),
+        ahead(2.4, radius * 0.62),
+        ahead(-2.4, radius * 0.62),
+    ];
+    match which {
+        Robot::Start => {
+            canvas.disc((x, y), radius, faded(WHITE, 0.75));
+            canvas.ring((x, y), radius, &Line::new(INK, 1.5).dashed(4.0, 3.0));
+            canvas.polygon(&wedge, EDGE);
+        }
+        Robot::End => {
+            canvas.disc((x, y), radius, faded(WHITE, 0.9));
+            canvas.ring((x, y), radius, &Line::new(INK, 2.0));
+            canvas.polygon(&wedge, INK);
+        }
+    }
+}
+
+type Run = (Option<usize>, Vec<(f32, f32)>);
+
+/// Cuts the way where the winner changes; every piece ends where the next begins.
+fn runs(frame: &Frame, path: &[Moment]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for at in path {
+        let point = frame.at(at.x, at.y);
+        match runs.last_mut() {
+            Some((winner, points)) => {
+                let last = *points.last().unwrap_or(&point);
+                let changes = *winner != at.winner;
+                if changes || (point.0 - last.0).hypot(point.1 - last.1) >= SAME {
+                    points.push(point);
+                }
+                if changes {
+                    runs.push((at.winner, vec![point]));
+                }
+            }
+            None => runs.push((at.winner, vec![point])),
+        }
+    }
+    runs
+}
+
+/// Draws arrow heads that tell which way the way goes, evenly spaced over all of it.
+fn arrows(canvas: &mut Canvas, runs: &[Run], palette: &Palette) {
+    let mut left = ARROWS / 2.0;
+    for (winner, points) in runs {
+        for pair in points.windows(2) {
+            let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
+            let length = (to_x - x).hypot(to_y - y);
+            let (right, down) = ((to_x - x) / length, (to_y - y) / length);
+            let mut along = left;
+            while along <= length {
+                let at = |ahead: f32, aside: f32| {
+                    let forward = along + ahead;
+                    (
+                        x + right * forward - down * aside,
+                        y + down * forward + right * aside,
+                    )
+                };
+                let lifted = [at(10.0, 0.0), at(-7.0, 8.0), at(-4.0, 0.0), at(-7.0, -8.0)];
+                canvas.polygon(&lifted, faded(WHITE, 0.85));
+                canvas.polygon(
+                    &[at(7.5, 0.0), at(-5.0, 5.5), at(-2.5, 0.0), at(-5.0, -5.5)],
+                    palette.color(*winner),
+                );
+                along += ARROWS;
+            }
+            left = along - length;
+        }
+    }
+}
