@@ -259,7 +259,7 @@ fn faults_of_the_yaml_name_its_line() {
     check(
         "image: m.pgm\norigin: [0, 0\nresolution: 1",
         image,
-        "/m.yaml:",
+        "/m.yaml:3: ",
         &["not sound YAML"],
     );
     check(

@@ -1,8 +1,6 @@
 //! What the sensors report: where they look, how they err, and that reading them changes nothing.
 
-use jde_sim::{
-    LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError,
-};
+use jde_sim::{LaserConfig, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError};
 
 const HALL: &str = "
     walls  = [{ name = 'wall', points = [[-4, -3], [6, -3], [6, 3], [-4, 3]], closed = true }]
@@ -272,115 +270,6 @@ fn the_ring_of_a_p3dx_is_symmetric_and_goes_clockwise() {
     }
     assert_eq!((mounts[0].x, mounts[0].y), (0.069, 0.136));
     assert_eq!((mounts[8].x, mounts[8].y), (-0.157, -0.136));
-}
-
-#[test]
-fn odometry_drifts_from_the_truth_and_says_so_in_ticks() {
-    let config = RobotConfig {
-        wheel_scale_sigma: 0.01,
-        slip_sigma: 0.002,
-        odometry_origin: OdometryOrigin::StartPose,
-        ..RobotConfig::default()
-    };
-    let text = "robots = { r = { start = { x = 3, y = -1, heading_deg = 45 } } }";
-    let mut world = World::parse(text, "open.toml", 8).unwrap();
-    let robot = world.add_robot("r", config).unwrap();
-    assert_eq!(world.odometry(robot).pose, world.truth(robot).pose);
-    world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
-    world.advance_to(60_000_000_000);
-    let (truth, odometry, ticks) = (world.truth(robot), world.odometry(robot), world.encoders(robot));
-    let gap = truth.pose.distance(odometry.pose);
-    assert!(gap > 0.01 && gap < 0.2 * truth.travelled, "{gap}");
-    assert_ne!(ticks.left, ticks.right);
-    let rolled = (ticks.left + ticks.right) as f64 / 2.0 / 128_000.0;
-    assert!((rolled / truth.travelled - 1.0).abs() < 0.05, "{rolled}");
-}
-
-#[test]
-fn perfect_wheels_know_the_way_to_a_tick() {
-    let config = RobotConfig {
-        wheel_scale_sigma: 0.0,
-        slip_sigma: 0.0,
-        ..RobotConfig::default()
-    };
-    let text = "robots = { r = { start = { x = 3, y = -1, heading_deg = 45 } } }";
-    let mut world = World::parse(text, "open.toml", 8).unwrap();
-    let robot = world.add_robot("r", config).unwrap();
-    let start = world.truth(robot).pose;
-    assert_eq!(world.odometry(robot).pose, Pose2::default());
-    world.command(robot, Twist2::new(0.5, 0.2)).unwrap();
-    world.advance_to(20_000_000_000);
-    let believed = start.compose(world.odometry(robot).pose);
-    let pose = world.truth(robot).pose;
-    assert!(
-        believed.distance(pose) < 1e-3 && (believed.heading - pose.heading).sin().abs() < 1e-4,
-        "{believed:?}"
-    );
-}
-
-#[test]
-fn the_spread_of_slip_grows_with_the_root_of_the_way() {
-    let config = RobotConfig {
-        wheel_scale_sigma: 0.0,
-        slip_sigma: 0.01,
-        ..RobotConfig::default()
-    };
-    let text = "robots = { r = { start = { x = 0, y = 0 } } }";
-    let mut squares = [0.0; 2];
-    let runs = 400;
-    for seed in 0..runs {
-        let mut world = World::parse(text, "open.toml", seed).unwrap();
-        let robot = world.add_robot("r", config.clone()).unwrap();
-        world.command(robot, Twist2::new(1.0, 0.0)).unwrap();
-        for (index, time) in [5_000_000_000, 20_000_000_000].into_iter().enumerate() {
-            world.advance_to(time);
-            let way = world.truth(robot).travelled;
-            let error = world.encoders(robot).left as f64 / 128_000.0 - way;
-            squares[index] += error * error / way / runs as f64;
-        }
-    }
-    // Each is the variance of a metre: 1e-4 within five standard errors.
-    for variance in squares {
-        assert!(
-            (variance / 1e-4 - 1.0).abs() < 5.0 * (2.0 / runs as f64).sqrt(),
-            "{squares:?}"
-        );
-    }
-}
-
-#[test]
-fn bumpers_tell_where_the_body_touches() {
-    // Back against the wall x = -4, then ahead against the other robot.
-    let (mut world, robot) = hall(1);
-    world.add_robot("s", RobotConfig::default()).unwrap();
-    assert!(!world.bumpers(robot).any());
-    world.command(robot, Twist2::new(-0.5, 0.0)).unwrap();
-    world.advance_to(15_000_000_000);
-    let bumpers = world.bumpers(robot);
-    assert_eq!(
-        (bumpers.front, bumpers.rear),
-        ([false; 5], [false, false, true, false, false])
-    );
-    world.command(robot, Twist2::new(0.5, 0.0)).unwrap();
-    world.advance_to(40_000_000_000);
-    let bumpers = world.bumpers(robot);
-    assert_eq!(
-        (bumpers.front, bumpers.rear),
-        ([false, false, true, false, false], [false; 5])
-    );
-}
-
-#[test]
-fn a_touch_ahead_on_the_left_presses_the_left_of_the_front() {
-    let text = "
-        circles = [{ center = [1, 0.32], radius = 0.1 }]
-        robots  = { r = { start = { x = 0, y = 0 } } }";
-    let mut world = World::parse(text, "post.toml", 0).unwrap();
-    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
-    world.command(robot, Twist2::new(0.3, 0.0)).unwrap();
-    world.advance_to(10_000_000_000);
-    // The centres are 0.35 m apart and 0.32 m aside: the contact is at asin(0.32 / 0.35) = 66 degrees.
-    assert_eq!(world.bumpers(robot).front, [true, false, false, false, false]);
 }
 
 #[test]

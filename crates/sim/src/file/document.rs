@@ -1,6 +1,6 @@
 //! A TOML text with its lines, read table by table, that collects every fault instead of stopping at the first.
 //!
-//! Knows the grammar of values, not what a world is.
+//! Knows tables and keys; what a value must be is in `values`, what a world is in `things`.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -9,15 +9,10 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::values::{Read, named};
 use crate::error::Fault;
 
 pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
-
-/// What a reader of a value answers: the value, or where it is wrong and how.
-pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
-
-/// Greatest coordinate or length, in metres: beyond it a float no longer tells a tenth of a millimetre apart reliably.
-const FAR: f64 = 1e5;
 
 pub(crate) struct Document<'a> {
     path: &'a Path,
@@ -180,108 +175,5 @@ impl<'a> Table<'a> {
     fn noted<T>(&self, key: &str, read: Read<T>) -> Option<T> {
         read.map_err(|(span, message)| self.fault(&span, format!("`{key}` {message}")))
             .ok()
-    }
-}
-
-/// A number within [`FAR`].
-pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
-    let parsed = match item.get_ref() {
-        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
-            .ok()
-            .map(|n| n as f64),
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        _ => return Err((item.span(), format!("is {}: expected a number", named(item)))),
-    };
-    match parsed {
-        Some(number) if number.abs() <= FAR => Ok(number),
-        Some(number) if !number.is_finite() => {
-            Err((item.span(), format!("is {number}: expected a finite number")))
-        }
-        Some(_) | None => Err((
-            item.span(),
-            format!("is out of range: expected at most {FAR} either way"),
-        )),
-    }
-}
-
-pub(crate) fn positive(item: &Item<'_>) -> Read<f64> {
-    match number(item)? {
-        number if number > 0.0 => Ok(number),
-        number => Err((item.span(), format!("is {number}: expected more than 0"))),
-    }
-}
-
-pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
-    match number(item)? {
-        number if number >= 0.0 => Ok(number),
-        number => Err((item.span(), format!("is {number}: expected 0 or more"))),
-    }
-}
-
-/// A point `[x, y]`.
-pub(crate) fn point(item: &Item<'_>) -> Read<[f64; 2]> {
-    pair(item, "a point [x, y]", number)
-}
-
-/// A size `[along x, along y]`.
-pub(crate) fn size(item: &Item<'_>) -> Read<[f64; 2]> {
-    pair(item, "a size [along x, along y]", positive)
-}
-
-/// Two points or more, each apart from the one before it.
-pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
-    let Some(items) = item.get_ref().as_array() else {
-        return Err((
-            item.span(),
-            format!("is {}: expected points [[x, y], ...]", named(item)),
-        ));
-    };
-    let points = items.iter().map(point).collect::<Read<Vec<_>>>()?;
-    if points.len() < 2 {
-        return Err((
-            item.span(),
-            format!("has {} points: expected two or more", points.len()),
-        ));
-    }
-    match points.windows(2).position(|pair| pair[0] == pair[1]) {
-        Some(index) => Err((
-            items[index + 1].span(),
-            format!("has point {} on the one before it: move or drop it", index + 2),
-        )),
-        None => Ok(points),
-    }
-}
-
-pub(crate) fn text(item: &Item<'_>) -> Read<String> {
-    match item.get_ref().as_str() {
-        Some("") => Err((item.span(), "is empty: expected a text".to_owned())),
-        Some(text) => Ok(text.to_owned()),
-        None => Err((item.span(), format!("is {}: expected a text", named(item)))),
-    }
-}
-
-pub(crate) fn flag(item: &Item<'_>) -> Read<bool> {
-    item.get_ref()
-        .as_bool()
-        .ok_or_else(|| (item.span(), format!("is {}: expected true or false", named(item))))
-}
-
-fn pair(item: &Item<'_>, expected: &str, read: fn(&Item<'_>) -> Read<f64>) -> Read<[f64; 2]> {
-    match item.get_ref().as_array().map(|items| &items[..]) {
-        Some([first, second]) => Ok([read(first)?, read(second)?]),
-        Some(items) => Err((
-            item.span(),
-            format!("has {} values: expected {expected}", items.len()),
-        )),
-        None => Err((item.span(), format!("is {}: expected {expected}", named(item)))),
-    }
-}
-
-fn named(item: &Item<'_>) -> String {
-    let kind = item.get_ref().type_str();
-    if kind.starts_with(['a', 'i', 'o']) {
-        format!("an {kind}")
-    } else {
-        format!("a {kind}")
     }
 }

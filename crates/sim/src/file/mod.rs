@@ -7,7 +7,10 @@ mod grid;
 mod map;
 mod pgm;
 mod picture;
+mod sheet;
+mod starts;
 mod things;
+mod values;
 
 use std::path::{Path, PathBuf};
 
@@ -79,12 +82,12 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
         .path()
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned());
-    let name = root.optional("name", file_name.unwrap_or_default(), document::text);
-    let stated = things::bounds(document, root);
+    let name = root.optional("name", file_name.unwrap_or_default(), values::text);
+    let stated = starts::bounds(document, root);
     let map = map::read(document, root);
     let fixtures = things::fixtures(document, root);
     let movers = things::movers(document, root);
-    let starts = things::starts(document, root);
+    let starts = starts::starts(document, root);
     let (name, stated, map, mut fixtures, movers, starts) =
         (name?, stated?, map?, fixtures?, movers?, starts?);
 

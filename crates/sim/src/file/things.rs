@@ -1,12 +1,11 @@
-//! The things of a world file: walls, boxes, circles, movers, starts and bounds.
+//! The things of a world file: walls, boxes, circles and movers.
 //!
 //! Each reader reports every fault of its things, and gives nothing if there was one.
 
 use std::ops::Range;
 
-use super::Start;
-use super::document::{self, Document, Item, Table};
-use crate::geometry::{Bounds, Pose2};
+use super::document::{Document, Table};
+use super::values;
 use crate::mover::{self, AtEnd, Body};
 use crate::scene::Fixture;
 use crate::shape::Outline;
@@ -15,31 +14,6 @@ use crate::shape::Outline;
 const CLEARANCE: f64 = 0.5;
 /// How long a mover waits for a robot before it turns back, in seconds, unless it says otherwise.
 const WAIT: f64 = 3.0;
-
-pub(crate) fn bounds(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Bounds>> {
-    let Some(item) = root.get("bounds") else {
-        return Some(None);
-    };
-    let Some(keys) = item.get_ref().as_table() else {
-        root.fault(
-            &item.span(),
-            "`bounds` is not a table: expected { min = [x, y], max = [x, y] }",
-        );
-        return None;
-    };
-    let table = Table::new(document, keys, item.span(), "bounds".to_owned(), &["min", "max"]);
-    let (min, max) = (
-        table.required("min", document::point),
-        table.required("max", document::point),
-    );
-    let bounds = Bounds { min: min?, max: max? };
-    if bounds.min[0] < bounds.max[0] && bounds.min[1] < bounds.max[1] {
-        Some(Some(bounds))
-    } else {
-        table.fault(table.span(), "`min` is not below and left of `max`");
-        None
-    }
-}
 
 pub(crate) fn fixtures(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Fixture>> {
     let walls = each(
@@ -92,75 +66,6 @@ pub(crate) fn movers(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(m
     })
 }
 
-pub(crate) fn starts(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(Start, Range<usize>)>> {
-    let Some(item) = root.get("robots") else {
-        return Some(Vec::new());
-    };
-    let Some(robots) = item.get_ref().as_table() else {
-        root.fault(
-            &item.span(),
-            "`robots` is not a table: expected [robots.NAME] with a start",
-        );
-        return None;
-    };
-    let starts: Vec<_> = robots
-        .iter()
-        .map(|(name, robot)| start(document, name.get_ref(), name.span(), robot))
-        .collect();
-    starts.into_iter().collect()
-}
-
-fn start<'a>(
-    document: &'a Document<'a>,
-    name: &str,
-    place: Range<usize>,
-    robot: &'a Item<'a>,
-) -> Option<(Start, Range<usize>)> {
-    let what = format!("robot `{name}`");
-    let Some(keys) = robot.get_ref().as_table() else {
-        document.fault(&robot.span(), format!("{what}: expected a table with a start"));
-        return None;
-    };
-    let table = Table::new(document, keys, place, what.clone(), &["start"]);
-    let Some(item) = table.get("start") else {
-        table.fault(
-            table.span(),
-            "`start` is missing: expected { x = 0, y = 0, heading_deg = 0 }",
-        );
-        return None;
-    };
-    let Some(keys) = item.get_ref().as_table() else {
-        table.fault(
-            &item.span(),
-            "`start` is not a table: expected { x = 0, y = 0, heading_deg = 0 }",
-        );
-        return None;
-    };
-    let table = Table::new(
-        document,
-        keys,
-        item.span(),
-        format!("start of {what}"),
-        &["x", "y", "heading_deg"],
-    );
-    let (x, y) = (
-        table.required("x", document::number),
-        table.required("y", document::number),
-    );
-    let heading = table.optional("heading_deg", 0.0, document::number);
-    let pose = Pose2::new(x?, y?, heading?.to_radians());
-    let line = document.line(table.span());
-    Some((
-        Start {
-            robot: name.to_owned(),
-            pose,
-            file: document.path().to_owned(),
-            line,
-        },
-        item.span(),
-    ))
-}
-
 /// Reads every item of an array of tables, each with its name; nothing if any has a fault.
 fn each<'a, T>(
     document: &'a Document<'a>,
@@ -175,7 +80,7 @@ fn each<'a, T>(
         .zip(root.array(key))
         .map(|(number, item)| {
             let table = Table::item(document, item, kind, number, known)?;
-            let name = table.optional("name", format!("{kind} {number}"), document::text);
+            let name = table.optional("name", format!("{kind} {number}"), values::text);
             let thing = read(&table, name.clone().unwrap_or_default());
             name.and(thing)
         })
@@ -188,8 +93,8 @@ fn each<'a, T>(
 }
 
 fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
-    let points = table.required("points", document::points);
-    let closed = table.optional("closed", false, document::flag);
+    let points = table.required("points", values::points);
+    let closed = table.optional("closed", false, values::flag);
     let (mut points, closed) = (points?, closed?);
     if closed {
         if points.len() < 3 {
@@ -224,10 +129,10 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
 
 fn rectangle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     let (center, size) = (
-        table.required("center", document::point),
-        table.required("size", document::size),
+        table.required("center", values::point),
+        table.required("size", values::size),
     );
-    let angle = table.optional("angle_deg", 0.0, document::number);
+    let angle = table.optional("angle_deg", 0.0, values::number);
     let outline = Outline::Box {
         center: center?,
         size: size?,
@@ -238,8 +143,8 @@ fn rectangle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
 
 fn circle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     let (center, radius) = (
-        table.required("center", document::point),
-        table.required("radius", document::positive),
+        table.required("center", values::point),
+        table.required("radius", values::positive),
     );
     Some(vec![Fixture {
         name,
@@ -253,10 +158,10 @@ fn circle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
 fn mover(table: &Table<'_>, name: String) -> Option<mover::Plan> {
     let body = match (table.get("radius"), table.get("size")) {
         (Some(_), None) => table
-            .required("radius", document::positive)
+            .required("radius", values::positive)
             .map(|radius| Body::Circle { radius }),
         (None, Some(_)) => table
-            .required("size", document::size)
+            .required("size", values::size)
             .map(|size| Body::Box { size }),
         (Some(_), Some(_)) | (None, None) => {
             table.fault(
@@ -266,11 +171,11 @@ fn mover(table: &Table<'_>, name: String) -> Option<mover::Plan> {
             None
         }
     };
-    let way = table.required("way", document::points);
-    let speed = table.required("speed", document::positive);
-    let closed = table.optional("loop", false, document::flag);
-    let clearance = table.optional("clearance", CLEARANCE, document::positive);
-    let patience = table.optional("wait", WAIT, document::not_negative);
+    let way = table.required("way", values::points);
+    let speed = table.required("speed", values::positive);
+    let closed = table.optional("loop", false, values::flag);
+    let clearance = table.optional("clearance", CLEARANCE, values::positive);
+    let patience = table.optional("wait", WAIT, values::not_negative);
     let (way, at_end) = (way?, if closed? { AtEnd::Loop } else { AtEnd::TurnBack });
     if at_end == AtEnd::Loop && way[0] == way[way.len() - 1] {
         table.fault(

@@ -1,0 +1,118 @@
+//! What can be measured in a world, and what is true of it.
+//!
+//! Nothing here changes the world.
+
+use parry2d_f64::math::Vector;
+
+use super::{RobotId, World};
+use crate::error::WorldError;
+use crate::mover::Mover;
+use crate::odometer::{Encoders, Odometry};
+use crate::random::{Noise, Purpose};
+use crate::robot::{CONTACT, Robot, Truth};
+use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
+use crate::shape::Outline;
+use crate::solid;
+
+impl World {
+    /// Fills `ranges`, one a beam from right to left, with metres; +∞ for no return, -∞ for too near (REP-117).
+    ///
+    /// Errors: a buffer of another length than `beams`, numbers that cannot work.
+    pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        laser.check()?;
+        buffer("laser", ranges.len(), laser.beams)?;
+        let noise = self.noise(robot, Purpose::Laser, laser.stream);
+        laser.scan(self.truth(robot).pose, &noise, ranges, |origin, angle| {
+            self.cast_ray(origin, angle, laser.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Fills `ranges`, one a sonar in the order of its mounts, with metres; +∞ for no echo, -∞ for too near.
+    ///
+    /// Errors: a buffer of another length than the mounts, numbers that cannot work.
+    pub fn sonars(&self, robot: RobotId, ring: &SonarConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        ring.check()?;
+        buffer("sonars", ranges.len(), ring.mounts.len())?;
+        let noise = self.noise(robot, Purpose::Sonar, ring.stream);
+        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, angle| {
+            self.cast_ray(origin, angle, ring.range_max, Some(robot))
+        });
+        Ok(())
+    }
+
+    /// Gives the pose and twist that the wheels measured.
+    pub fn odometry(&self, robot: RobotId) -> Odometry {
+        self.robot(robot).odometer.odometry
+    }
+
+    /// Gives the ticks that the wheels counted.
+    pub fn encoders(&self, robot: RobotId) -> Encoders {
+        self.robot(robot).odometer.encoders
+    }
+
+    /// Gives the bumpers that touch something now.
+    pub fn bumpers(&self, robot: RobotId) -> Bumpers {
+        let Robot {
+            truth: Truth { pose, .. },
+            config,
+            ..
+        } = self.robot(robot);
+        let center = Vector::new(pose.x, pose.y);
+        let reach = config.radius + CONTACT;
+        let solids = self
+            .scene
+            .around(center, reach)
+            .chain(self.movers.iter().map(Mover::solid));
+        let things = solids
+            .map(|solid| solid.nearest(center))
+            .filter(|point| point.distance(center) < reach);
+        let robots = self
+            .others(robot.0)
+            .filter(|(_, disc)| center.distance(Vector::from(disc.center)) - disc.radius < reach);
+        sensor::press(
+            *pose,
+            things.map(Into::into).chain(robots.map(|(_, disc)| disc.center)),
+        )
+    }
+
+    /// Gives what is true of a robot.
+    pub fn truth(&self, robot: RobotId) -> Truth {
+        self.robot(robot).truth
+    }
+
+    /// Gives the distance along a ray to the first thing, mover or robot but `except`; nothing beyond `max` metres.
+    pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
+        let ray = solid::ray(origin, angle);
+        let mut nearest = self.scene.cast(&ray, max);
+        let mut consider = |solid: &solid::Solid| {
+            if let Some(distance) = solid.cast(&ray, nearest.unwrap_or(max)) {
+                nearest = Some(distance);
+            }
+        };
+        self.movers.iter().for_each(|mover| consider(mover.solid()));
+        for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
+            consider(&solid::Solid::new(&Outline::Circle {
+                center: disc.center,
+                radius: disc.radius,
+            }));
+        }
+        nearest
+    }
+
+    fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
+        Noise::new(self.seed, robot.0, purpose, stream, self.steps)
+    }
+}
+
+fn buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {
+    if given == expected {
+        Ok(())
+    } else {
+        Err(WorldError::BadBuffer {
+            sensor,
+            given,
+            expected,
+        })
+    }
+}
