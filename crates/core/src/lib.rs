@@ -41,6 +41,7 @@ mod hierarchy;
 mod record;
 mod refused;
 mod spec;
+mod spec_error;
 mod state;
 mod validate;
 
@@ -53,5 +54,5 @@ pub use spec::{
     Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Policy, Restart, SchemaId,
     SchemaSpec, Spec,
 };
+pub use spec_error::SpecError;
 pub use state::{Health, Requester, Standing, State};
-pub use validate::SpecError;

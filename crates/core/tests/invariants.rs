@@ -2,18 +2,18 @@
 //!
 //! It refuses to know how the rules are kept: see `shadow` for what is checked, and `Wishes` for R6.
 
+mod random;
 mod shadow;
 
 use std::collections::BTreeSet;
 
 use jde_core::{
-    Absence, Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Nanos, Operator, Policy,
-    Refused, Restart, SchemaId, SchemaSpec, Spec, State, Timer,
+    Answer, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused, SchemaId,
+    Spec, State, Timer,
 };
 use proptest::prelude::*;
+use random::{MS, POLICIES, specs};
 use shadow::{Shadow, below, ids};
-
-const MS: Nanos = 1_000_000;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
@@ -437,86 +437,4 @@ impl Run {
         }
         children[usize::from(index) % children.len()]
     }
-}
-
-const POLICIES: [Policy; 7] = [
-    Policy::Priority,
-    Policy::HighestUrgency,
-    Policy::Sticky {
-        dwell: 3 * MS,
-        hysteresis: 0.5,
-    },
-    Policy::Sticky {
-        dwell: 0,
-        hysteresis: 0.0,
-    },
-    Policy::RoundRobin { turn: 2 * MS },
-    Policy::Father,
-    Policy::Father,
-];
-
-/// Up to ten motor schemas at most four deep, up to two groups a father, up to four perceptive schemas shared by all.
-fn specs() -> impl Strategy<Value = Spec> {
-    let motors = prop::collection::vec(any::<[u8; 4]>(), 1..=10);
-    let perceptive = prop::collection::vec(any::<u8>(), 0..=4);
-    (motors, perceptive, any::<[u8; 24]>())
-        .prop_map(|(motors, perceptive, groups)| spec(&motors, &perceptive, &groups))
-}
-
-fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
-    let count = u32::try_from(motors.len()).expect("few");
-    let picked = |mask: u8, among: u32| -> Vec<SchemaId> {
-        (0..among)
-            .filter(|bit| mask & (1 << bit) != 0)
-            .map(|bit| SchemaId(count + bit))
-            .collect()
-    };
-    let mut spec = Spec::default();
-    let mut depths = Vec::new();
-    for (index, &[father, slot, needs, restart]) in motors.iter().enumerate() {
-        let father = usize::from(father) % (index + 1);
-        // The last value stands for a root; a father that is deep enough gets no more children.
-        let father = Some(father).filter(|&f| f < index && depths[f] < 4);
-        depths.push(father.map_or(1, |f| depths[f] + 1));
-        let mut schema = SchemaSpec::new(format!("motor{index}"), Kind::Motor, 10 * MS);
-        schema.needs = picked(needs, u32::try_from(perceptive.len()).expect("few"));
-        if restart % 2 == 0 {
-            schema.restart = Restart::OnFault {
-                backoff: MS,
-                limit: u32::from(restart % 4),
-            };
-        }
-        spec.schemas.push(schema);
-        let id = SchemaId(u32::try_from(index).expect("few"));
-        let father = father.map(|f| SchemaId(u32::try_from(f).expect("few")));
-        let name = format!("{father:?}.{}", slot % 2);
-        match spec.groups.iter_mut().find(|g| g.name == name) {
-            Some(group) => group.members.push(id),
-            None => spec.groups.push(GroupSpec::new(name, father, vec![id])),
-        }
-    }
-    for (index, &needs) in (0u32..).zip(perceptive) {
-        let mut schema = SchemaSpec::new(format!("perceptive{index}"), Kind::Perceptive, 10 * MS);
-        schema.needs = picked(needs, index);
-        schema.restart = Restart::OnFault {
-            backoff: MS,
-            limit: 2,
-        };
-        spec.schemas.push(schema);
-    }
-    for (group, shape) in spec.groups.iter_mut().zip(shape.iter().cycle()) {
-        let policy = POLICIES[usize::from(*shape) % POLICIES.len()];
-        group.policy = if group.father.is_none() && policy == Policy::Father {
-            Policy::Priority
-        } else {
-            policy
-        };
-        group.absence = match shape / 8 % 4 {
-            0 => Absence::Hold { for_: 4 * MS },
-            1 => Absence::Fallback(group.members[usize::from(*shape) % group.members.len()]),
-            _ => Absence::Brake,
-        };
-        group.patience = if shape / 32 % 4 == 0 { 0 } else { 2 * MS };
-    }
-    spec
 }

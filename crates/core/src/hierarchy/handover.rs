@@ -6,14 +6,13 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::parts::{Group, Run};
+use super::parts::{Origin, Run};
 use super::selection::Why;
 use super::sleep::Pace;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::record::Cause;
-use crate::spec::{Absence, GroupId, Nanos, SchemaId};
-use crate::state::{Standing, State};
+use crate::spec::{GroupId, Nanos, SchemaId};
 
 /// A handover under way in a group, away from its winner.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
@@ -28,13 +27,6 @@ pub struct Handover {
     pub record: u64,
     /// When the situation that led to that record came to be.
     pub cause_time: Nanos,
-}
-
-/// The selection that a promotion carries out.
-#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-pub(super) struct Origin {
-    pub(super) record: u64,
-    pub(super) cause_time: Nanos,
 }
 
 impl Hierarchy {
@@ -145,21 +137,6 @@ impl Hierarchy {
         handover
     }
 
-    /// Takes back everything a group remembers of its last life, when its father's subtree slept.
-    pub(super) fn reset(&mut self, id: GroupId) {
-        let forced = self.group(id).forced;
-        self.disarm(Timer::Hold(id));
-        *self.group_mut(id) = Group {
-            forced,
-            ..Group::default()
-        };
-    }
-
-    pub(super) fn hold_over(&mut self, id: GroupId, out: &mut Vec<Effect>) {
-        self.group_mut(id).standing = Standing::Braked;
-        out.push(Effect::Brake { group: id });
-    }
-
     fn complete(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
         let (Some(loser), Some(handover)) = (self.group(id).winner, self.drop_handover(id)) else {
             return;
@@ -170,106 +147,6 @@ impl Hierarchy {
             cause_time: handover.cause_time,
         };
         self.seat(id, now, handover.to, origin, out);
-    }
-
-    fn step_down(&mut self, loser: SchemaId, out: &mut Vec<Effect>) {
-        if !self.node(loser).wanted() {
-            self.lay_down(loser, out);
-            return;
-        }
-        self.withdraw(loser, out);
-        if let Some(group) = self.plan.group_of(loser) {
-            self.group_mut(group).winner = None;
-            self.group_mut(group).taking = None;
-        }
-        out.push(Effect::Demoted(loser));
-        let to = if self.node(loser).ready {
-            State::Ready
-        } else {
-            State::Checking
-        };
-        self.change(loser, to, out);
-    }
-
-    /// Promotes the choice in a group without a winner, or lets its absence policy act.
-    pub(super) fn seat(
-        &mut self,
-        id: GroupId,
-        now: Nanos,
-        to: Option<SchemaId>,
-        origin: Origin,
-        out: &mut Vec<Effect>,
-    ) {
-        match to {
-            Some(to) => self.promote(id, to, origin, out),
-            None => self.vacate(id, now, out),
-        }
-    }
-
-    fn promote(&mut self, id: GroupId, to: SchemaId, origin: Origin, out: &mut Vec<Effect>) {
-        let group = self.group_mut(id);
-        group.winner = Some(to);
-        group.taking = Some(origin);
-        group.standing = Standing::Commanding;
-        self.disarm(Timer::Hold(id));
-        self.change(to, State::Winner, out);
-        if self
-            .plan
-            .group(id)
-            .father
-            .is_none_or(|father| self.node(father).authority)
-        {
-            self.grant(to, out);
-        }
-        out.push(Effect::Promoted(to));
-    }
-
-    /// Nobody wins: brakes or holds, once per absence (R9).
-    fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
-        let held = match self.plan.group(id).absence {
-            Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
-            Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
-        };
-        match (self.group(id).standing, held) {
-            (Standing::Holding | Standing::Braked, _) => {}
-            (Standing::Commanding, Some(until)) => {
-                self.group_mut(id).standing = Standing::Holding;
-                self.arm(Timer::Hold(id), until);
-                out.push(Effect::Hold { group: id, until });
-            }
-            // A fresh group has commanded nothing that could be held.
-            (Standing::Commanding, None) | (Standing::Fresh, _) => {
-                self.group_mut(id).standing = Standing::Braked;
-                out.push(Effect::Brake { group: id });
-            }
-        }
-    }
-
-    fn grant(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
-        self.node_mut(id).authority = true;
-        out.push(Effect::Granted(id));
-        let plan = Arc::clone(&self.plan);
-        for &group in plan.groups_under(id) {
-            // An operator may have played children before their father won.
-            if let Some(winner) = self.group(group).winner {
-                self.grant(winner, out);
-            }
-        }
-    }
-
-    /// Takes the authority of a schema and of all below it, children before fathers.
-    pub(super) fn withdraw(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
-        if !self.node(id).authority {
-            return;
-        }
-        let plan = Arc::clone(&self.plan);
-        for &group in plan.groups_under(id) {
-            if let Some(winner) = self.group(group).winner {
-                self.withdraw(winner, out);
-            }
-        }
-        self.node_mut(id).authority = false;
-        out.push(Effect::Withdrawn(id));
     }
 
     /// The loser is chosen again: what is left of its subtree competes again.

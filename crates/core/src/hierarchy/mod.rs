@@ -10,13 +10,16 @@
 //! - a motor schema inside an abandoned iteration is neither READY nor WINNER.
 
 mod arbitration;
+mod authority;
 mod handover;
 mod iteration;
 mod operator;
 mod parts;
+mod plan;
 mod policy;
 mod query;
 mod restart;
+mod seat;
 mod selection;
 mod sleep;
 mod timer;
@@ -30,8 +33,9 @@ use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
 use crate::spec::{GroupId, Kind, Nanos, Policy, SchemaId, Spec};
+use crate::spec_error::SpecError;
 use crate::state::{Requester, State};
-use crate::validate::{SpecError, policy_fault};
+use crate::validate::policy_fault;
 
 pub use arbitration::Answer;
 pub use handover::Handover;
@@ -39,7 +43,8 @@ pub use iteration::Check;
 pub use operator::Operator;
 pub use timer::Timer;
 
-use parts::{Group, Node, Phase, Plan};
+use parts::{Group, Node, Phase};
+use plan::Plan;
 use selection::Why;
 
 /// The pure state machine of an application; see the crate's documentation.

@@ -1,22 +1,13 @@
-//! The parts a hierarchy is made of: the fixed plan, and the changing facts of schemas and groups.
+//! The changing facts of schemas and groups.
 //!
-//! Data and look-ups; no rule is decided here.
+//! Data only; no rule is decided here.
 
 use std::hash::{Hash, Hasher};
 
-use super::handover::{Handover, Origin};
+use super::handover::Handover;
 use super::selection::Why;
-use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
+use crate::spec::{Nanos, SchemaId};
 use crate::state::{Health, Requester, Standing, State};
-
-/// The specification with the way up and the way down looked up beforehand.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Plan {
-    pub(super) spec: Spec,
-    group_of: Vec<Option<GroupId>>,
-    under: Vec<Vec<GroupId>>,
-    roots: Vec<GroupId>,
-}
 
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Phase {
@@ -68,12 +59,19 @@ pub(super) struct Group {
     pub(super) asked: Option<Asked>,
     pub(super) standing: Standing,
     /// When the present choice was made.
-    pub(super) since: u64,
+    pub(super) since: Nanos,
     /// The last one chosen, for round robin.
     pub(super) last: Option<SchemaId>,
     pub(super) forced: Option<SchemaId>,
     /// The winner was promoted by this and has not begun an iteration yet.
     pub(super) taking: Option<Origin>,
+}
+
+/// The selection that a promotion carries out.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Origin {
+    pub(super) record: u64,
+    pub(super) cause_time: Nanos,
 }
 
 /// An open question to the father.
@@ -91,77 +89,6 @@ pub(super) struct Asked {
 /// A number without NaN and without a negative zero, so that it can be compared and hashed to the bit.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Urgency(f64);
-
-impl Plan {
-    pub(super) fn new(spec: Spec) -> Self {
-        let mut group_of = vec![None; spec.schemas.len()];
-        let mut under = vec![Vec::new(); spec.schemas.len()];
-        let mut roots = Vec::new();
-        for (index, group) in (0u32..).zip(&spec.groups) {
-            let id = GroupId(index);
-            match group.father {
-                Some(father) => under[father.index()].push(id),
-                None => roots.push(id),
-            }
-            for member in &group.members {
-                group_of[member.index()] = Some(id);
-            }
-        }
-        Self {
-            spec,
-            group_of,
-            under,
-            roots,
-        }
-    }
-
-    pub(super) fn knows(&self, id: SchemaId) -> bool {
-        id.index() < self.spec.schemas.len()
-    }
-
-    pub(super) fn schema(&self, id: SchemaId) -> &SchemaSpec {
-        &self.spec.schemas[id.index()]
-    }
-
-    pub(super) fn kind(&self, id: SchemaId) -> Kind {
-        self.schema(id).kind
-    }
-
-    pub(super) fn group(&self, id: GroupId) -> &GroupSpec {
-        &self.spec.groups[id.index()]
-    }
-
-    pub(super) fn members(&self, id: GroupId) -> &[SchemaId] {
-        &self.group(id).members
-    }
-
-    pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
-        self.group_of[id.index()]
-    }
-
-    pub(super) fn father(&self, id: SchemaId) -> Option<SchemaId> {
-        self.group(self.group_of(id)?).father
-    }
-
-    pub(super) fn groups_under(&self, id: SchemaId) -> &[GroupId] {
-        &self.under[id.index()]
-    }
-
-    pub(super) fn root_groups(&self) -> &[GroupId] {
-        &self.roots
-    }
-
-    pub(super) fn group_ids(&self) -> impl Iterator<Item = GroupId> + use<> {
-        (0..u32::try_from(self.spec.groups.len()).unwrap_or(u32::MAX)).map(GroupId)
-    }
-
-    pub(super) fn ids_of(&self, kind: Kind) -> impl Iterator<Item = SchemaId> {
-        (0u32..)
-            .zip(&self.spec.schemas)
-            .filter(move |(_, s)| s.kind == kind)
-            .map(|(i, _)| SchemaId(i))
-    }
-}
 
 impl Node {
     /// Whether it is to be awake: somebody wants it, and neither an operator nor a fault keeps it down.

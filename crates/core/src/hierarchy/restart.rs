@@ -3,8 +3,7 @@
 //! It refuses to judge what a fault is; the executor reports it.
 
 use super::Hierarchy;
-use super::handover::Origin;
-use super::parts::Phase;
+use super::parts::{Origin, Phase};
 use super::selection::Why;
 use super::sleep::Pace;
 use super::timer::Timer;

@@ -6,8 +6,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::handover::Origin;
-use super::parts::{Phase, Run};
+use super::parts::{Origin, Phase, Run};
 use super::policy::Field;
 use super::timer::Timer;
 use crate::effect::Effect;

@@ -186,7 +186,7 @@ pub(super) struct Told(pub(super) Nanos);
 
 impl std::fmt::Display for Told {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.0 % 1_000_000 == 0 {
+        if self.0.is_multiple_of(1_000_000) {
             write!(f, "{}ms", self.0 / 1_000_000)
         } else {
             write!(f, "{}us", self.0 / 1_000)

@@ -1,0 +1,85 @@
+//! The fixed part of a hierarchy: the specification, with the way up and the way down looked up beforehand.
+//!
+//! Look-ups only; identifiers are those of a valid specification.
+
+use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
+
+/// The specification with the way up and the way down looked up beforehand.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Plan {
+    pub(super) spec: Spec,
+    group_of: Vec<Option<GroupId>>,
+    under: Vec<Vec<GroupId>>,
+    roots: Vec<GroupId>,
+}
+
+impl Plan {
+    pub(super) fn new(spec: Spec) -> Self {
+        let mut group_of = vec![None; spec.schemas.len()];
+        let mut under = vec![Vec::new(); spec.schemas.len()];
+        let mut roots = Vec::new();
+        for (index, group) in (0u32..).zip(&spec.groups) {
+            let id = GroupId(index);
+            match group.father {
+                Some(father) => under[father.index()].push(id),
+                None => roots.push(id),
+            }
+            for member in &group.members {
+                group_of[member.index()] = Some(id);
+            }
+        }
+        Self {
+            spec,
+            group_of,
+            under,
+            roots,
+        }
+    }
+
+    pub(super) fn knows(&self, id: SchemaId) -> bool {
+        id.index() < self.spec.schemas.len()
+    }
+
+    pub(super) fn schema(&self, id: SchemaId) -> &SchemaSpec {
+        &self.spec.schemas[id.index()]
+    }
+
+    pub(super) fn kind(&self, id: SchemaId) -> Kind {
+        self.schema(id).kind
+    }
+
+    pub(super) fn group(&self, id: GroupId) -> &GroupSpec {
+        &self.spec.groups[id.index()]
+    }
+
+    pub(super) fn members(&self, id: GroupId) -> &[SchemaId] {
+        &self.group(id).members
+    }
+
+    pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
+        self.group_of[id.index()]
+    }
+
+    pub(super) fn father(&self, id: SchemaId) -> Option<SchemaId> {
+        self.group(self.group_of(id)?).father
+    }
+
+    pub(super) fn groups_under(&self, id: SchemaId) -> &[GroupId] {
+        &self.under[id.index()]
+    }
+
+    pub(super) fn root_groups(&self) -> &[GroupId] {
+        &self.roots
+    }
+
+    pub(super) fn group_ids(&self) -> impl Iterator<Item = GroupId> + use<> {
+        (0..u32::try_from(self.spec.groups.len()).unwrap_or(u32::MAX)).map(GroupId)
+    }
+
+    pub(super) fn ids_of(&self, kind: Kind) -> impl Iterator<Item = SchemaId> {
+        (0u32..)
+            .zip(&self.spec.schemas)
+            .filter(move |(_, s)| s.kind == kind)
+            .map(|(i, _)| SchemaId(i))
+    }
+}

@@ -1,0 +1,101 @@
+//! The winner's place in a group: taking it, leaving it, and what the actuators do while it is empty (R9).
+//!
+//! It refuses to choose; it carries out.
+
+use super::Hierarchy;
+use super::parts::{Group, Origin};
+use super::timer::Timer;
+use crate::effect::Effect;
+use crate::spec::{Absence, GroupId, Nanos, SchemaId};
+use crate::state::{Standing, State};
+
+impl Hierarchy {
+    /// Promotes the choice in a group without a winner, or lets its absence policy act.
+    pub(super) fn seat(
+        &mut self,
+        id: GroupId,
+        now: Nanos,
+        to: Option<SchemaId>,
+        origin: Origin,
+        out: &mut Vec<Effect>,
+    ) {
+        match to {
+            Some(to) => self.promote(id, to, origin, out),
+            None => self.vacate(id, now, out),
+        }
+    }
+
+    fn promote(&mut self, id: GroupId, to: SchemaId, origin: Origin, out: &mut Vec<Effect>) {
+        let group = self.group_mut(id);
+        group.winner = Some(to);
+        group.taking = Some(origin);
+        group.standing = Standing::Commanding;
+        self.disarm(Timer::Hold(id));
+        self.change(to, State::Winner, out);
+        if self
+            .plan
+            .group(id)
+            .father
+            .is_none_or(|father| self.node(father).authority)
+        {
+            self.grant(to, out);
+        }
+        out.push(Effect::Promoted(to));
+    }
+
+    /// Nobody wins: brakes or holds, once per absence (R9).
+    fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
+        let held = match self.plan.group(id).absence {
+            Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
+            Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
+        };
+        match (self.group(id).standing, held) {
+            (Standing::Holding | Standing::Braked, _) => {}
+            (Standing::Commanding, Some(until)) => {
+                self.group_mut(id).standing = Standing::Holding;
+                self.arm(Timer::Hold(id), until);
+                out.push(Effect::Hold { group: id, until });
+            }
+            // A fresh group has commanded nothing that could be held.
+            (Standing::Commanding, None) | (Standing::Fresh, _) => {
+                self.group_mut(id).standing = Standing::Braked;
+                out.push(Effect::Brake { group: id });
+            }
+        }
+    }
+
+    /// Takes the place from a loser whose subtree sleeps; it sleeps too if nobody wants it any more.
+    pub(super) fn step_down(&mut self, loser: SchemaId, out: &mut Vec<Effect>) {
+        if !self.node(loser).wanted() {
+            self.lay_down(loser, out);
+            return;
+        }
+        self.withdraw(loser, out);
+        if let Some(group) = self.plan.group_of(loser) {
+            self.group_mut(group).winner = None;
+            self.group_mut(group).taking = None;
+        }
+        out.push(Effect::Demoted(loser));
+        let to = if self.node(loser).ready {
+            State::Ready
+        } else {
+            State::Checking
+        };
+        self.change(loser, to, out);
+    }
+
+    /// Takes back everything a group remembers of its last life, when its father's subtree slept.
+    pub(super) fn reset(&mut self, id: GroupId) {
+        let forced = self.group(id).forced;
+        self.disarm(Timer::Hold(id));
+        *self.group_mut(id) = Group {
+            forced,
+            ..Group::default()
+        };
+    }
+
+    pub(super) fn hold_over(&mut self, id: GroupId, out: &mut Vec<Effect>) {
+        self.group_mut(id).standing = Standing::Braked;
+        out.push(Effect::Brake { group: id });
+    }
+}

@@ -1,0 +1,196 @@
+//! What can be wrong with a specification, and what to do about it.
+//!
+//! The one error of setting up; a running hierarchy has its own.
+
+use std::fmt;
+
+/// One fault of a specification.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum SpecError {
+    /// Two schemas, or two groups, have the same name.
+    DuplicateName {
+        /// `"schema"` or `"group"`.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A group or a schema names a schema that does not exist.
+    UnknownSchema {
+        /// Who names it.
+        by: String,
+        /// The index it names.
+        index: u32,
+    },
+    /// A group has no members.
+    EmptyGroup {
+        /// The group.
+        group: String,
+    },
+    /// A schema is listed as a member twice.
+    TwoFathers {
+        /// The schema.
+        schema: String,
+        /// The group that lists it first.
+        first: String,
+        /// The group that lists it again.
+        second: String,
+    },
+    /// A motor schema is in no group, so that it could never compete.
+    NoGroup {
+        /// The schema.
+        schema: String,
+    },
+    /// A perceptive schema is the member of a group.
+    PerceptiveMember {
+        /// The schema.
+        schema: String,
+        /// The group.
+        group: String,
+    },
+    /// A perceptive schema is the father of a group.
+    PerceptiveFather {
+        /// The schema.
+        schema: String,
+        /// The group.
+        group: String,
+    },
+    /// A schema needs a motor schema, which nobody can keep awake.
+    MotorNeeded {
+        /// Who needs.
+        schema: String,
+        /// The motor schema.
+        needs: String,
+    },
+    /// A schema is its own father, by way of others.
+    FatherCycle {
+        /// The names on the way round.
+        path: Vec<String>,
+    },
+    /// Perceptive schemas need each other in a circle, so that none could ever go to sleep.
+    NeedCycle {
+        /// The names on the way round.
+        path: Vec<String>,
+    },
+    /// The fallback of a group is not one of its members.
+    FallbackNotMember {
+        /// The group.
+        group: String,
+        /// The fallback.
+        fallback: String,
+    },
+    /// A period of 0.
+    ZeroPeriod {
+        /// The schema.
+        schema: String,
+    },
+    /// A round robin with turns of 0.
+    ZeroTurn {
+        /// The group.
+        group: String,
+    },
+    /// A hysteresis that is negative or not finite.
+    BadHysteresis {
+        /// The group.
+        group: String,
+    },
+    /// A group of roots is to be decided by a father it does not have.
+    NobodyToAsk {
+        /// The group.
+        group: String,
+    },
+}
+
+impl fmt::Display for SpecError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::DuplicateName { what, name } => {
+                write!(f, "two {what}s are called `{name}`: give each its own name")
+            }
+            Self::UnknownSchema { by, index } => {
+                write!(
+                    f,
+                    "`{by}` names schema number {index}, which does not exist: name a listed one"
+                )
+            }
+            Self::EmptyGroup { group } => {
+                write!(
+                    f,
+                    "the group `{group}` has no members: list a motor schema or remove the group"
+                )
+            }
+            Self::TwoFathers {
+                schema,
+                first,
+                second,
+            } => write!(
+                f,
+                "`{schema}` is a member of `{first}` and again of `{second}`: a schema has one place; use a second instance"
+            ),
+            Self::NoGroup { schema } => {
+                write!(
+                    f,
+                    "the motor schema `{schema}` is in no group: make it a root or someone's child"
+                )
+            }
+            Self::PerceptiveMember { schema, group } => {
+                write!(
+                    f,
+                    "`{schema}` is perceptive but a member of `{group}`: list it among the needs instead"
+                )
+            }
+            Self::PerceptiveFather { schema, group } => {
+                write!(
+                    f,
+                    "`{schema}` is perceptive but the father of `{group}`: only a motor schema has children"
+                )
+            }
+            Self::MotorNeeded { schema, needs } => write!(
+                f,
+                "`{schema}` needs the motor schema `{needs}`: needs are perceptive schemas and drivers"
+            ),
+            Self::FatherCycle { path } => {
+                write!(
+                    f,
+                    "a schema is its own father: {}; break the circle",
+                    path.join(" > ")
+                )
+            }
+            Self::NeedCycle { path } => {
+                write!(
+                    f,
+                    "perceptive schemas need each other: {}; break the circle",
+                    path.join(" > ")
+                )
+            }
+            Self::FallbackNotMember { group, fallback } => {
+                write!(
+                    f,
+                    "the fallback `{fallback}` is not a member of `{group}`: name a member"
+                )
+            }
+            Self::ZeroPeriod { schema } => {
+                write!(f, "`{schema}` has a period of 0: give a time above 0")
+            }
+            Self::ZeroTurn { group } => {
+                write!(
+                    f,
+                    "the round robin of `{group}` has turns of 0: give a time above 0"
+                )
+            }
+            Self::BadHysteresis { group } => {
+                write!(
+                    f,
+                    "the hysteresis of `{group}` must be a finite number, 0 or more"
+                )
+            }
+            Self::NobodyToAsk { group } => {
+                write!(
+                    f,
+                    "the roots `{group}` have no father to decide: choose a ready-made policy"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for SpecError {}

@@ -1,0 +1,247 @@
+//! What the stories do not tell: unknown identifiers, late calls, calls in the wrong order.
+//!
+//! It refuses to repeat what the random tests hold for every order of calls.
+
+use jde_core::{
+    Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused, Restart,
+    SchemaId, SchemaSpec, Spec, State, Timer,
+};
+
+const FATHER: SchemaId = SchemaId(0);
+const A: SchemaId = SchemaId(1);
+const B: SchemaId = SchemaId(2);
+const NOBODY: SchemaId = SchemaId(99);
+const CHILDREN: GroupId = GroupId(1);
+const READY: Check = Check {
+    ready: true,
+    urgency: 0.0,
+    cause: 0,
+};
+
+/// A father that wins and has woken both its children, decided by `policy`.
+fn family(policy: Policy) -> Hierarchy {
+    let restart = Restart::OnFault {
+        backoff: 10,
+        limit: u32::MAX,
+    };
+    let schema = |name| SchemaSpec {
+        restart,
+        ..SchemaSpec::new(name, Kind::Motor, 10)
+    };
+    let children = GroupSpec {
+        policy,
+        ..GroupSpec::new("children", Some(FATHER), vec![A, B])
+    };
+    let spec = Spec {
+        schemas: ["father", "a", "b"].map(schema).to_vec(),
+        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
+    };
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| {
+        h.start(0, out);
+        h.checked(0, FATHER, READY, out);
+        h.wake(0, FATHER, A, out).expect("authority");
+        h.wake(0, FATHER, B, out).expect("authority");
+    });
+    h
+}
+
+fn effects(call: impl FnOnce(&mut Vec<Effect>)) -> Vec<Effect> {
+    let mut out = Vec::new();
+    call(&mut out);
+    out
+}
+
+#[test]
+fn calls_about_nobody_are_refused_or_have_no_effect() {
+    let mut h = family(Policy::Priority);
+    let before = h.clone();
+    let out = effects(|out| {
+        h.checked(1, NOBODY, READY, out);
+        assert!(!h.begin(1, NOBODY, out));
+        h.end(1, NOBODY, out);
+        h.faulted(1, NOBODY, "?".into(), out);
+        h.restored(1, NOBODY, out);
+        h.overrun(NOBODY, out);
+        h.on_time(NOBODY, out);
+        h.set_period(NOBODY, 5);
+        h.answered(1, GroupId(99), 1, Answer::Failed { reason: "?".into() }, out);
+        h.fire(1, Timer::Hold(GroupId(99)), out);
+        assert_eq!(h.set_policy(1, GroupId(99), Policy::Father, out), Ok(()));
+        assert_eq!(h.wake(1, NOBODY, A, out), Err(Refused::Unknown { index: 99 }));
+        assert_eq!(
+            h.sleep(1, FATHER, NOBODY, out),
+            Err(Refused::Unknown { index: 99 })
+        );
+        assert_eq!(
+            h.operator(1, Operator::Force(NOBODY), out),
+            Err(Refused::Unknown { index: 99 })
+        );
+    });
+    assert_eq!(out, []);
+    assert_eq!(h, before);
+    assert_eq!(
+        (h.state(NOBODY), h.father(NOBODY), h.winner(GroupId(99))),
+        (State::Slept, None, None)
+    );
+}
+
+#[test]
+fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
+    let mut h = Hierarchy::new(family(Policy::Priority).spec().clone()).expect("a sound specification");
+    let out = effects(|out| {
+        assert_eq!(h.operator(0, Operator::Play(A), out), Err(Refused::NotRunning));
+        assert_eq!(h.wake(0, FATHER, A, out), Err(Refused::NotRunning));
+    });
+    assert_eq!(out, []);
+    assert!(!effects(|out| h.start(0, out)).is_empty());
+    assert_eq!(effects(|out| h.start(1, out)), []);
+}
+
+#[test]
+fn a_check_of_one_asleep_and_the_end_of_nothing_have_no_effect() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.sleep(1, FATHER, A, out).expect("authority"));
+    let before = h.clone();
+    assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
+    assert_eq!(effects(|out| h.end(2, B, out)), []);
+    assert_eq!(h, before);
+}
+
+#[test]
+fn r4_an_answer_to_an_old_question_has_no_effect() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    effects(|out| h.tick(h.next_timer().expect("a budget"), out));
+    assert_eq!((h.winner(CHILDREN), h.asked(CHILDREN)), (Some(A), None));
+    let late = Answer::Chose {
+        child: Some(B),
+        reason: "late".into(),
+    };
+    assert_eq!(effects(|out| h.answered(9, CHILDREN, ticket, late, out)), []);
+    assert_eq!(h.winner(CHILDREN), Some(A));
+}
+
+#[test]
+fn r4_one_that_fell_asleep_while_the_father_thought_is_not_its_fault() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    effects(|out| h.faulted(2, B, "gone".into(), out));
+    let answer = Answer::Chose {
+        child: Some(B),
+        reason: "it was there".into(),
+    };
+    effects(|out| h.answered(3, CHILDREN, ticket, answer, out));
+    assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
+}
+
+#[test]
+fn r4_a_father_is_not_asked_again_without_a_new_trigger() {
+    let mut h = family(Policy::Father);
+    effects(|out| {
+        h.checked(
+            1,
+            A,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    let out = effects(|out| {
+        h.checked(
+            1,
+            B,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    assert!(matches!(out.last(), Some(Effect::Ask { .. })));
+    let ticket = h.asked(CHILDREN).expect("an absence");
+    let nobody = Answer::Chose {
+        child: None,
+        reason: "wait".into(),
+    };
+    let out = effects(|out| h.answered(2, CHILDREN, ticket, nobody, out));
+    assert!(!out.iter().any(|e| matches!(e, Effect::Ask { .. })));
+    assert!(out.contains(&Effect::Brake { group: CHILDREN }));
+}
+
+#[test]
+fn r1_a_force_does_not_wait_for_the_father() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.checked(1, B, READY, out));
+    assert!(h.asked(CHILDREN).is_some());
+    effects(|out| h.operator(2, Operator::Force(B), out).expect("b is healthy"));
+    assert_eq!(
+        (h.winner(CHILDREN), h.asked(CHILDREN), h.next_timer()),
+        (Some(B), None, None)
+    );
+}
+
+#[test]
+fn back_off_doubles_without_overflowing() {
+    let mut h = family(Policy::Priority);
+    let mut now = 0;
+    for fault in 0..100u32 {
+        effects(|out| h.faulted(now, A, "again".into(), out));
+        let due = h.next_timer().expect("a restart");
+        let doubled = 1u64
+            .checked_shl(fault)
+            .map_or(u64::MAX, |factor| factor.saturating_mul(10));
+        assert_eq!(due, now.saturating_add(doubled));
+        now = due;
+        effects(|out| h.tick(now, out));
+        assert_eq!(h.restarts(A), fault + 1);
+    }
+}
+
+#[test]
+fn a_second_report_of_a_fault_is_the_same_fault() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.faulted(1, A, "hung".into(), out));
+    let before = h.clone();
+    assert_eq!(
+        effects(|out| h.faulted(2, A, "and then it panicked".into(), out)),
+        []
+    );
+    assert_eq!(h, before);
+}
+
+#[test]
+fn an_overrun_is_noted_once_and_hides_nothing_worse() {
+    let mut h = family(Policy::Priority);
+    let late = Effect::Health {
+        id: A,
+        health: Health::Overrun,
+    };
+    assert_eq!(effects(|out| h.overrun(A, out)), [late]);
+    assert_eq!(effects(|out| h.overrun(A, out)), []);
+    assert_eq!(
+        effects(|out| h.on_time(A, out)),
+        [Effect::Health {
+            id: A,
+            health: Health::Ok
+        }]
+    );
+    effects(|out| h.faulted(1, A, "a fault".into(), out));
+    assert_eq!(effects(|out| h.overrun(A, out)), []);
+    assert_eq!(effects(|out| h.on_time(A, out)), []);
+    assert_eq!(h.health(A), &Health::Faulted("a fault".into()));
+}
+
+#[test]
+fn a_check_that_brings_nothing_new_has_no_effect() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, A, READY, out));
+    assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
+}
