@@ -155,7 +155,15 @@ impl Spec {
     }
 
     fn need_cycles(&self, faults: &mut Vec<SpecError>) {
-        let needs = |id: SchemaId| self.schemas[id.index()].needs.clone();
+        let perceptive = |id: &SchemaId| self.is_kind(*id, Kind::Perceptive);
+        let needs = |id: SchemaId| {
+            self.schemas[id.index()]
+                .needs
+                .iter()
+                .copied()
+                .filter(perceptive)
+                .collect()
+        };
         if let Some(path) = self.cycle(needs) {
             faults.push(SpecError::NeedCycle { path });
         }

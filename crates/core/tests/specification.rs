@@ -59,7 +59,7 @@ fn r3_a_schema_with_two_places_is_refused() {
 #[test]
 fn a_motor_schema_without_a_group_is_refused() {
     assert_eq!(
-        faults(|s| drop(s.groups[1].members.pop())),
+        faults(|s| s.groups[1].members.truncate(1)),
         [SpecError::NoGroup {
             schema: "goon".into()
         }]
