@@ -54,7 +54,7 @@ impl Reader {
     }
 
     /// The newest value at the first call; the same value, at the same address, until `release`. None while nothing was
-    /// published and there is no initial value.
+    /// published and there is no initial value; that is not kept, the next call looks again.
     pub fn latch(&mut self) -> Option<Latched<'_>> {
         if self.stamp.is_none() {
             self.take();

@@ -181,7 +181,8 @@ impl Pinned {
 
     /// Pins the newest value. Tries again only after a writer has published.
     pub fn pin(&self) -> Pin {
-        let mut slot = slot_of(self.head().load(Ordering::Acquire));
+        // Relaxed: only a guess, which the second look confirms or corrects.
+        let mut slot = slot_of(self.head().load(Ordering::Relaxed));
         loop {
             self.word(slot, USE).fetch_add(PIN, Ordering::Acquire);
             let newest = slot_of(self.head().load(Ordering::Acquire));

@@ -69,7 +69,7 @@ fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
 fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usize, ValueError> {
     let length = match field.form {
         Form::Array(_) | Form::Sequence { .. } => length(field, bytes),
-        Form::One | Form::Text { .. } => return Err(bad(part, "is not a list".to_owned())),
+        Form::One | Form::Text { .. } => return Err(bad(part, "only lists are counted".to_owned())),
     };
     if index >= length {
         let path = part.split('[').next().unwrap_or(part).to_owned();

@@ -1,0 +1,363 @@
+//! Variables as the host and the tools use them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use jde_board::{Access, Board, Error, Reader, Refused, Stamp, Variable, Writer};
+
+mod common;
+use common::{COMMAND, declaration, float64, twist, variable, words};
+
+fn write(writer: &mut Writer, value: f64, time: u64) -> Result<u64, Refused> {
+    writer.loan().copy_from_slice(&value.to_ne_bytes());
+    writer.publish(time, time)
+}
+
+fn latch(reader: &mut Reader) -> Option<(f64, Stamp)> {
+    let latched = reader.latch()?;
+    Some((
+        f64::from_ne_bytes(latched.bytes.try_into().unwrap()),
+        latched.stamp,
+    ))
+}
+
+/// One variable of a number for each kind of cell and access; commands with a grant for writer 7.
+fn numbers() -> [Arc<Variable>; 3] {
+    let [export, modulation, command] =
+        [Access::Export, Access::Modulation, COMMAND].map(|access| variable(&float64(), access));
+    command.grant(7);
+    [export, modulation, command]
+}
+
+#[test]
+fn a_variable_is_found_by_owner_and_name() {
+    let board = Board::new();
+    let laser = board
+        .declare(declaration("laser", &float64(), Access::Export))
+        .unwrap();
+    let pose = board
+        .declare(declaration("pose", &float64(), Access::Export))
+        .unwrap();
+    assert!(Arc::ptr_eq(&board.find("pioneer.laser").unwrap(), &laser));
+    assert!(Arc::ptr_eq(&board.get("pioneer.pose").unwrap(), &pose));
+    assert!(board.find("laser").is_none());
+    let names: Vec<_> = board
+        .list()
+        .map(|variable| variable.describe().full_name())
+        .collect();
+    assert_eq!(names, ["pioneer.laser", "pioneer.pose"]);
+}
+
+#[test]
+fn an_unknown_name_comes_back_with_the_nearest() {
+    let board = Board::new();
+    board
+        .declare(declaration("laser", &float64(), Access::Export))
+        .unwrap();
+    let near = board.get("pioneer.lasr").err().unwrap();
+    assert_eq!(
+        near.to_string(),
+        "there is no variable `pioneer.lasr`; did you mean `pioneer.laser`?"
+    );
+    let far = board.get("goal").err().unwrap();
+    assert_eq!(far.to_string(), "there is no variable `goal`");
+}
+
+#[test]
+fn each_schema_is_a_name_space_without_duplicates() {
+    let board = Board::new();
+    board
+        .declare(declaration("laser", &float64(), Access::Export))
+        .unwrap();
+    let again = board.declare(declaration("laser", &twist(), Access::Export));
+    assert_eq!(again.err(), Some(Error::Duplicate("pioneer.laser".to_owned())));
+    let mut other = declaration("laser", &twist(), Access::Export);
+    other.owner = "robot2".to_owned();
+    board.declare(other).unwrap();
+    assert_eq!(board.list().count(), 2);
+}
+
+#[test]
+fn what_cannot_be_declared_is_refused_with_words() {
+    let refused = |change: fn(&mut jde_board::Declaration)| {
+        let mut wrong = declaration("speed", &float64(), COMMAND);
+        change(&mut wrong);
+        Board::new().declare(wrong).err().unwrap().to_string()
+    };
+    assert_eq!(
+        refused(|wrong| wrong.initial = Some(vec![0; 4])),
+        "the initial value of `pioneer.speed` has 4 bytes; its type `std_msgs/msg/Float64` has 8"
+    );
+    assert_eq!(
+        refused(|wrong| wrong.initial = Some(f64::NAN.to_ne_bytes().into())),
+        "the initial value of `pioneer.speed` is not finite in `data`; give a finite number"
+    );
+    assert_eq!(
+        refused(|wrong| wrong.name.clear()),
+        "variable `pioneer.` needs both an owner and a name"
+    );
+    assert_eq!(
+        refused(|wrong| wrong.readers = 5000),
+        "`pioneer.speed` is declared for 2 writers and 5000 readers; together at most 4093"
+    );
+}
+
+#[test]
+fn a_value_comes_with_its_stamp() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "driver").unwrap();
+        let mut reader = variable.reader("view");
+        assert_eq!(latch(&mut reader), None, "nothing was published");
+        assert_eq!(write(&mut writer, 1.5, 100), Ok(1));
+        let (value, stamp) = latch(&mut reader).unwrap();
+        assert_eq!(value, 1.5);
+        assert_eq!((stamp.time, stamp.sequence, stamp.writer), (100, 1, 7));
+        let stays = if variable.describe().access == COMMAND {
+            600
+        } else {
+            u64::MAX
+        };
+        assert_eq!(stamp.valid_until, stays);
+    }
+}
+
+#[test]
+fn r8_a_latched_value_stays_until_it_is_released() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "driver").unwrap();
+        let mut reader = variable.reader("goon");
+        write(&mut writer, 1.0, 1).unwrap();
+        let first = reader.latch().unwrap();
+        let (address, value) = (first.bytes.as_ptr(), first.bytes.to_vec());
+        // Enough to come round all slots of either cell.
+        (2..40).for_each(|n| assert_eq!(write(&mut writer, f64::from(n), 2), Ok(n as u64)));
+        let again = reader.latch().unwrap();
+        assert_eq!((again.bytes.as_ptr(), again.bytes), (address, &value[..]));
+        assert_eq!(again.stamp.sequence, 1);
+        assert_eq!(reader.newest(), 39);
+        reader.release();
+        assert!(reader.latched().is_none());
+        assert_eq!(latch(&mut reader).unwrap().0, 39.0);
+    }
+}
+
+#[test]
+fn an_initial_value_is_number_0_and_nobodys() {
+    for access in [Access::Export, Access::Modulation, COMMAND] {
+        let mut with = declaration("gain", &float64(), access);
+        with.initial = Some(0.25f64.to_ne_bytes().into());
+        let gain = Board::new().declare(with).unwrap();
+        let (value, stamp) = latch(&mut gain.reader("view")).unwrap();
+        assert_eq!(value, 0.25);
+        let expected = Stamp {
+            time: 0,
+            sequence: 0,
+            writer: Stamp::NOBODY,
+            valid_until: u64::MAX,
+        };
+        assert_eq!(stamp, expected);
+        let status = gain.status(10);
+        assert_eq!((status.sequence, status.age, status.last_writer), (0, None, None));
+    }
+}
+
+#[test]
+fn what_is_loaned_is_seen_by_nobody_before_it_is_published() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "driver").unwrap();
+        let mut reader = variable.reader("view");
+        assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
+        writer.loan().fill(1);
+        assert!(reader.latch().is_none());
+        writer.discard();
+        assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
+        assert_eq!(write(&mut writer, 2.0, 0), Ok(1));
+        assert_eq!(
+            writer.publish(0, 0),
+            Err(Refused::NothingLoaned),
+            "a loan is published once"
+        );
+        assert_eq!(latch(&mut reader).unwrap().0, 2.0);
+    }
+}
+
+#[test]
+fn values_are_aligned_for_any_type() {
+    for value_type in [float64(), twist(), words(1000)] {
+        for access in [Access::Export, Access::Modulation] {
+            let variable = variable(&value_type, access);
+            let mut writer = variable.writer(1, "w").unwrap();
+            let loan = writer.loan();
+            assert!(loan.as_ptr().cast::<u128>().is_aligned());
+            loan.fill(0);
+            writer.publish(0, 0).unwrap();
+            // The third reads beyond the declared two, by copying.
+            let mut readers = [0; 3].map(|_| variable.reader("r"));
+            for reader in &mut readers {
+                assert!(reader.latch().unwrap().bytes.as_ptr().cast::<u128>().is_aligned());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_export_has_one_writer_at_a_time() {
+    let laser = variable(&float64(), Access::Export);
+    let first = laser.writer(1, "pioneer").unwrap();
+    let refused = laser.writer(2, "player").err().unwrap();
+    assert_eq!(
+        refused.to_string(),
+        "`pioneer.laser` takes 1 writer(s), and pioneer writes it; `player` cannot"
+    );
+    drop(first);
+    assert_eq!(laser.writer(2, "player").unwrap().id(), 2);
+}
+
+#[test]
+fn r8_several_write_a_modulation_and_the_last_one_counts() {
+    let target = variable(&float64(), Access::Modulation);
+    let mut father = target.writer(1, "example").unwrap();
+    let mut operator = target.writer(2, "operator").unwrap();
+    assert!(target.writer(3, "third").is_err(), "declared for two");
+    let mut reader = target.reader("goon");
+    assert_eq!(write(&mut father, 1.0, 10), Ok(1));
+    assert_eq!(write(&mut operator, 2.0, 20), Ok(2));
+    assert_eq!(
+        latch(&mut reader).map(|(value, stamp)| (value, stamp.writer)),
+        Some((2.0, 2))
+    );
+    reader.release();
+    assert_eq!(write(&mut father, 3.0, 30), Ok(3));
+    assert_eq!(
+        latch(&mut reader).map(|(value, stamp)| (value, stamp.writer)),
+        Some((3.0, 1))
+    );
+}
+
+#[test]
+fn commands_and_modulations_that_are_not_finite_are_refused_and_counted() {
+    let [export, modulation, command] = numbers();
+    for variable in [modulation, command] {
+        let mut writer = variable.writer(7, "goon").unwrap();
+        assert_eq!(write(&mut writer, f64::NAN, 0), Err(Refused::NotFinite));
+        assert_eq!(write(&mut writer, f64::INFINITY, 0), Err(Refused::NotFinite));
+        assert_eq!(
+            variable.put(0, &f64::NAN.to_ne_bytes(), 0, u64::MAX),
+            Err(Refused::NotFinite)
+        );
+        let status = variable.status(0);
+        assert_eq!((status.sequence, status.not_finite, status.refused), (0, 3, 0));
+        assert_eq!(status.not_finite_at.as_deref(), Some("data"));
+        assert_eq!(
+            write(&mut writer, 1.0, 0),
+            Ok(1),
+            "the slots of refused values are not lost"
+        );
+    }
+    let mut writer = export.writer(7, "laser").unwrap();
+    assert_eq!(
+        write(&mut writer, f64::INFINITY, 0),
+        Ok(1),
+        "a sensor may say that it sees nothing"
+    );
+}
+
+#[test]
+fn the_host_puts_values_into_commands_and_modulations_only() {
+    let [export, modulation, command] = numbers();
+    let value = 1.0f64.to_ne_bytes();
+    assert_eq!(export.put(0, &value, 5, 50), Err(Refused::NoAuthority));
+    assert_eq!(modulation.put(0, &value[..4], 5, 50), Err(Refused::WrongSize));
+    for variable in [modulation, command] {
+        assert_eq!(variable.put(9, &value, 5, 50), Ok(1));
+        let (value, stamp) = latch(&mut variable.reader("driver")).unwrap();
+        assert_eq!((value, stamp.writer, stamp.valid_until), (1.0, 9, 50));
+    }
+}
+
+#[test]
+fn status_says_who_and_how_often() {
+    let laser = variable(&float64(), Access::Export);
+    let mut writer = laser.writer(4, "pioneer").unwrap();
+    let reader = laser.reader("stop");
+    let other = laser.reader("view");
+    for n in 0..20 {
+        write(&mut writer, 0.0, n * 100_000_000).unwrap();
+    }
+    let status = laser.status(2_000_000_000);
+    assert_eq!((status.sequence, status.age), (20, Some(100_000_000)));
+    assert!((status.rate_hz - 10.0).abs() < 1e-6, "{}", status.rate_hz);
+    assert_eq!(status.last_writer, Some(4));
+    assert_eq!(status.writers, ["pioneer"]);
+    assert_eq!(status.readers, ["stop", "view"]);
+    drop((reader, writer));
+    let status = laser.status(2_000_000_000);
+    assert_eq!(
+        (status.writers.len(), status.readers),
+        (0, vec!["view".to_owned()])
+    );
+    drop(other);
+}
+
+#[test]
+fn readers_beyond_the_declared_number_read_as_well() {
+    let image = variable(&words(1000), Access::Export);
+    let mut writer = image.writer(1, "camera").unwrap();
+    let mut readers: Vec<_> = (0..10).map(|n| image.reader(&format!("r{n}"))).collect();
+    for round in 1..=20u8 {
+        writer.loan().fill(round);
+        writer.publish(0, 0).unwrap();
+        // One after the other latches and keeps; all others keep what they have.
+        let reader = &mut readers[usize::from(round) % 10];
+        reader.release();
+        assert_eq!(reader.latch().unwrap().bytes[999], round);
+    }
+    let kept: Vec<u8> = readers
+        .iter()
+        .map(|reader| reader.latched().unwrap().bytes[0])
+        .collect();
+    assert_eq!(kept, [20, 11, 12, 13, 14, 15, 16, 17, 18, 19]);
+}
+
+#[test]
+fn a_wait_ends_at_once_when_there_is_something_newer() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "w").unwrap();
+        write(&mut writer, 0.0, 0).unwrap();
+        assert_eq!(variable.wait_newer(0, Duration::MAX), 1);
+        assert_eq!(
+            variable.wait_newer(1, Duration::ZERO),
+            1,
+            "and without waiting when told so"
+        );
+    }
+}
+
+#[test]
+fn a_wait_ends_when_its_time_is_over() {
+    let laser = variable(&float64(), Access::Export);
+    let begun = std::time::Instant::now();
+    assert_eq!(laser.wait_newer(0, Duration::from_millis(3)), 0);
+    assert!(begun.elapsed() >= Duration::from_millis(3));
+}
+
+#[test]
+fn r12_subscribers_are_called_after_each_publish_and_see_its_value() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "w").unwrap();
+        write(&mut writer, 0.0, 0).unwrap();
+        let seen: [Arc<AtomicU64>; 2] = Default::default();
+        for seen in &seen {
+            let (seen, watched) = (seen.clone(), Arc::downgrade(&variable));
+            variable.subscribe(Arc::new(move || {
+                seen.store(watched.upgrade().unwrap().newest(), Ordering::Relaxed);
+            }));
+        }
+        assert_eq!(seen[0].load(Ordering::Relaxed), 0, "nothing was published since");
+        write(&mut writer, 0.0, 0).unwrap();
+        assert_eq!(seen.each_ref().map(|seen| seen.load(Ordering::Relaxed)), [2, 2]);
+        variable.put(0, &0f64.to_ne_bytes(), 0, 0).ok();
+        assert_eq!(seen[0].load(Ordering::Relaxed), variable.newest());
+    }
+}
