@@ -55,6 +55,13 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
         }
     }
 
+    /// The value that these bytes are; `None` if they are not as many as it has.
+    #[must_use]
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        // SAFETY: as many bytes as the value has, and every pattern of them is valid by the contract of this trait.
+        (bytes.len() == size_of::<Self>()).then(|| unsafe { bytes.as_ptr().cast::<Self>().read_unaligned() })
+    }
+
     /// The value whose bytes are all 0.
     #[must_use]
     fn zeroed() -> Self {
