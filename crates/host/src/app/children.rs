@@ -105,9 +105,9 @@ pub(super) fn modulate(report: &mut Report, here: &Here, kin: &[Kin], bindings: 
 fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) -> Option<ChildTarget> {
     let schema = here.drafts.schema(kin.child)?;
     let what = format!(
-        "{} modulates {} of its role {}",
-        here.section().what,
+        "{} that {} writes to {}",
         quote(&port.name),
+        here.section().what,
         quote(&here.schema.children[role].name)
     );
     if port.name == PERIOD.0 {
@@ -115,7 +115,7 @@ fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) ->
             let (takes, has) = (quote(PERIOD.1), quote(&port.value_type.name));
             report.fault(
                 &kin.name.span,
-                format!("{what} as {has}, and a period is {takes}"),
+                format!("{what} is {has}, and a period is {takes}"),
             );
         }
         return Some(ChildTarget::Period(kin.child));
@@ -135,7 +135,10 @@ fn aim(report: &mut Report, here: &Here, port: &Port, role: usize, kin: &Kin) ->
         report
             .fault(
                 &kin.name.span,
-                format!("{what}, and {} has no such modulation", quote(kin.name.text)),
+                format!(
+                    "{what} is a modulation, and {} has none of that name",
+                    quote(kin.name.text)
+                ),
             )
             .suggest(
                 &port.name,

@@ -29,24 +29,26 @@ pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<I
             let Some((rival, why)) = claim(claims, drafts, instances, groups, user) else {
                 continue;
             };
+            let rival = drafts.quoted(rival);
             let role = &instance.schema.ports[port].name;
             let span = instance_span(drafts, user, role);
             let command = command(drafts, target);
-            let message = if rival == user {
-                format!(
-                    "{} commands {command} by two of its actuators",
-                    drafts.quoted(user)
-                )
+            let user = drafts.quoted(user);
+            if rival == user {
+                report
+                    .fault(
+                        &span,
+                        format!("{user} commands {command} by two of its actuators"),
+                    )
+                    .advise("bind each of its actuators to a command of its own");
             } else {
-                format!(
-                    "{} and {} could command {command} at the same time: {why}",
-                    drafts.quoted(rival),
-                    drafts.quoted(user)
-                )
-            };
-            report
-                .fault(&span, message)
-                .advise("leave the command to one of them, or let them compete in one group");
+                report
+                    .fault(
+                        &span,
+                        format!("{rival} and {user} could command {command} at the same time: {why}"),
+                    )
+                    .advise("leave the command to one of them, or let them compete in one group");
+            }
         }
     }
 }

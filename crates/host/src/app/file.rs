@@ -8,8 +8,8 @@ use super::Faults;
 use super::report::{Report, quote};
 use super::suggest::nearest;
 
-/// Largest application file: room for ten thousand schemas, and what is larger is something else.
-const MOST_BYTES: u64 = 4 << 20;
+/// Largest application file: room for twenty thousand schemas, and what is larger is something else.
+const MOST_BYTES: u64 = 2 << 20;
 /// The text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Faults> {
     String::from_utf8(bytes(path)?).map_err(|error| {

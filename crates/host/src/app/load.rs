@@ -13,12 +13,9 @@ use super::outline::Outline;
 use super::report::Report;
 use super::settings::Settings;
 use super::{
-    Application, Catalogue, Faults, Instance, Override, conflict, file, groups, modulations, needs, types,
-    wiring,
+    Application, Catalogue, Faults, Instance, Override, conflict, file, groups, modulations, needs, syntax,
+    types, wiring,
 };
-
-/// Most syntax faults of one file: in noise, every byte is one.
-const MOST_SYNTAX: usize = 10;
 
 /// Reads and checks an application file; paths in it are relative to its folder, paths in `overrides` to the working
 /// directory.
@@ -41,12 +38,9 @@ pub fn parse(
 ) -> Result<Application, Faults> {
     let mut report = Report::new(path, text);
     let (document, errors) = DeTable::parse_recoverable(text);
-    for error in errors.iter().take(MOST_SYNTAX) {
-        let span = error.span().unwrap_or(0..0);
-        report.fault(&span, format!("this is no TOML: {}", error.message()));
-    }
-    // What was recovered is not what was meant; faults found in it would lead astray.
     if !errors.is_empty() {
+        // What was recovered is not what was meant; faults found in it would lead astray.
+        syntax::report(&mut report, text, &errors);
         return Err(report.into_faults());
     }
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());

@@ -30,6 +30,7 @@ mod rules;
 mod settings;
 mod spec;
 mod suggest;
+mod syntax;
 mod time;
 mod types;
 mod units;

@@ -112,12 +112,12 @@ fn policy(
         }
         "father" => {
             if !arbitrates {
+                let what = section.key("policy");
                 report
                     .fault(
                         &written.span,
                         format!(
-                            "{} leaves it to a father who has no arbitration of its own",
-                            section.what
+                            "{what} is \"father\", and no father with an arbitration of its own is above"
                         ),
                     )
                     .advise("choose `priority`, `urgency`, `sticky` or `round-robin`");

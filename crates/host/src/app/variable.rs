@@ -32,6 +32,14 @@ impl Wanted {
         }
     }
 
+    /// What was most likely meant.
+    fn likely(self) -> &'static str {
+        match self {
+            Self::Readable | Self::Export => "exports",
+            Self::Command => "commands",
+        }
+    }
+
     fn plural(self) -> &'static str {
         match self {
             Self::Readable => "exports and modulations",
@@ -84,7 +92,10 @@ pub(super) fn find(
         Some(port) => {
             let message = format!("{what} is {}, which is {}", quote(written.text), noun(&port.role));
             let fault = report.fault(&written.span, message);
-            fault.advise(format!("{} of {owner}: {}", wanted.plural(), quote_all(names())));
+            // Modulations may be read too, but are hardly ever what was meant.
+            let likely = admitted().filter(|port| !matches!(port.role, Role::Modulation { .. }));
+            let likely = quote_all(likely.map(|port| port.name.as_str()));
+            fault.advise(format!("{} of {owner}: {likely}", wanted.likely()));
         }
         None => report
             .fault(&written.span, format!("{what}: {owner} has no {}", quote(name)))
@@ -115,7 +126,7 @@ pub(super) fn fits(
                 .fault(span, message)
                 .advise("build both plugins with the same definition of the type");
         } else {
-            report.fault(span, format!("{what} takes {takes}, and {full} is {has}"));
+            report.fault(span, format!("{what} is {takes}, and {full} is {has}"));
         }
         return false;
     }
@@ -131,10 +142,7 @@ pub(super) fn fits(
     } else {
         format!("is in {}", quote(has))
     };
-    report.fault(
-        span,
-        format!("{what} takes a number in {}, and {full} {has}", quote(takes)),
-    );
+    report.fault(span, format!("{what} is in {}, and {full} {has}", quote(takes)));
     false
 }
 

@@ -14,17 +14,34 @@ pub(crate) const GOOD: &str = include_str!("good.toml");
 /// Where it is said to stand.
 pub(crate) const FILE: &str = "apps/good.toml";
 
-/// The faults of the good application after replacing pieces of it.
+/// What is said of the good application after replacing pieces of it.
 pub(crate) fn faults(edits: &[(&str, &str)]) -> String {
-    faults_with(edits, &[])
+    match read(&edited(edits), &[]) {
+        Ok(_) => "no fault".to_owned(),
+        Err(faults) => faults.to_string(),
+    }
+}
+
+/// Holds if the good application, after replacing pieces of it, has exactly these faults.
+#[track_caller]
+pub(crate) fn check(edits: &[(&str, &str)], expected: &str) {
+    check_with(edits, &[], expected);
 }
 
 /// The same with options.
-pub(crate) fn faults_with(edits: &[(&str, &str)], options: &[&str]) -> String {
-    match read(&edited(edits), options) {
-        Ok(_) => "none".to_owned(),
+#[track_caller]
+pub(crate) fn check_with(edits: &[(&str, &str)], options: &[&str], expected: &str) {
+    check_text(&edited(edits), options, expected);
+}
+
+/// Holds if a text has exactly these faults.
+#[track_caller]
+pub(crate) fn check_text(text: &str, options: &[&str], expected: &str) {
+    let said = match read(text, options) {
+        Ok(_) => "no fault".to_owned(),
         Err(faults) => faults.to_string(),
-    }
+    };
+    assert_eq!(said, expected.trim(), "\n--- said:\n{said}\n");
 }
 
 /// The good application after replacing pieces of it.
@@ -47,6 +64,7 @@ pub(crate) fn read(text: &str, options: &[&str]) -> Result<Application, Faults> 
 }
 
 /// The good text with each first of a pair replaced by its second.
+#[track_caller]
 pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
     let mut text = GOOD.to_owned();
     for (from, to) in edits {
@@ -110,6 +128,16 @@ fn plugins() -> Vec<Plugin> {
             vec![schema("vff", Kind::Motor, vec![laser(), base()]), goon()],
         ),
         plugin("extra", vec![schema("only", Kind::Motor, vec![base()])]),
+        plugin(
+            "twin",
+            vec![schema(
+                "twin",
+                Kind::Motor,
+                vec![base(), port("spare", "geometry_msgs/msg/Twist", Role::Actuator)],
+            )],
+        ),
+        plugin("odd", vec![odd()]),
+        plugin("boss", vec![boss()]),
         plugin(
             "example",
             vec![Schema {
@@ -181,6 +209,29 @@ fn pioneer() -> Schema {
         modulation("weights", "jde_msgs/msg/Weights", (None, None)),
     ];
     schema("pioneer", Kind::Driver, ports)
+}
+
+/// Its laser scan has the usual name and another layout.
+fn odd() -> Schema {
+    let usual = value_type("sensor_msgs/msg/LaserScan");
+    let laser = Port {
+        value_type: Arc::new(Type { bytes: 16, ..usual }),
+        ..port("laser", "", Role::Export)
+    };
+    schema("odd", Kind::Driver, vec![laser])
+}
+
+/// It writes to its child what no child takes.
+fn boss() -> Schema {
+    let write = |name: &str, of: &str| port(name, of, Role::ChildModulation { child: 0 });
+    let ports = vec![
+        write("speed", "geometry_msgs/msg/Pose2D"),
+        write("period", "std_msgs/msg/UInt8"),
+    ];
+    Schema {
+        children: vec![child("work", "all", false)],
+        ..schema("boss", Kind::Motor, ports)
+    }
 }
 
 fn goon() -> Schema {
