@@ -46,3 +46,21 @@ fn a_touch_ahead_on_the_left_presses_the_left_of_the_front() {
     // The centres are 0.35 m apart and 0.32 m aside: the contact is at asin(0.32 / 0.35) = 66 degrees.
     assert_eq!(world.bumpers(robot).front, [true, false, false, false, false]);
 }
+
+#[test]
+fn bumpers_turn_with_the_robot() {
+    let text = "
+        walls  = [{ points = [[-5, 1], [5, 1]] }]
+        robots = { r = { start = { x = 0, y = 0, heading_deg = 90 } } }";
+    let mut world = World::parse(text, "wall.toml", 0).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    world.command(robot, Twist2::new(0.3, 0.0)).unwrap();
+    world.advance_to(10_000_000_000);
+    assert_eq!(world.bumpers(robot).front, [false, false, true, false, false]);
+    // A quarter turn to the left: the wall is where the right wheel is, and there is no bumper.
+    world.command(robot, Twist2::new(0.0, 0.5)).unwrap();
+    while world.truth(robot).pose.heading.to_degrees() < 175.0 && world.truth(robot).pose.heading > 0.0 {
+        world.advance_to(world.now() + 10_000_000);
+    }
+    assert!(world.truth(robot).contact && !world.bumpers(robot).any());
+}

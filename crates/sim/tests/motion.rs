@@ -140,6 +140,26 @@ fn a_robot_stops_at_a_wall_and_the_contact_counts_once() {
 }
 
 #[test]
+fn a_body_that_rebounds_by_a_hair_is_still_in_the_same_contact() {
+    let (mut world, robot) = with(ROOM, agile());
+    world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
+    world.advance_to(seconds(5.0));
+    // One millimetre while the speed is gained, one while it is lost.
+    for speed in [0.2, 0.0] {
+        world.command(robot, Twist2::new(speed, 0.0)).unwrap();
+        world.advance_to(world.now() + STEP_NS);
+    }
+    let truth = world.truth(robot);
+    assert!(
+        (truth.clearance - 0.002).abs() < 1e-6 && truth.contact,
+        "{truth:?}"
+    );
+    world.command(robot, Twist2::new(-0.2, 0.0)).unwrap();
+    world.advance_to(seconds(6.0));
+    assert_eq!(world.truth(robot).collisions, 1);
+}
+
+#[test]
 fn a_robot_can_turn_on_the_spot_while_it_touches() {
     let (mut world, robot) = with(ROOM, agile());
     world.command(robot, Twist2::new(-1.0, 0.0)).unwrap();
