@@ -4,7 +4,7 @@ mod apps;
 
 use std::path::Path;
 
-use apps::{Shelf, check, check_text};
+use apps::{Shelf, check};
 use jde_host::app::{Faults, Override, Place, load};
 
 fn refused(path: &Path) -> Faults {
@@ -220,5 +220,30 @@ fn an_option_has_three_parts() {
                 "`{text}` sets nothing: write schema.variable=value, such as goon.speed=\"0.3 m/s\""
             ))
         );
+    }
+}
+
+/// Neither a missing character nor a missing line may be more than a fault, and each is told where it can be shown.
+#[test]
+fn a_file_with_a_piece_missing_is_read_or_refused() {
+    let good = apps::GOOD;
+    let characters = good.char_indices().map(|(at, c)| at..at + c.len_utf8());
+    let lines = good.lines().map(|line| {
+        let start = line.as_ptr() as usize - good.as_ptr() as usize;
+        start..start + line.len()
+    });
+    for piece in characters.chain(lines) {
+        let text = [&good[..piece.start], &good[piece.end..]].concat();
+        let Err(faults) = apps::read(&text, &[]) else {
+            continue;
+        };
+        assert!(!faults.list().is_empty(), "{text}");
+        for fault in faults.list() {
+            assert!(!fault.message.is_empty() && fault.message.len() < 500, "{fault}");
+            if let Place::Text { line, span, .. } = &fault.place {
+                assert!(text.get(span.clone()).is_some(), "{fault} at {span:?} of\n{text}");
+                assert_eq!(*line, text[..span.start].matches('\n').count() + 1, "{fault}");
+            }
+        }
     }
 }

@@ -437,3 +437,15 @@ fn the_top_says_seed_executor_and_policy_of_the_roots() {
     let teleop = u32::try_from(at(&application, "teleop")).expect("few instances");
     assert_eq!(application.groups[0].absence, Absence::Fallback(SchemaId(teleop)));
 }
+
+#[test]
+fn r7_different_members_of_a_group_and_all_below_them_may_share_an_actuator() {
+    let application = application(&[]);
+    let velocity = Binding::Actuator {
+        target: Some(port(&application, "pioneer", "velocity")),
+    };
+    // A root, and three children of another root.
+    for user in ["teleop", "stop", "vff", "goon"] {
+        assert_eq!(*binding(&application, user, "base"), velocity, "{user}");
+    }
+}

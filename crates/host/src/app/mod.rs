@@ -3,6 +3,32 @@
 //! [`load`] turns an application file into an [`Application`], in which every name is a number and every value has been
 //! encoded, or into the list of all its [`Faults`]. Nothing here opens a library (that is the [`Catalogue`]'s business),
 //! starts a schema or prints.
+//!
+//! ```toml
+//! name     = "patrol"                 # the file's name if left out
+//! doc      = "Walks its round."
+//! roots    = ["teleop", "patrol"]     # the top level (R13); the first wins a collision
+//! plugins  = ["../target/release"]    # more folders to look for plugins in
+//! seed     = 7                        # 0 if left out
+//! mission  = "patrol.mission"         # an export of type jde_msgs/msg/Mission that says when it is done
+//! executor = "threads"                # or "pool"
+//! root     = { policy = "priority" }  # as a group below
+//!
+//! [schemas.patrol]
+//! type      = "walk/patrol"           # plugin/schema; just the plugin if that leaves no doubt
+//! doc       = "From door to door."
+//! period    = "75ms"                  # or "10 Hz", or seconds; the type's if left out
+//! budget    = "5ms"                   # longest iteration; the type's if left out
+//! imports   = { laser = "robot.laser" }       # exports and modulations of any instance
+//! triggers  = ["laser"]               # R12; the type's if left out
+//! actuators = { base = "robot.velocity" }     # commands of drivers
+//! children  = { brake = "stop", cruise = "goon" } # this order is the priority order
+//! restart   = { back-off = "500ms", limit = 5 }   # the default; or "on-fault", or "never"
+//! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
+//! # policy: "priority", "urgency", "sticky" (dwell, hysteresis), "round-robin" (turn), "father";
+//! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
+//! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms", budget = "5ms" }
+//! ```
 
 use std::path::PathBuf;
 use std::sync::Arc;
