@@ -26,7 +26,7 @@ const BELOW: f64 = 70.0;
 /// Pixels from one row of the legend to the next.
 const ROW: f64 = 34.0;
 /// Pixels between two entries of the legend in a row, and between the map and a legend beside it.
-const GAP: f64 = 38.0;
+const GAP: f64 = 28.0;
 /// From this width for a height of 1 on, the legend goes below the map.
 const WIDE: f64 = 1.15;
 /// A map is at most so many times as wide as high, or as high as wide: a thin one gets some ground beside it.

@@ -9,7 +9,7 @@ use super::palette::{EDGE, FURNITURE, GRID, INK, SOFT, faded};
 use super::{Drive, Thing};
 
 /// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
-const WALL: f64 = 0.1;
+const WALL: f64 = 0.08;
 /// Metres; a box no thicker than this is a wall.
 const THIN: f64 = 0.2;
 /// Pixels of the side of a point that a laser saw.
@@ -43,7 +43,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive) {
     for wall in walls {
         match wall.outline {
             Outline::Segment { from, to } => {
-                let line = Line::new(INK, frame.pixels(WALL).clamp(2.0, 8.0));
+                let line = Line::new(INK, frame.pixels(WALL).clamp(2.0, 7.0));
                 canvas.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], &line);
             }
             Outline::Box { .. } | Outline::Circle { .. } => {
@@ -62,13 +62,13 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive) {
 pub(super) fn edge(canvas: &mut Canvas, frame: &Frame) {
     let map = frame.map;
     canvas.stroke(&PathBuilder::from_rect(map), &Line::new(EDGE, 1.0));
-    for x in frame.grid_lines(0) {
+    for (x, text) in labels(frame, 0) {
         let at = (frame.at(x, 0.0).0, map.bottom() + 18.0);
-        canvas.label(&metres(x, frame.grid), LABEL, at, Align::Middle, SOFT);
+        canvas.label(&text, LABEL, at, Align::Middle, SOFT);
     }
-    for y in frame.grid_lines(1) {
+    for (y, text) in labels(frame, 1) {
         let at = (map.left() - 10.0, frame.at(0.0, y).1);
-        canvas.label(&metres(y, frame.grid), LABEL, at, Align::Right, SOFT);
+        canvas.label(&text, LABEL, at, Align::Right, SOFT);
     }
     scale_bar(canvas, frame);
 }
@@ -93,6 +93,18 @@ fn grid(canvas: &mut Canvas, frame: &Frame) {
     }
 }
 
+/// The numbers along an axis, the last of them with its unit.
+fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
+    let mut labels: Vec<_> = frame
+        .grid_lines(axis)
+        .map(|at| (at, metres(at, frame.grid)))
+        .collect();
+    if let Some((_, last)) = labels.last_mut() {
+        last.push_str(" m");
+    }
+    labels
+}
+
 /// Draws where beams ended: the more beams, the darker, so that what stands still is told from what passed by.
 fn scans(canvas: &mut Canvas, frame: &Frame, points: &[(f64, f64)]) {
     let columns = frame.map.width() as usize / POINT + 1;
@@ -110,7 +122,7 @@ fn scans(canvas: &mut Canvas, frame: &Frame, points: &[(f64, f64)]) {
         let left = frame.map.left() + (place % columns * POINT) as f32;
         let top = frame.map.top() + (place / columns * POINT) as f32;
         if let Some(square) = Rect::from_xywh(left, top, POINT as f32, POINT as f32) {
-            canvas.dot(square, faded(INK, 0.35 + 0.1 * (hits as f32).log2()));
+            canvas.dot(square, faded(INK, 0.45 + 0.1 * (hits as f32).log2()));
         }
     }
 }

@@ -14,7 +14,7 @@ const TITLE: f32 = 32.0;
 /// Size of the line below the title and of the legend, pixels.
 const TEXT: f32 = 18.0;
 /// Pixels for the sign of an entry, and between it and its text.
-const SIGN: f32 = 34.0;
+const SIGN: f32 = 30.0;
 const SPACE: f32 = 10.0;
 
 /// A line of the legend.
@@ -88,12 +88,12 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
         (
             drive.targets.iter().any(|target| !target.reached),
             Sign::Missed,
-            "target not reached",
+            "target missed",
         ),
         (
             drive.shapes.iter().any(|thing| thing.moving),
             Sign::Moving,
-            "moves; here at the start",
+            "mover at start",
         ),
     ];
     let shown = signs.into_iter().filter(|(shown, _, _)| *shown);
@@ -126,8 +126,8 @@ fn sign(canvas: &mut Canvas, sign: Sign, (x, y): (f32, f32), palette: &Palette) 
         Sign::Takeover => way::takeover(canvas, (x, y), SOFT),
         Sign::Start => way::robot(canvas, (x, y), 11.0, 0.0, way::Robot::Start),
         Sign::End => way::robot(canvas, (x, y), 11.0, 0.0, way::Robot::End),
-        Sign::Reached => way::target(canvas, (x, y), "n", true),
-        Sign::Missed => way::target(canvas, (x, y), "n", false),
+        Sign::Reached => way::badge(canvas, (x, y), "n", true),
+        Sign::Missed => way::badge(canvas, (x, y), "n", false),
         Sign::Moving => ground::moving_disc(canvas, (x, y), 10.0),
     }
 }
@@ -146,10 +146,13 @@ fn numbers(drive: &Drive) -> String {
     }
     if !drive.targets.is_empty() {
         let reached = drive.targets.iter().filter(|target| target.reached).count();
-        numbers.push(format!("{reached} of {} targets reached", drive.targets.len()));
+        numbers.push(format!(
+            "{reached} of {} reached",
+            count(drive.targets.len(), "target")
+        ));
     }
     if !drive.takeovers.is_empty() {
-        numbers.push(format!("{} takeovers", drive.takeovers.len()));
+        numbers.push(count(drive.takeovers.len(), "takeover"));
     }
     numbers.join("  ·  ")
 }
@@ -168,4 +171,8 @@ fn percent(time: f64, whole: f64) -> String {
         share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
         share => format!("{share:.0} %"),
     }
+}
+
+fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

@@ -12,10 +12,14 @@ const WAY: f32 = 3.0;
 const LIFT: f32 = 2.0;
 /// Pixels from one arrow on the way to the next.
 const ARROWS: f32 = 170.0;
+/// Pixels that an arrow keeps from the mark of a takeover.
+const CLEAR: f32 = 16.0;
 /// Radius of the robot in pixels, if it would be smaller or nobody knows it.
 const LEAST_ROBOT: f32 = 9.0;
-/// Radius of a target, pixels.
-const TARGET: f32 = 13.0;
+/// Pixels from the middle of a target's cross to its ends, the radius of its badge, and how far that is aside and above.
+const CROSS: f32 = 5.0;
+const BADGE: f32 = 13.0;
+const BESIDE: f32 = 19.0;
 /// Points nearer to each other than this many pixels are one.
 const SAME: f32 = 0.5;
 
@@ -35,17 +39,14 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive, palette: &
     for (winner, points) in &runs {
         canvas.polyline(points, &line(palette, *winner));
     }
-    arrows(canvas, &runs, palette);
-    for at in &drive.takeovers {
-        takeover(canvas, frame.at(at.x, at.y), palette.color(Some(at.to)));
+    let takeovers: Vec<(f32, f32)> = drive.takeovers.iter().map(|at| frame.at(at.x, at.y)).collect();
+    arrows(canvas, &runs, &takeovers, palette);
+    for (at, place) in drive.takeovers.iter().zip(takeovers) {
+        takeover(canvas, place, palette.color(Some(at.to)));
     }
-    for (number, at) in drive.targets.iter().enumerate() {
-        target(
-            canvas,
-            frame.at(at.x, at.y),
-            &(number + 1).to_string(),
-            at.reached,
-        );
+    // The robot hides the cross of the target that it stands on, and nothing hides which way it looks.
+    for at in &drive.targets {
+        cross(canvas, frame.at(at.x, at.y));
     }
     let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
     for (at, which) in [
@@ -55,6 +56,15 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive, palette: &
         if let Some(at) = at {
             robot(canvas, frame.at(at.x, at.y), radius, at.heading, which);
         }
+    }
+    for (number, at) in drive.targets.iter().enumerate() {
+        let (x, y) = frame.at(at.x, at.y);
+        badge(
+            canvas,
+            (x + BESIDE, y - BESIDE),
+            &(number + 1).to_string(),
+            at.reached,
+        );
     }
 }
 
@@ -74,27 +84,16 @@ pub(super) fn takeover(canvas: &mut Canvas, at: (f32, f32), color: ColorU8) {
     canvas.disc(at, 2.8, WHITE);
 }
 
-/// Draws a target with its number: full if the robot has been there, crossed out if not.
-pub(super) fn target(canvas: &mut Canvas, (x, y): (f32, f32), number: &str, reached: bool) {
-    let (size, ring) = (if number.len() > 2 { 12.0 } else { 15.0 }, Line::new(INK, 1.8));
-    canvas.disc((x, y), TARGET + 2.0, faded(WHITE, 0.85));
+/// Draws the number of a target: in a full disc if the robot has been there, in a broken ring if not.
+pub(super) fn badge(canvas: &mut Canvas, (x, y): (f32, f32), number: &str, reached: bool) {
+    let size = if number.len() > 2 { 12.0 } else { 15.0 };
+    canvas.disc((x, y), BADGE + 2.0, WHITE);
     if reached {
-        canvas.disc((x, y), TARGET, INK);
+        canvas.disc((x, y), BADGE, INK);
         canvas.label(number, size, (x, y), Align::Middle, WHITE);
     } else {
-        canvas.disc((x, y), TARGET, WHITE);
-        canvas.ring((x, y), TARGET - 0.9, &ring.clone().dashed(4.0, 3.0));
+        canvas.ring((x, y), BADGE - 0.9, &Line::new(INK, 1.8).dashed(4.0, 3.0));
         canvas.label(number, size, (x, y), Align::Middle, INK);
-        let (near, far) = (TARGET * 0.72, TARGET * 1.25);
-        for (right, down) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            canvas.polyline(
-                &[
-                    (x + right * near, y + down * near),
-                    (x + right * far, y + down * far),
-                ],
-                &ring,
-            );
-        }
     }
 }
 
@@ -124,6 +123,13 @@ pub(super) fn robot(canvas: &mut Canvas, (x, y): (f32, f32), radius: f32, headin
     }
 }
 
+fn cross(canvas: &mut Canvas, (x, y): (f32, f32)) {
+    for line in [Line::new(WHITE, 5.0), Line::new(INK, 2.0)] {
+        canvas.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], &line);
+        canvas.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], &line);
+    }
+}
+
 type Run = (Option<usize>, Vec<(f32, f32)>);
 
 /// Cuts the way where the winner changes; every piece ends where the next begins.
@@ -148,32 +154,35 @@ fn runs(frame: &Frame, path: &[Moment]) -> Vec<Run> {
     runs
 }
 
-/// Draws arrow heads that tell which way the way goes, evenly spaced over all of it.
-fn arrows(canvas: &mut Canvas, runs: &[Run], palette: &Palette) {
-    let mut left = ARROWS / 2.0;
+/// Draws arrow heads that tell which way the way goes, evenly spaced over all of it, and clear of the takeovers.
+fn arrows(canvas: &mut Canvas, runs: &[Run], takeovers: &[(f32, f32)], palette: &Palette) {
+    let mut next = ARROWS / 2.0;
     for (winner, points) in runs {
         for pair in points.windows(2) {
             let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
             let length = (to_x - x).hypot(to_y - y);
             let (right, down) = ((to_x - x) / length, (to_y - y) / length);
-            let mut along = left;
-            while along <= length {
+            while next <= length {
                 let at = |ahead: f32, aside: f32| {
-                    let forward = along + ahead;
+                    let forward = next + ahead;
                     (
                         x + right * forward - down * aside,
                         y + down * forward + right * aside,
                     )
                 };
-                let lifted = [at(10.0, 0.0), at(-7.0, 8.0), at(-4.0, 0.0), at(-7.0, -8.0)];
-                canvas.polygon(&lifted, faded(WHITE, 0.85));
-                canvas.polygon(
-                    &[at(7.5, 0.0), at(-5.0, 5.5), at(-2.5, 0.0), at(-5.0, -5.5)],
-                    palette.color(*winner),
-                );
-                along += ARROWS;
+                let middle = at(0.0, 0.0);
+                if takeovers
+                    .iter()
+                    .any(|(x, y)| (x - middle.0).hypot(y - middle.1) < CLEAR)
+                {
+                    next += CLEAR;
+                    continue;
+                }
+                let head = [at(8.0, 0.0), at(-5.0, 6.0), at(-2.5, 0.0), at(-5.0, -6.0)];
+                canvas.polygon(&head, palette.color(*winner));
+                next += ARROWS;
             }
-            left = along - length;
+            next -= length;
         }
     }
 }
