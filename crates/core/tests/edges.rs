@@ -10,6 +10,7 @@ use jde_core::{
 const FATHER: SchemaId = SchemaId(0);
 const A: SchemaId = SchemaId(1);
 const B: SchemaId = SchemaId(2);
+const C: SchemaId = SchemaId(3);
 const NOBODY: SchemaId = SchemaId(99);
 const CHILDREN: GroupId = GroupId(1);
 const READY: Check = Check {
@@ -18,7 +19,7 @@ const READY: Check = Check {
     cause: 0,
 };
 
-/// A father that wins and has woken both its children, decided by `policy`.
+/// A father that wins and has woken the first two of its three children, decided by `policy`.
 fn family(policy: Policy) -> Hierarchy {
     let restart = Restart::OnFault {
         backoff: 10,
@@ -30,10 +31,10 @@ fn family(policy: Policy) -> Hierarchy {
     };
     let children = GroupSpec {
         policy,
-        ..GroupSpec::new("children", Some(FATHER), vec![A, B])
+        ..GroupSpec::new("children", Some(FATHER), vec![A, B, C])
     };
     let spec = Spec {
-        schemas: ["father", "a", "b"].map(schema).to_vec(),
+        schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
         groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
     };
     let mut h = Hierarchy::new(spec).expect("a sound specification");
@@ -244,4 +245,118 @@ fn a_check_that_brings_nothing_new_has_no_effect() {
     let mut h = family(Policy::Priority);
     effects(|out| h.checked(1, A, READY, out));
     assert_eq!(effects(|out| h.checked(2, A, READY, out)), []);
+}
+
+#[test]
+fn r3_a_loser_that_hangs_is_no_longer_ready_so_the_level_selects_again() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    assert!(h.begin(1, A, &mut Vec::new()));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    let nobody = Answer::Chose {
+        child: None,
+        reason: "neither".into(),
+    };
+    effects(|out| h.answered(2, CHILDREN, ticket, nobody, out));
+    assert_eq!(h.winner(CHILDREN), Some(A), "it iterates still");
+    effects(|out| h.fire(9, Timer::Patience(CHILDREN), out));
+    assert_eq!(h.winner(CHILDREN), Some(B), "it is alone now");
+}
+
+#[test]
+fn r2_what_changed_below_a_father_on_its_way_out_counts_once_it_stays() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, B, READY, out));
+    assert!(h.begin(1, B, &mut Vec::new()));
+    // The father is about to lose its place, but its child iterates; meanwhile the child's readiness goes.
+    effects(|out| {
+        h.checked(
+            2,
+            FATHER,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    effects(|out| {
+        h.checked(
+            2,
+            B,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    assert_eq!((h.winner(CHILDREN), h.handover(CHILDREN)), (Some(B), None));
+    effects(|out| h.checked(3, FATHER, READY, out));
+    let handover = h.handover(CHILDREN).expect("b is not ready any more");
+    assert_eq!(handover.to, None);
+}
+
+#[test]
+fn r10_a_winner_that_was_put_to_sleep_begins_no_other_iteration_while_the_father_thinks() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.checked(1, B, READY, out));
+    assert_eq!((h.winner(CHILDREN), h.asked(CHILDREN).is_some()), (Some(A), true));
+    effects(|out| h.sleep(2, FATHER, A, out).expect("authority"));
+    assert_eq!(h.state(A), State::Winner);
+    assert!(!h.begin(2, A, &mut Vec::new()));
+}
+
+#[test]
+fn r5_a_handover_to_one_that_fell_asleep_goes_to_nobody_until_the_father_has_answered() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
+    effects(|out| h.checked(1, A, READY, out));
+    assert!(h.begin(1, A, &mut Vec::new()));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    let answer = Answer::Chose {
+        child: Some(B),
+        reason: "b".into(),
+    };
+    effects(|out| h.answered(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.checked(3, C, READY, out));
+    assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(B));
+    assert!(h.asked(CHILDREN).is_some());
+    effects(|out| h.faulted(4, B, "gone".into(), out));
+    effects(|out| h.end(5, A, out));
+    assert_eq!(
+        (h.state(A), h.state(B), h.winner(CHILDREN)),
+        (State::Ready, State::Slept, None)
+    );
+}
+
+#[test]
+fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does_not_win() {
+    let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
+    let spec = Spec {
+        schemas: ["root", "father", "child"].map(schema).to_vec(),
+        groups: vec![
+            GroupSpec::new("roots", None, vec![SchemaId(0)]),
+            GroupSpec::new("middle", Some(SchemaId(0)), vec![SchemaId(1)]),
+            GroupSpec::new("bottom", Some(SchemaId(1)), vec![SchemaId(2)]),
+        ],
+    };
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| h.start(0, out));
+    for id in [SchemaId(1), SchemaId(2)] {
+        effects(|out| h.operator(1, Operator::Play(id), out).expect("healthy"));
+        effects(|out| h.checked(1, id, READY, out));
+        assert_eq!((h.state(id), h.has_authority(id)), (State::Winner, false));
+    }
+    let out = effects(|out| h.checked(2, SchemaId(0), READY, out));
+    let granted: Vec<_> = out.iter().filter(|e| matches!(e, Effect::Granted(_))).collect();
+    let expected = [0, 1, 2].map(|id| Effect::Granted(SchemaId(id)));
+    assert_eq!(
+        granted,
+        expected.iter().collect::<Vec<_>>(),
+        "fathers before children"
+    );
 }
