@@ -1,1 +1,115 @@
-//! Plays a CARMEN log as laser and odometry.
+//! Plays a CARMEN text log as the sensors of a robot, with the log's own time. What the application commands goes nowhere:
+//! the drive was recorded long ago. It shows what schemas would have done, never what would have followed.
+
+mod log;
+mod record;
+
+use core::time::Duration;
+
+use jde_schema::prelude::*;
+
+use log::Log as Recording;
+use record::Scan;
+
+/// A robot that drives as it did when the log was written.
+///
+/// Reads `FLASER` and `ODOM` lines, plain or gzip; others are passed over. A log whose clock stands still is played at a
+/// stated rate. The mission is done when the log ends.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "20ms")]
+pub struct Log {
+    /// The log's file.
+    #[modulation(default = "", unit = "path", fixed)]
+    path: Modulation<Text<1024>>,
+    /// A range from here on means that the beam met nothing.
+    #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
+    laser_range: Modulation<f64>,
+    /// Time from one scan to the next in a log whose clock stands still.
+    #[modulation(default = 0.2, unit = "s", min = 0.001, fixed)]
+    interval: Modulation<f64>,
+    /// Speeds of the base; they are not carried out.
+    #[command(neutral = Twist::ZERO, validity = "1s")]
+    velocity: Command<Twist>,
+    /// The laser, at the robot's own place.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The robot's pose in the log.
+    #[export]
+    odometry: Export<Odometry>,
+    /// Scans played, of how many.
+    #[export]
+    mission: Export<Mission>,
+    recording: Option<Recording>,
+    next: usize,
+    scans: u32,
+}
+
+impl Schema for Log {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.recording.is_some() {
+            return Ok(());
+        }
+        let path = self.path.get(cx);
+        if path.is_empty() {
+            return Err("it has no log; give it one: path = \"drive.log.gz\", or --set NAME.path=drive.log.gz".into());
+        }
+        let recording = Recording::read(path.as_str(), Duration::from_secs_f64(self.interval.get(cx)))?;
+        for note in recording.notes() {
+            warn!(cx, "{note}");
+        }
+        info!(cx, "{} scans over {:.1} s", recording.scans(), recording.duration().as_secs_f64());
+        self.recording = Some(recording);
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(recording) = self.recording.take() else { return Err("it has no log".into()) };
+        while let Some(record) = recording.records().get(self.next).filter(|record| record.time <= cx.now()) {
+            self.next += 1;
+            self.odometry.write_at(cx, Odometry::planar(record.time, record.pose, Twist::ZERO), record.time);
+            if let Some(scan) = &record.scan {
+                self.scans += 1;
+                self.publish(cx, record.time, scan)?;
+            }
+        }
+        let ended = self.next == recording.records().len();
+        let mission = Mission {
+            state: if ended { Mission::DONE } else { Mission::RUNNING },
+            reached: self.scans,
+            total: recording.scans() as u32,
+            note: Text::new("scans played"),
+            ..Mission::default()
+        };
+        self.mission.write(cx, mission);
+        self.recording = Some(recording);
+        Ok(())
+    }
+}
+
+impl Log {
+    fn publish(&mut self, cx: &Context, time: Duration, scan: &Scan) -> Result {
+        let most = self.laser_range.get(cx) as f32;
+        let mut laser = self.laser.loan(cx);
+        laser.header = Header::new(time, "laser");
+        laser.angle_min = scan.angle_min() as f32;
+        laser.angle_increment = scan.angle_increment() as f32;
+        laser.angle_max = (scan.angle_min() + scan.angle_increment() * (scan.ranges.len() - 1) as f64) as f32;
+        laser.time_increment = 0.0;
+        laser.scan_time = 0.0;
+        laser.range_min = 0.0;
+        laser.range_max = most;
+        laser.intensities.clear();
+        laser.ranges.clear();
+        laser.ranges.extend_from_slice(&scan.ranges)?;
+        for range in laser.ranges.as_mut_slice().iter_mut().filter(|range| **range >= most) {
+            *range = f32::INFINITY;
+        }
+        laser.publish_at(time);
+        Ok(())
+    }
+}
+
+jde_schema::export!("carmen", "Plays a CARMEN log as laser and odometry.", [Log]);
+
+#[cfg(test)]
+mod tests;

@@ -1,1 +1,142 @@
-//! A simulated Pioneer.
+//! A simulated Pioneer as a driver: the library `jde-sim` behind the ports of a robot. It steps the world to the application's
+//! time, and knows nothing of schedules, pictures or schemas.
+
+mod sense;
+mod worlds;
+
+use std::sync::{Arc, Mutex};
+
+use jde_schema::prelude::*;
+use jde_sim::{LaserConfig, OdometryOrigin, RobotConfig, RobotId, SonarConfig, Twist2, World};
+
+/// A Pioneer P3-DX with a laser in a simulated world; several in one application share the world.
+///
+/// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` is the world's frame but for
+/// the drift of the wheels.
+#[derive(Describe)]
+#[schema(driver, period = "50ms", budget = "50ms")]
+pub struct Pioneer {
+    /// The world's file.
+    #[modulation(default = "", unit = "path", fixed)]
+    world: Modulation<Text<1024>>,
+    /// The robot's name in the world's file; empty for the name of this schema.
+    #[modulation(default = "", fixed)]
+    robot: Modulation<Text<60>>,
+    /// Beams of the laser.
+    #[modulation(default = 180, min = 1, max = 1088, fixed)]
+    laser_beams: Modulation<u32>,
+    /// The angle the laser covers, centred ahead.
+    #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = 6.2832, fixed)]
+    laser_view: Modulation<f64>,
+    /// The farthest the laser sees.
+    #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
+    laser_range: Modulation<f64>,
+    /// Standard deviation of the laser's ranges.
+    #[modulation(default = 0.005, unit = "m", min = 0.0, fixed)]
+    laser_noise: Modulation<f64>,
+    /// Standard deviation of the sonars' ranges.
+    #[modulation(default = 0.01, unit = "m", min = 0.0, fixed)]
+    sonar_noise: Modulation<f64>,
+    /// Standard deviation of each wheel's scale error, as a fraction: how badly the odometry drifts.
+    #[modulation(default = 0.0002, min = 0.0, max = 0.5, fixed)]
+    wheel_error: Modulation<f64>,
+    /// Greatest change of speed in a second.
+    #[modulation(default = 0.3, unit = "m/s2", min = 0.01, fixed)]
+    acceleration: Modulation<f64>,
+    /// Radius of the body.
+    #[modulation(default = 0.25, unit = "m", min = 0.01, max = 10.0, fixed)]
+    radius: Modulation<f64>,
+    /// Speeds of the base.
+    #[command(neutral = Twist::ZERO, validity = "500ms")]
+    velocity: Command<Twist>,
+    /// The laser, in its own frame, 18 mm ahead of the base.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The sixteen sonars, eight ahead from left to right, then eight behind from right to left.
+    #[export]
+    sonars: Export<RangeRing>,
+    /// Pose and velocity as the wheels tell.
+    #[export]
+    odometry: Export<Odometry>,
+    /// Five bumpers ahead, five behind, and whether the wheels are held.
+    #[export]
+    bumpers: Export<Bumpers>,
+    /// What is true of the robot, for measuring; a robot that steers by it would not work anywhere else.
+    #[export]
+    truth: Export<Truth>,
+    body: Option<Body>,
+}
+
+/// A robot that stands in a world.
+struct Body {
+    world: Arc<Mutex<World>>,
+    robot: RobotId,
+    lasers: LaserConfig,
+    ring: SonarConfig,
+}
+
+impl Schema for Pioneer {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.body.is_none() {
+            self.body = Some(self.enter(cx)?);
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(body) = self.body.take() else { return Err("it is in no world".into()) };
+        let twist = *self.velocity.get(cx).value();
+        let mut world = worlds::lock(&body.world);
+        // The command counts from now on: what was before was driven by the last one.
+        world.advance_to(cx.now().as_nanos() as u64);
+        world.command(body.robot, Twist2::new(twist.linear.x, twist.angular.z))?;
+        let sensed = self.sense(cx, &world, &body);
+        drop(world);
+        self.body = Some(body);
+        sensed
+    }
+
+    fn sleep(&mut self, _: &Context) {
+        if let Some(body) = &self.body {
+            // Standing still is finite, which is all that a command must be.
+            let _ = worlds::lock(&body.world).command(body.robot, Twist2::default());
+        }
+    }
+}
+
+impl Pioneer {
+    /// Puts the robot where the world's file says.
+    fn enter(&self, cx: &Context) -> Result<Body> {
+        let path = self.world.get(cx);
+        if path.is_empty() {
+            return Err("it has no world; give it one in the application: world = \"worlds/office.toml\"".into());
+        }
+        let world = worlds::open(cx.application(), path.as_str(), cx.seed())?;
+        let named = self.robot.get(cx);
+        let name = if named.is_empty() { cx.name() } else { named.as_str() };
+        let acceleration = self.acceleration.get(cx);
+        let config = RobotConfig {
+            radius: self.radius.get(cx),
+            linear_acceleration: acceleration,
+            linear_deceleration: acceleration,
+            wheel_scale_sigma: self.wheel_error.get(cx),
+            odometry_origin: OdometryOrigin::StartPose,
+            ..RobotConfig::default()
+        };
+        let lasers = LaserConfig {
+            beams: self.laser_beams.get(cx) as usize,
+            field_of_view: self.laser_view.get(cx),
+            range_max: self.laser_range.get(cx),
+            sigma: self.laser_noise.get(cx),
+            ..LaserConfig::default()
+        };
+        let ring = SonarConfig { sigma: self.sonar_noise.get(cx), ..SonarConfig::default() };
+        let robot = worlds::lock(&world).add_robot(name, config)?;
+        Ok(Body { world, robot, lasers, ring })
+    }
+}
+
+jde_schema::export!("sim", "A simulated Pioneer.", [Pioneer]);
+
+#[cfg(test)]
+mod tests;

@@ -1,1 +1,100 @@
-//! The second toy of the paper: padre and its children hijo1 and hijo2.
+//! The second toy of the paper: a father and two children whose preconditions overlap, each a second apart.
+
+use jde_schema::prelude::*;
+
+/// Keeps two children awake and lets the order in which it names them decide.
+#[derive(Describe)]
+#[schema(motor, period = "1s", budget = "20ms")]
+pub struct Padre {
+    /// Drives when there is much room ahead.
+    #[child(group = "base")]
+    first: Child,
+    /// Drives slowly when there is less.
+    #[child(group = "base")]
+    second: Child,
+}
+
+/// Drives ahead at 0.2 m/s while there are 4.5 to 8 m of room.
+#[derive(Describe)]
+#[schema(motor, period = "1s", budget = "20ms")]
+pub struct Hijo1 {
+    /// What the laser sees ahead.
+    #[import]
+    laser: Import<LaserScan>,
+    /// Least room straight ahead.
+    #[modulation(default = 4.5, unit = "m", min = 0.0)]
+    from: Modulation<f64>,
+    /// Most room straight ahead.
+    #[modulation(default = 8.0, unit = "m", min = 0.0)]
+    to: Modulation<f64>,
+    /// Speed.
+    #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
+    speed: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+/// Drives ahead at 0.1 m/s while there are 1 to 5 m of room: from 4.5 to 5 m both children are ready.
+#[derive(Describe)]
+#[schema(motor, period = "1s", budget = "20ms")]
+pub struct Hijo2 {
+    /// What the laser sees ahead.
+    #[import]
+    laser: Import<LaserScan>,
+    /// Least room straight ahead.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    from: Modulation<f64>,
+    /// Most room straight ahead.
+    #[modulation(default = 5.0, unit = "m", min = 0.0)]
+    to: Modulation<f64>,
+    /// Speed.
+    #[modulation(default = 0.1, unit = "m/s", min = 0.0)]
+    speed: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Padre {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.first.wake(cx);
+        self.second.wake(cx);
+        Ok(())
+    }
+}
+
+impl Schema for Hijo1 {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        Ok(has_room(self.laser.get(cx), self.from.get(cx), self.to.get(cx)))
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.base.command(cx, Twist::planar(self.speed.get(cx), 0.0));
+        Ok(())
+    }
+}
+
+impl Schema for Hijo2 {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        Ok(has_room(self.laser.get(cx), self.from.get(cx), self.to.get(cx)))
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.base.command(cx, Twist::planar(self.speed.get(cx), 0.0));
+        Ok(())
+    }
+}
+
+/// Whether the beam that looks straight ahead measures `from` to `to`; a beam that meets nothing has all the room it can see.
+fn has_room(laser: Option<Sample<'_, LaserScan>>, from: f64, to: f64) -> Precondition {
+    let Some(laser) = laser else { return false.into() };
+    let ahead = (0..laser.ranges.len()).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
+    let room = ahead.map_or(f64::NAN, |beam| f64::from(laser.ranges[beam]).min(f64::from(laser.range_max)));
+    (from..=to).contains(&room).into()
+}
+
+jde_schema::export!("family", "The paper's second toy: padre, hijo1 and hijo2.", [Padre, Hijo1, Hijo2]);
+
+#[cfg(test)]
+mod tests;

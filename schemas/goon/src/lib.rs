@@ -1,1 +1,77 @@
-//! Drives straight to the target while the way is free.
+//! Drives straight to the target while the way is free (the paper, section 5). It avoids nothing.
+
+use jde_schema::prelude::*;
+
+/// Drives the base toward the target at high speed while the area ahead is free.
+///
+/// By its heading error it goes straight and fast, or slowly while turning, or turns on the spot: the bands and speeds of 2007.
+#[derive(Describe)]
+#[schema(motor, period = "75ms", budget = "20ms")]
+pub struct Goon {
+    /// What the laser sees ahead.
+    #[import(trigger)]
+    laser: Import<LaserScan>,
+    /// Where the robot believes it is.
+    #[import]
+    pose: Import<Odometry>,
+    /// Where to go.
+    #[modulation(default = Target::NONE)]
+    target: Modulation<Target>,
+    /// Half the width of the area that must be free.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    half_width: Modulation<f64>,
+    /// How far ahead of the laser that area reaches.
+    #[modulation(default = 3.0, unit = "m", min = 0.0)]
+    ahead: Modulation<f64>,
+    /// Speed when the target is straight ahead.
+    #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
+    fast: Modulation<f64>,
+    /// Speed while turning toward it.
+    #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
+    slow: Modulation<f64>,
+    /// Turn rate, on the move and on the spot.
+    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.0)]
+    turn: Modulation<f64>,
+    /// Heading error up to which it goes straight.
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
+    straight: Modulation<f64>,
+    /// Heading error up to which it turns on the move.
+    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
+    veer: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Goon {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let (Some(laser), Some(_), Some(_)) = (self.laser.get(cx), self.pose.get(cx), self.target.get(cx).get()) else {
+            return Ok(false.into());
+        };
+        let nearest = laser.nearest_ahead(self.half_width.get(cx));
+        Ok(nearest.is_none_or(|ahead| ahead > self.ahead.get(cx)).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(target) = self.target.get(cx).get() else {
+            self.base.command(cx, Twist::ZERO);
+            return Ok(());
+        };
+        let error = self.pose.require(cx)?.pose2d().bearing_to(&target);
+        let turn = self.turn.get(cx).copysign(error);
+        let twist = if error.abs() < self.straight.get(cx) {
+            Twist::planar(self.fast.get(cx), 0.0)
+        } else if error.abs() < self.veer.get(cx) {
+            Twist::planar(self.slow.get(cx), turn)
+        } else {
+            Twist::planar(0.0, turn)
+        };
+        self.base.command(cx, twist);
+        Ok(())
+    }
+}
+
+jde_schema::export!("goon", "Drives straight to a target while the way is free.", [Goon]);
+
+#[cfg(test)]
+mod tests;

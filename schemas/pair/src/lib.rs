@@ -1,1 +1,48 @@
-//! An export and an import in the smallest form.
+//! An export and an import in the smallest form: one schema counts, another listens.
+
+use jde_schema::prelude::*;
+
+/// Counts its iterations.
+#[derive(Describe)]
+#[schema(perceptive, period = "100ms")]
+pub struct Talker {
+    /// How many iterations it has done.
+    #[export]
+    count: Export<u64>,
+    so_far: u64,
+}
+
+/// Says what it hears, and drives nothing.
+#[derive(Describe)]
+#[schema(motor, period = "100ms")]
+pub struct Listener {
+    /// The number to say.
+    #[import(trigger)]
+    count: Import<u64>,
+    said: u64,
+}
+
+impl Schema for Talker {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.so_far += 1;
+        self.count.write(cx, self.so_far);
+        Ok(())
+    }
+}
+
+impl Schema for Listener {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        Ok(self.count.get(cx).is_some_and(|count| *count != self.said).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.said = *self.count.require(cx)?.value();
+        info!(cx, "heard {}", self.said);
+        Ok(())
+    }
+}
+
+jde_schema::export!("pair", "An export and an import in the smallest form.", [Talker, Listener]);
+
+#[cfg(test)]
+mod tests;

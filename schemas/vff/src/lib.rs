@@ -1,1 +1,110 @@
-//! Drives around a close obstacle toward the target by virtual forces.
+//! Drives around a close obstacle toward the target by a virtual force field (the paper, section 5; Borenstein and Koren,
+//! "Real-time obstacle avoidance for fast mobile robots", 1989). It knows no map and can be caught in a corner.
+
+mod force;
+
+use jde_schema::prelude::*;
+
+use force::Field;
+
+/// Drives the base around an obstacle in the area ahead while approaching the target.
+///
+/// The target attracts, every laser return repels, and the base follows the sum with the bands and speeds of 2007. It is as
+/// urgent as its heading error, rad: a father can see whether it would turn on the spot.
+#[derive(Describe)]
+#[schema(motor, period = "75ms", budget = "20ms")]
+pub struct Vff {
+    /// What the laser sees ahead.
+    #[import(trigger)]
+    laser: Import<LaserScan>,
+    /// Where the robot believes it is.
+    #[import]
+    pose: Import<Odometry>,
+    /// Where to go.
+    #[modulation(default = Target::NONE)]
+    target: Modulation<Target>,
+    /// Half the width of the area in which an obstacle makes it ready.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    half_width: Modulation<f64>,
+    /// How far ahead of the laser that area reaches.
+    #[modulation(default = 3.0, unit = "m", min = 0.0)]
+    ahead: Modulation<f64>,
+    /// Speed when the force points straight ahead.
+    #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
+    fast: Modulation<f64>,
+    /// Speed while turning toward it.
+    #[modulation(default = 0.1, unit = "m/s", min = 0.0)]
+    slow: Modulation<f64>,
+    /// Turn rate on the move.
+    #[modulation(default = 20_f64.to_radians(), unit = "rad/s", min = 0.0)]
+    veer_turn: Modulation<f64>,
+    /// Turn rate on the spot.
+    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.0)]
+    turn: Modulation<f64>,
+    /// Heading error up to which it goes straight.
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
+    straight: Modulation<f64>,
+    /// Heading error up to which it turns on the move.
+    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
+    veer: Modulation<f64>,
+    /// Weight of the target's pull.
+    #[modulation(default = 0.7, min = 0.0)]
+    attraction: Modulation<f64>,
+    /// Weight of the obstacles' push.
+    #[modulation(default = 0.3, min = 0.0)]
+    repulsion: Modulation<f64>,
+    /// Distance beyond which the target pulls no harder.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    cap: Modulation<f64>,
+    /// Stretches the distances at which obstacles push: 1 is 2007's table, which reaches 3 m.
+    #[modulation(default = 1.0, min = 0.01)]
+    reach: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Vff {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let (Some(laser), Some(heading)) = (self.laser.get(cx), self.heading(cx)) else {
+            return Ok(false.into());
+        };
+        let nearest = laser.nearest_ahead(self.half_width.get(cx));
+        let obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx));
+        Ok(Precondition::from(obstacle).urgency(heading.abs()))
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let twist = match self.heading(cx) {
+            None => Twist::ZERO,
+            Some(error) if error.abs() < self.straight.get(cx) => Twist::planar(self.fast.get(cx), 0.0),
+            Some(error) if error.abs() < self.veer.get(cx) => {
+                Twist::planar(self.slow.get(cx), self.veer_turn.get(cx).copysign(error))
+            }
+            Some(error) => Twist::planar(0.0, self.turn.get(cx).copysign(error)),
+        };
+        self.base.command(cx, twist);
+        Ok(())
+    }
+}
+
+impl Vff {
+    /// By how much to turn left to face where the forces point, rad; `None` without a target, a pose or a scan.
+    fn heading(&self, cx: &Context) -> Option<f64> {
+        let target = self.target.get(cx).get()?;
+        let local = self.pose.get(cx)?.pose2d().localize(&target);
+        let field = Field {
+            attraction: self.attraction.get(cx),
+            repulsion: self.repulsion.get(cx),
+            cap: self.cap.get(cx),
+            reach: self.reach.get(cx),
+        };
+        let (x, y) = field.force(&local, self.laser.get(cx)?.value());
+        Some(y.atan2(x))
+    }
+}
+
+jde_schema::export!("vff", "Drives around obstacles toward a target by virtual forces.", [Vff]);
+
+#[cfg(test)]
+mod tests;

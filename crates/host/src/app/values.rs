@@ -155,7 +155,11 @@ impl Target<'_> {
         }
         let values: Vec<_> = list
             .iter()
-            .map(|node| self.element(report, &field.kind, unit, node))
+            .enumerate()
+            .map(|(index, node)| {
+                let name = format!("{}[{index}]", self.name);
+                Target { name, ..*self }.element(report, &field.kind, unit, node)
+            })
             .collect();
         Some(Value::List(values.into_iter().collect::<Option<_>>()?))
     }

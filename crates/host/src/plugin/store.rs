@@ -6,6 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_abi::{describe, raw};
 
+use crate::app::Catalogue;
+
 use super::{Found, LoadError, Loaded, SearchPath};
 
 /// Plugins by name; loads one when it is first asked for.
@@ -150,5 +152,24 @@ impl Plugins {
             path.push(folder, because);
         }
         path
+    }
+}
+
+impl Catalogue for Plugins {
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
+        self.load(name, extra_dirs).map(|plugin| plugin.description).map_err(|error| error.to_string())
+    }
+
+    /// The names of all files that are plugins by their looks, and the types of those that are loaded: a suggestion is no reason
+    /// to run anybody's code.
+    fn known(&self) -> Vec<String> {
+        let (found, linked_in) = self.list(&[]);
+        let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let types = loaded.values().chain(self.linked_in.values()).flat_map(|plugin| {
+            let plugin = &plugin.description;
+            plugin.schemas.iter().map(|schema| format!("{}/{}", plugin.name, schema.name)).collect::<Vec<_>>()
+        });
+        let files = found.into_iter().map(|found| found.name).chain(linked_in);
+        files.chain(types).collect()
     }
 }

@@ -1,0 +1,157 @@
+//! A whole log: read once, lines that cannot be read left out and counted, and one clock that never goes back.
+
+use core::time::Duration;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+
+use flate2::bufread::MultiGzDecoder;
+use jde_schema::types::Pose2D;
+
+use crate::record::{self, Line, Scan};
+
+/// A line longer than this is no line of a log: a scan of 1088 ranges has a tenth of it.
+const LONGEST_LINE: u64 = 256 << 10;
+/// How many unreadable lines are told one by one.
+const MOST_NOTES: usize = 3;
+
+/// What was recorded, in order.
+#[derive(Debug)]
+pub(crate) struct Log {
+    records: Vec<Record>,
+    scans: usize,
+    notes: Vec<String>,
+}
+
+/// A moment of the log.
+#[derive(Debug)]
+pub(crate) struct Record {
+    /// Since the first.
+    pub(crate) time: Duration,
+    pub(crate) pose: Pose2D,
+    pub(crate) scan: Option<Scan>,
+}
+
+/// Why a file is no log.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LogError {
+    #[error("cannot read the log {path}: {error}")]
+    Io { path: String, error: io::Error },
+    #[error("{path} has no scan: not one of its {lines} lines is a FLASER line that can be read{}", first.as_ref().map(|first| format!("; {first}")).unwrap_or_default())]
+    NoScan { path: String, lines: usize, first: Option<String> },
+}
+
+impl Log {
+    /// Reads a log, plain or gzip; scans come at least `interval` apart if its clock stands still.
+    pub(crate) fn read(path: &str, interval: Duration) -> Result<Self, LogError> {
+        let io = |error| LogError::Io { path: path.to_owned(), error };
+        let mut file = BufReader::new(File::open(path).map_err(io)?);
+        let packed = file.fill_buf().map_err(io)?.starts_with(&[0x1f, 0x8b]);
+        let mut log = if packed {
+            Reading::of(BufReader::new(MultiGzDecoder::new(file)))
+        } else {
+            Reading::of(file)
+        };
+        if log.lines.iter().all(|line| line.scan.is_none()) {
+            // What cut the file off explains best why nothing was found before.
+            return match log.cut.take() {
+                Some(error) => Err(io(error)),
+                None => Err(LogError::NoScan { path: path.to_owned(), lines: log.count, first: log.notes.pop() }),
+            };
+        }
+        Ok(log.finish(interval))
+    }
+
+    pub(crate) fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    pub(crate) fn scans(&self) -> usize {
+        self.scans
+    }
+
+    pub(crate) fn duration(&self) -> Duration {
+        self.records.last().map_or(Duration::ZERO, |record| record.time)
+    }
+
+    /// What a person should know of how it was read.
+    pub(crate) fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+/// Lines so far.
+struct Reading {
+    lines: Vec<Line>,
+    count: usize,
+    bad: usize,
+    notes: Vec<String>,
+    /// What ended the reading early.
+    cut: Option<io::Error>,
+}
+
+impl Reading {
+    /// Reads until the end, or until what is left cannot be read: a log cut short is played as far as it goes.
+    fn of(mut file: impl BufRead) -> Self {
+        let mut reading = Self { lines: Vec::new(), count: 0, bad: 0, notes: Vec::new(), cut: None };
+        let mut bytes = Vec::new();
+        loop {
+            bytes.clear();
+            match file.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
+                Ok(0) => return reading,
+                Ok(_) => reading.line(&bytes),
+                Err(error) => {
+                    reading.cut = Some(error);
+                    return reading;
+                }
+            }
+        }
+    }
+
+    fn line(&mut self, bytes: &[u8]) {
+        self.count += 1;
+        match record::parse(&String::from_utf8_lossy(bytes)) {
+            None => {}
+            Some(Ok(line)) => self.lines.push(line),
+            Some(Err(wrong)) => {
+                self.bad += 1;
+                if self.notes.len() < MOST_NOTES {
+                    self.notes.push(format!("line {} is left out: {wrong}", self.count));
+                }
+            }
+        }
+    }
+
+    fn finish(self, interval: Duration) -> Log {
+        let mut notes = self.notes;
+        if self.bad > notes.len() {
+            notes.push(format!("{} lines in all are left out", self.bad));
+        }
+        if let Some(error) = self.cut {
+            notes.push(format!("the file is cut short after line {}: {error}; what comes before is played", self.count));
+        }
+        let clocks = self.lines.iter().filter(|line| line.scan.is_some()).map(|line| line.clock);
+        let (first, last) = clocks.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), clock| {
+            (first.min(clock), last.max(clock))
+        });
+        let scans = self.lines.iter().filter(|line| line.scan.is_some()).count();
+        let stands = last <= first && scans > 1;
+        if stands {
+            let seconds = interval.as_secs_f64();
+            notes.push(format!("its clock stands still at {first} s; the scans are played {seconds} s apart"));
+        }
+        let mut records = Vec::with_capacity(self.lines.len());
+        let (mut start, mut now, mut played) = (None, Duration::ZERO, 0);
+        for Line { pose, clock, scan } in self.lines {
+            if stands {
+                now = interval * played;
+            } else if clock > 0.0 {
+                // A clock of 0 is none, and one that goes back is not followed.
+                let since = clock - *start.get_or_insert(clock);
+                now = now.max(Duration::try_from_secs_f64(since).unwrap_or_default());
+            }
+            played += u32::from(scan.is_some());
+            records.push(Record { time: now, pose, scan });
+        }
+        Log { records, scans, notes }
+    }
+}

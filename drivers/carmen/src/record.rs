@@ -1,0 +1,96 @@
+//! One line of a CARMEN log, from text to numbers. It knows no file and no clock but the line's own.
+//!
+//! The format, from the headers of CARMEN's logs (carmen.sourceforge.net): `FLASER n r0 .. rn-1 x y theta odom_x odom_y
+//! odom_theta ipc_timestamp host logger_timestamp` and `ODOM x y theta tv rv accel ipc_timestamp host logger_timestamp`.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use jde_schema::types::Pose2D;
+
+/// Most beams of a scan: what the interface holds.
+const MOST_BEAMS: usize = 1088;
+
+/// What a line says.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Line {
+    /// Where the robot was: in a scan where it was measured, else what the wheels told.
+    pub(crate) pose: Pose2D,
+    /// The logger's clock, s.
+    pub(crate) clock: f64,
+    /// The scan, of a line that has one.
+    pub(crate) scan: Option<Scan>,
+}
+
+/// A scan over half a turn, from right to left.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Scan {
+    /// Metres.
+    pub(crate) ranges: Vec<f32>,
+}
+
+impl Scan {
+    /// Angle of the first beam, rad.
+    pub(crate) fn angle_min(&self) -> f64 {
+        -FRAC_PI_2
+    }
+
+    /// Angle from beam to beam, rad: 181 and 361 beams have one at either end of the half turn, 180 and 360 do not.
+    pub(crate) fn angle_increment(&self) -> f64 {
+        let beams = self.ranges.len();
+        let gaps = if beams.is_multiple_of(2) { beams } else { beams - 1 };
+        PI / gaps.max(1) as f64
+    }
+}
+
+/// Reads a line; `None` for one of a kind that is passed over.
+pub(crate) fn parse(line: &str) -> Option<Result<Line, String>> {
+    let mut words = line.split_ascii_whitespace();
+    match words.next()? {
+        "FLASER" => Some(laser(&mut words)),
+        "ODOM" => Some(odometry(&mut words)),
+        _ => None,
+    }
+}
+
+fn laser<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
+    let count = number(words, "the number of beams")?;
+    if count.fract() != 0.0 || !(1.0..=MOST_BEAMS as f64).contains(&count) {
+        return Err(format!("{count} beams; a scan has 1 to {MOST_BEAMS}"));
+    }
+    let ranges = (0..count as usize)
+        .map(|_| match number(words, "a range")? {
+            range if range >= 0.0 => Ok(range as f32),
+            range => Err(format!("a range of {range} m")),
+        })
+        .collect::<Result<_, String>>()?;
+    let pose = pose(words)?;
+    let _odometry = self::pose(words)?;
+    Ok(Line { pose, clock: clock(words)?, scan: Some(Scan { ranges }) })
+}
+
+fn odometry<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
+    let pose = pose(words)?;
+    for what in ["a speed", "a turn rate", "an acceleration"] {
+        number(words, what)?;
+    }
+    Ok(Line { pose, clock: clock(words)?, scan: None })
+}
+
+fn pose<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Pose2D, String> {
+    Ok(Pose2D::new(number(words, "x")?, number(words, "y")?, number(words, "theta")?))
+}
+
+/// The two clocks of a line, of which the last is the logger's.
+fn clock<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<f64, String> {
+    number(words, "a time")?;
+    words.next().ok_or("it ends before the host's name")?;
+    number(words, "the logger's time")
+}
+
+fn number<'a>(words: &mut impl Iterator<Item = &'a str>, what: &str) -> Result<f64, String> {
+    let word = words.next().ok_or_else(|| format!("it ends before {what}"))?;
+    match word.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("`{}` is not {what}", word.escape_default())),
+    }
+}

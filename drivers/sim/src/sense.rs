@@ -1,0 +1,78 @@
+//! What the simulated sensors say, in the standard interfaces.
+
+use jde_schema::prelude::*;
+use jde_sim::{Pose2, World};
+
+use crate::{Body, Pioneer};
+
+impl Pioneer {
+    /// Publishes every sensor at the world's time.
+    pub(crate) fn sense(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+        self.scan(cx, world, body)?;
+        self.ping(cx, world, body)?;
+        let (now, robot) = (cx.now(), body.robot);
+        let odometry = world.odometry(robot);
+        let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
+        self.odometry.write(cx, Odometry::planar(now, pose(odometry.pose), twist));
+
+        let pressed = world.bumpers(robot);
+        let truth = world.truth(robot);
+        let mut bumpers = Bumpers { header: Header::new(now, "base_link"), stalled: truth.stalled.into(), ..Bumpers::default() };
+        bumpers.front.extend_from_slice(&pressed.front.map(Flag::from))?;
+        // The simulator counts clockwise; the interface from left to right, as one looks ahead.
+        let mut rear = pressed.rear.map(Flag::from);
+        rear.reverse();
+        bumpers.rear.extend_from_slice(&rear)?;
+        self.bumpers.write(cx, bumpers);
+
+        self.truth.write(
+            cx,
+            Truth {
+                pose: pose(truth.pose),
+                twist: Twist::planar(truth.twist.linear, truth.twist.angular),
+                clearance: truth.clearance,
+                min_clearance: truth.min_clearance,
+                collisions: truth.collisions,
+            },
+        );
+        Ok(())
+    }
+
+    fn scan(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+        let lasers = &body.lasers;
+        let mut scan = self.laser.loan(cx);
+        scan.header = Header::new(cx.now(), "laser");
+        scan.angle_min = lasers.angle_min() as f32;
+        scan.angle_max = lasers.angle_max() as f32;
+        scan.angle_increment = lasers.angle_increment() as f32;
+        scan.time_increment = 0.0;
+        scan.scan_time = 0.0;
+        scan.range_min = lasers.range_min as f32;
+        scan.range_max = lasers.range_max as f32;
+        scan.intensities.clear();
+        world.laser(body.robot, lasers, scan.ranges.resize(lasers.beams))?;
+        scan.publish();
+        Ok(())
+    }
+
+    fn ping(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
+        let ring = &body.ring;
+        let mut sonars = self.sonars.loan(cx);
+        sonars.header = Header::new(cx.now(), "base_link");
+        sonars.radiation_type = 0;
+        sonars.padding = Padding::ZERO;
+        sonars.field_of_view = ring.cone as f32;
+        sonars.min_range = ring.range_min as f32;
+        sonars.max_range = ring.range_max as f32;
+        for (pose, mount) in sonars.poses.resize(ring.mounts.len()).iter_mut().zip(&ring.mounts) {
+            *pose = self::pose(*mount);
+        }
+        world.sonars(body.robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
+        sonars.publish();
+        Ok(())
+    }
+}
+
+fn pose(pose: Pose2) -> Pose2D {
+    Pose2D::new(pose.x, pose.y, pose.heading)
+}
