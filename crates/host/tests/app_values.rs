@@ -57,13 +57,13 @@ apps/good.toml:8:11: `weights` of schema `pioneer` has 4 values, and at most 3 f
     check(
         &[(r#"world = "office.toml""#, r#"weights = [1, "two"]"#)],
         r#"
-apps/good.toml:8:15: `weights` of schema `pioneer` must be a number in m, not the text `two`
+apps/good.toml:8:15: `weights[1]` of schema `pioneer` must be a number in m, not the text `two`
 "#,
     );
     check(
         &[(r#"world = "office.toml""#, "weights = [1e39]")],
         r#"
-apps/good.toml:8:12: `weights` of schema `pioneer` is beyond what a float32 holds
+apps/good.toml:8:12: `weights[0]` of schema `pioneer` is beyond what a float32 holds
 "#,
     );
     check(
