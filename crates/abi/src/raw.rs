@@ -432,7 +432,8 @@ pub struct Host {
     pub sleep: unsafe extern "C" fn(*mut Context, child: u32) -> i32,
     /// What a child is doing. [`UNBOUND`], [`BAD_ARGUMENT`].
     pub child: unsafe extern "C" fn(*mut Context, child: u32, *mut ChildStatus) -> i32,
-    /// Changes the policy of a group of children, named by one of them: a `POLICY_*`, with its dwell or turn and its hysteresis.
+    /// Changes the policy of a group of children, named by one of them: [`POLICY_PRIORITY`] to [`POLICY_FATHER`],
+    /// with its dwell or turn and its hysteresis.
     pub set_policy:
         unsafe extern "C" fn(*mut Context, child: u32, policy: u32, dwell_ns: u64, hysteresis: f64) -> i32,
     /// ns since the application's start; stands still during a call in lockstep.

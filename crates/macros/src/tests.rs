@@ -212,6 +212,7 @@ fn type_names_become_kebab_case() {
 
 #[test]
 fn comments_become_descriptions_line_by_line() {
-    let item: DeriveInput = syn::parse_quote! { #[doc = " One."] #[doc = ""] #[doc = "  - two"] struct A; };
-    assert_eq!(crate::text::doc(&item.attrs), "One.\n\n - two");
+    let item: DeriveInput =
+        syn::parse_quote! { #[doc = " One."] #[doc = ""] #[doc = "  - two, [`B`]"] struct A; };
+    assert_eq!(crate::text::doc(&item.attrs), "One.\n\n - two, `B`");
 }

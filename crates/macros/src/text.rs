@@ -3,7 +3,8 @@
 use proc_macro2::Literal;
 use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Result};
 
-/// The text of the comments above an item, without the blank that follows `///`.
+/// The text of the comments above an item, without the blank that follows `///` and without the brackets of links, which only
+/// lead somewhere in Rust.
 pub(crate) fn doc(attributes: &[Attribute]) -> String {
     let mut lines = Vec::new();
     for attribute in attributes {
@@ -18,7 +19,7 @@ pub(crate) fn doc(attributes: &[Attribute]) -> String {
             }
         }
     }
-    lines.join("\n").trim().to_owned()
+    lines.join("\n").trim().replace("[`", "`").replace("`]", "`")
 }
 
 /// `text` as a C string; a NUL inside ends it there.

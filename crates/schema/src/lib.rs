@@ -62,6 +62,7 @@ pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
 pub use jde_macros::{AuthorsValue as Value, Describe};
 pub use jde_types as types;
+pub use jde_types::derived::Value;
 pub use level::{Candidate, Case, Level, Verdict};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use schema::{Arbitrate, Describe, Precondition, Schema};
@@ -70,7 +71,11 @@ pub use schema::{Arbitrate, Describe, Precondition, Schema};
 pub mod prelude {
     pub use core::time::Duration;
 
-    pub use crate::types::*;
+    pub use crate::types::{
+        BatteryState, Bumpers, Flag, Frame, Header, Image, LaserPoint, LaserScan, Mission, Odometry, Padding,
+        PanTilt, Path, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Range, RangeRing,
+        Route, Seq, SonarEcho, Text, Time, Truth, Twist, TwistWithCovariance, Vector3, normalize_angle,
+    };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Hysteresis,
         Import, Level, Loan, Modulates, Modulation, Outcome, Policy, Precondition, Result, Sample, Schema,

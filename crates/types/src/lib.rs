@@ -34,6 +34,48 @@ pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
 pub use value::Value;
 
+/// The descriptions of all standard types, each after those it is made of. Texts and arrays by themselves are left out, for
+/// each capacity is a type of its own.
+#[must_use]
+pub fn standard() -> Vec<jde_abi::describe::Type> {
+    vec![
+        Flag::describe(),
+        u8::describe(),
+        u16::describe(),
+        u32::describe(),
+        u64::describe(),
+        i8::describe(),
+        i16::describe(),
+        i32::describe(),
+        i64::describe(),
+        f32::describe(),
+        f64::describe(),
+        Time::describe(),
+        Header::describe(),
+        Point::describe(),
+        Vector3::describe(),
+        Quaternion::describe(),
+        Pose::describe(),
+        PoseStamped::describe(),
+        PoseWithCovariance::describe(),
+        Pose2D::describe(),
+        Twist::describe(),
+        TwistWithCovariance::describe(),
+        Odometry::describe(),
+        Path::describe(),
+        Route::describe(),
+        LaserScan::describe(),
+        Range::describe(),
+        RangeRing::describe(),
+        Image::describe(),
+        PanTilt::describe(),
+        BatteryState::describe(),
+        Bumpers::describe(),
+        Mission::describe(),
+        Truth::describe(),
+    ]
+}
+
 /// What the derive macro writes in terms of; not for people.
 #[doc(hidden)]
 pub mod derived {

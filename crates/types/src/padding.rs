@@ -95,3 +95,14 @@ impl<const N: usize> fmt::Debug for Padding<N> {
 unsafe impl<const N: usize> Part for Padding<N> {
     const SHAPE: Shape = Shape::scalar(raw::U8).repeated(raw::PADDING, N, 0);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_byte_but_0_is_true() {
+        assert!(Flag(0xff).get());
+        assert_eq!(Flag(2), Flag::TRUE);
+    }
+}

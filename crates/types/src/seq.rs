@@ -193,3 +193,22 @@ unsafe impl<T: Part, const N: usize> Part for Seq<T, N> {
         T::SHAPE.repeated(raw::SEQUENCE, N, offset_of!(Self, items))
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_that_lies_is_the_capacity() {
+        let mut seq = Seq {
+            length: u32::MAX,
+            spare: u32::MAX,
+            items: [1.0_f32; 8],
+        };
+        assert_eq!((seq.len(), seq.as_slice().len(), seq.iter().count()), (8, 8, 8));
+        assert_eq!(seq.push(2.0), Err(2.0), "it is full");
+        assert!(seq.extend_from_slice(&[2.0]).is_err());
+        seq.as_mut_slice()[7] = 3.0;
+        assert_eq!(seq[7], 3.0);
+    }
+}

@@ -153,3 +153,17 @@ impl fmt::Display for TooLong {
 }
 
 impl core::error::Error for TooLong {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_that_lies_is_the_capacity_and_what_is_not_utf8_is_not_shown() {
+        let text = Text {
+            length: u32::MAX,
+            bytes: *b"ab\xffd",
+        };
+        assert_eq!((text.len(), text.as_str()), (4, "ab"));
+    }
+}

@@ -32,6 +32,25 @@ use jde_abi::{describe, raw, read};
 /// assert_eq!(Landmarks::describe().name, "my_msgs/msg/Landmarks");
 /// ```
 ///
+/// What could be no value, or would leave bytes that nobody describes, does not compile:
+///
+/// ```compile_fail
+/// #[derive(Clone, Copy, jde_types::Value)]
+/// #[repr(C)]
+/// struct Seen {
+///     seen: bool, // two of 256 patterns: use `Flag`
+/// }
+/// ```
+///
+/// ```compile_fail
+/// #[derive(Clone, Copy, jde_types::Value)]
+/// #[repr(C)]
+/// struct Gap {
+///     small: u8, // three bytes that C leaves: put a `Padding<3>` there
+///     large: u32,
+/// }
+/// ```
+///
 /// # Safety
 /// `TYPE` describes every byte of the type, and every pattern of bytes is a valid value of it.
 #[diagnostic::on_unimplemented(

@@ -1,0 +1,233 @@
+//! `jde.h` from the source of `jde_abi::raw`. An item that it does not know how to write is an error, not an omission.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use quote::ToTokens;
+use syn::{
+    Attribute, Expr, ExprLit, Field, File, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
+};
+use syn::{PathArguments, PointerMutability, ReturnType, Type};
+
+use crate::names::{block, comment, constant, member, structure};
+
+/// The one source of the ABI.
+const SOURCE: &str = include_str!("../../abi/src/raw.rs");
+/// What C adds to the tables.
+const HELPERS: &str = include_str!("helpers.h");
+
+pub(crate) fn header() -> String {
+    let file = match syn::parse_file(SOURCE) {
+        Ok(file) => file,
+        Err(error) => unreachable!("the ABI compiles, so it parses: {error}"),
+    };
+    let writer = Writer::new(&file);
+    let mut out = String::from("/*\n");
+    for line in writer.doc(&file.attrs).lines() {
+        let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
+    }
+    out.push_str(" *\n * Made from crates/abi/src/raw.rs; `cargo xtask headers` renews it.\n */\n");
+    out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
+    out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
+    out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
+    for item in &file.items {
+        if let Item::Const(item) = item {
+            writer.constant(item, &mut out);
+        }
+    }
+    out.push('\n');
+    let structures: Vec<&ItemStruct> = file
+        .items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Struct(item) => Some(item),
+            _ => None,
+        })
+        .collect();
+    for item in &structures {
+        // The variable that a plugin exports has the name of its type, which C only allows for the tag.
+        if item.ident != "Plugin" {
+            let name = structure(&item.ident.to_string());
+            let _ = writeln!(out, "typedef struct {name} {name};");
+        }
+    }
+    for item in &structures {
+        writer.structure(item, &mut out);
+    }
+    out.push('\n');
+    out.push_str(HELPERS);
+    out.push_str("\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
+    out
+}
+
+struct Writer {
+    constants: BTreeSet<String>,
+}
+
+impl Writer {
+    fn new(file: &File) -> Self {
+        let constants = file.items.iter().filter_map(|item| match item {
+            Item::Const(item) => Some(item.ident.to_string()),
+            _ => None,
+        });
+        Self {
+            constants: constants.collect(),
+        }
+    }
+
+    fn constant(&self, item: &ItemConst, out: &mut String) {
+        let name = item.ident.to_string();
+        let doc = self.doc(&item.attrs);
+        let value = match (&*name, &*item.expr) {
+            // The only value that is computed.
+            ("MAGIC", _) => format!("UINT64_C({:#x})", jde_abi::raw::MAGIC),
+            (
+                _,
+                Expr::Lit(ExprLit {
+                    lit: Lit::Str(text), ..
+                }),
+            ) => format!("{:?}", text.value()),
+            (
+                _,
+                Expr::Lit(ExprLit {
+                    lit: Lit::Int(number),
+                    ..
+                }),
+            ) => {
+                let unsigned = item.ty.to_token_stream().to_string().starts_with('u');
+                format!("{}{}", number.base10_digits(), if unsigned { "u" } else { "" })
+            }
+            (_, value) => unreachable!(
+                "a constant of the ABI is a literal, not {}",
+                value.to_token_stream()
+            ),
+        };
+        if begins_a_group(&name) {
+            out.push('\n');
+        }
+        out.push_str(&block(&doc, ""));
+        let _ = writeln!(out, "#define {} {value}", constant(&name));
+    }
+
+    fn structure(&self, item: &ItemStruct, out: &mut String) {
+        let name = structure(&item.ident.to_string());
+        let members: Vec<&Field> = item.fields.iter().filter(|field| is_public(field)).collect();
+        out.push('\n');
+        out.push_str(&block(&self.doc(&item.attrs), ""));
+        if members.is_empty() {
+            // Only its pointers exist.
+            let _ = writeln!(out, "struct {name};");
+            return;
+        }
+        let _ = writeln!(out, "struct {name} {{");
+        for field in members {
+            out.push_str(&block(&self.doc(&field.attrs), "    "));
+            let name = field
+                .ident
+                .as_ref()
+                .map(|name| member(&name.to_string()))
+                .unwrap_or_default();
+            let _ = writeln!(out, "    {};", declare(&field.ty, &name));
+        }
+        out.push_str("};\n");
+    }
+
+    fn doc(&self, attributes: &[Attribute]) -> String {
+        let mut lines = Vec::new();
+        for attribute in attributes {
+            if let Meta::NameValue(pair) = &attribute.meta
+                && pair.path.is_ident("doc")
+                && let Expr::Lit(ExprLit {
+                    lit: Lit::Str(text), ..
+                }) = &pair.value
+            {
+                let text = text.value();
+                lines.push(text.strip_prefix(' ').unwrap_or(&text).to_owned());
+            }
+        }
+        comment(&lines.join("\n"), &self.constants)
+    }
+}
+
+/// Whether the source has an empty line above a constant and its comment.
+fn begins_a_group(name: &str) -> bool {
+    let declaration = format!("pub const {name}: ");
+    let above = SOURCE.split_once(&declaration).map_or("", |(above, _)| above);
+    let mut lines = above.lines().rev().skip_while(|line| line.starts_with("///"));
+    lines.next().is_some_and(str::is_empty)
+}
+
+fn is_public(field: &Field) -> bool {
+    matches!(field.vis, syn::Visibility::Public(_))
+}
+
+/// The declaration of `name` with the type `ty`.
+fn declare(ty: &Type, name: &str) -> String {
+    let spaced = |ty: String| {
+        if ty.ends_with('*') {
+            format!("{ty}{name}")
+        } else {
+            format!("{ty} {name}")
+        }
+    };
+    match ty {
+        Type::FnPtr(function) => {
+            let arguments: Vec<String> = function.inputs.iter().map(argument).collect();
+            let result = match &function.output {
+                ReturnType::Default => "void ".to_owned(),
+                ReturnType::Type(_, ty) => declare(ty, ""),
+            };
+            format!("{result}(*{name})({})", arguments.join(", "))
+        }
+        Type::Ptr(pointer) => {
+            let target = declare(&pointer.elem, "");
+            let target = target.trim_end();
+            match pointer.mutability {
+                PointerMutability::Const(_) => spaced(format!("const {target} *")),
+                PointerMutability::Mut(_) if target.ends_with('*') => spaced(format!("{target}*")),
+                PointerMutability::Mut(_) => spaced(format!("{target} *")),
+            }
+        }
+        Type::Array(array) => {
+            let length = array.len.to_token_stream();
+            format!("{}[{length}]", declare(&array.elem, name))
+        }
+        Type::Path(path) => {
+            let Some(last) = path.path.segments.last() else {
+                unreachable!("a path has segments")
+            };
+            if let PathArguments::AngleBracketed(arguments) = &last.arguments
+                && let Some(GenericArgument::Type(inner)) = arguments.args.first()
+            {
+                // A function that may be missing is a null pointer.
+                return declare(inner, name);
+            }
+            spaced(scalar(&last.ident.to_string()))
+        }
+        other => unreachable!("the ABI has no type {}", other.to_token_stream()),
+    }
+}
+
+fn argument(argument: &NamedArg) -> String {
+    let name = argument
+        .name
+        .as_ref()
+        .map(|(name, _)| name.to_string())
+        .filter(|name| name != "_");
+    declare(&argument.ty, &name.unwrap_or_default())
+        .trim_end()
+        .to_owned()
+}
+
+fn scalar(name: &str) -> String {
+    match name {
+        "u8" => "uint8_t".into(),
+        "u32" => "uint32_t".into(),
+        "u64" => "uint64_t".into(),
+        "i32" => "int32_t".into(),
+        "f64" => "double".into(),
+        "c_char" => "char".into(),
+        "c_void" => "void".into(),
+        other => structure(other),
+    }
+}

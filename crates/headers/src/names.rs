@@ -1,0 +1,104 @@
+//! Names as C has them, and comments that speak of C's.
+
+use std::collections::BTreeSet;
+
+/// `ChildStatus` as `jde_child_status`, `Pose2D` as `jde_pose2d`.
+pub(crate) fn structure(name: &str) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    let mut snake = String::from("jde");
+    for (at, letter) in letters.iter().enumerate() {
+        let begins = at == 0 || (letters[at - 1].is_lowercase() && letter.is_uppercase());
+        if begins {
+            snake.push('_');
+        }
+        snake.extend(letter.to_lowercase());
+    }
+    snake
+}
+
+/// `ABI_MAJOR` as `JDE_ABI_MAJOR`.
+pub(crate) fn constant(name: &str) -> String {
+    format!("JDE_{name}")
+}
+
+/// A Rust comment with its links turned into C's names.
+pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("[`") {
+        let Some((link, end)) = after.split_once("`]") else {
+            break;
+        };
+        out.push_str(before);
+        out.push_str(&match link.rsplit_once("::") {
+            Some((owner, member)) => format!("{}.{member}", structure(owner)),
+            None if constants.contains(link) => constant(link),
+            None => structure(link),
+        });
+        rest = end;
+    }
+    out.push_str(rest);
+    out.replace("`u32`", "`uint32_t`")
+}
+
+/// A member's name; those that are words of the language get an underscore behind.
+pub(crate) fn member(name: &str) -> String {
+    if [
+        "case", "default", "switch", "register", "class", "template", "operator", "new",
+    ]
+    .contains(&name)
+    {
+        return format!("{name}_");
+    }
+    name.to_owned()
+}
+
+/// A comment above a declaration.
+pub(crate) fn block(text: &str, indent: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    match lines.as_slice() {
+        [] => String::new(),
+        [line] => format!("{indent}/** {line} */\n"),
+        lines => {
+            let body: String = lines
+                .iter()
+                .map(|line| format!("{indent} * {line}\n").replace("* \n", "*\n"))
+                .collect();
+            format!("{indent}/**\n{body}{indent} */\n")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_snake_case_with_one_prefix() {
+        for (rust, c) in [
+            ("ChildStatus", "jde_child_status"),
+            ("Pose2D", "jde_pose2d"),
+            ("UInt8", "jde_uint8"),
+            ("Float64", "jde_float64"),
+        ] {
+            assert_eq!(structure(rust), c);
+        }
+    }
+
+    #[test]
+    fn words_of_the_language_are_told_apart() {
+        assert_eq!(
+            (member("case"), member("winner")),
+            ("case_".to_owned(), "winner".to_owned())
+        );
+    }
+
+    #[test]
+    fn links_become_names_of_c() {
+        let constants = BTreeSet::from(["OK".to_owned()]);
+        assert_eq!(
+            comment("[`OK`], or see [`Host::fail`] of [`Host`].", &constants),
+            "JDE_OK, or see jde_host.fail of jde_host."
+        );
+    }
+}

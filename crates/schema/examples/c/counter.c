@@ -1,0 +1,63 @@
+/*
+ * A perceptive schema in C: counts its iterations.
+ *
+ *     cc -std=c99 -shared -fPIC -I include crates/schema/examples/c/counter.c -o libcounter.so
+ */
+#include "jde_types.h"
+
+#include <stdlib.h>
+
+/* A port is named in calls by its place in the table below. */
+enum { STEP, COUNT };
+
+static const jde_uint32 one = {1u};
+
+static const jde_port ports[] = {
+    JDE_PORT_MODULATION("step", "How much each iteration adds.", "", jde_uint32_type, one, 0.0, JDE_UNBOUNDED, 0u),
+    JDE_PORT_EXPORT("count", "The sum so far.", jde_uint32_type),
+};
+
+/* What an instance remembers; the host may make any number of them. */
+typedef struct {
+    const jde_host *host;
+    jde_uint32 count;
+} counter;
+
+static void *create(const jde_schema *schema, const jde_host *host, jde_context *context)
+{
+    counter *self;
+    (void)schema;
+    if (!jde_host_fits(host)) {
+        return NULL;
+    }
+    self = calloc(1u, sizeof *self);
+    if (self == NULL) {
+        jde_failed(host, context, "no memory");
+        return NULL;
+    }
+    self->host = host;
+    return self;
+}
+
+static int32_t iterate(void *instance, jde_context *context)
+{
+    counter *self = instance;
+    const jde_uint32 *step = jde_get(self->host, context, STEP, sizeof *step, NULL);
+    if (step == NULL) {
+        return jde_failed(self->host, context, "a modulation always has a value");
+    }
+    self->count.data += step->data;
+    return jde_put(self->host, context, COUNT, &self->count, sizeof self->count);
+}
+
+static const jde_schema schemas[] = {
+    {
+        (uint32_t)sizeof(jde_schema), JDE_PERCEPTIVE, "counter", "Counts its iterations.",
+        JDE_MS(100), 0u,                        /* period, budget (0: the period) */
+        ports, NULL, JDE_COUNT(ports), 0u,      /* ports, children */
+        create, free, NULL, NULL, iterate,      /* create, destroy, awake, check, iterate */
+        NULL, NULL, NULL,                       /* arbitrate, sleep, ability */
+    },
+};
+
+JDE_PLUGIN("counter", "0.1.0", "Counts.", schemas);

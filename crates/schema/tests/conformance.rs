@@ -1,0 +1,222 @@
+//! One suite for `stop` in Rust and in C; and C by the headers alone, in both standards and in C++.
+
+#![allow(unsafe_code)]
+
+#[path = "conformance/mod.rs"]
+mod suite;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use jde_abi::{raw, read};
+use jde_schema::bench::{Bench, Foreign};
+use jde_schema::prelude::*;
+
+/// Brakes the base while an obstacle stands in a very close area ahead.
+#[derive(Describe)]
+#[schema(motor, period = "200ms")]
+struct Stop {
+    /// What the laser ahead sees.
+    #[import(trigger)]
+    laser: Import<LaserScan>,
+    /// How far ahead the watched area reaches.
+    #[modulation(default = 0.6, unit = "m", min = 0.0)]
+    ahead: Modulation<f64>,
+    /// Half the width of the watched area.
+    #[modulation(default = 0.3, unit = "m", min = 0.0)]
+    half_width: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Stop {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let Some(laser) = self.laser.get(cx) else {
+            return Ok(false.into());
+        };
+        let nearest = laser.nearest_ahead(self.half_width.get(cx));
+        Ok(nearest.is_some_and(|x| x <= self.ahead.get(cx)).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.base.command(cx, Twist::ZERO);
+        Ok(())
+    }
+}
+
+#[test]
+fn stop_in_rust_conforms() {
+    suite::stop_conforms(const { &Stop::TABLE });
+}
+
+#[test]
+fn stop_in_c_conforms() {
+    suite::stop_conforms(load("tests/c/stop.c"));
+}
+
+#[test]
+fn a_host_refuses_what_the_contract_forbids() {
+    // SAFETY: the table of a plugin that stays loaded.
+    let mut bench: Bench<Foreign> = unsafe { Bench::foreign(load("tests/c/probe.c")) }.expect("an instance");
+    bench.iterate().expect("every answer is the right one");
+    assert_eq!(
+        bench.exported_at("output"),
+        Some(Duration::from_nanos(5)),
+        "and the last loan was dropped"
+    );
+    assert_eq!(bench.awake_children(), ["motor"]);
+}
+
+#[test]
+fn the_example_in_c_counts() {
+    let table = load("examples/c/counter.c");
+    // SAFETY: the table of a plugin that stays loaded.
+    let (mut one, mut two) = unsafe {
+        (
+            Bench::foreign(table).expect("one"),
+            Bench::foreign(table).expect("two"),
+        )
+    };
+    one.iterate().expect("no fault");
+    one.set("step", 10_u32);
+    one.iterate().expect("no fault");
+    two.iterate().expect("no fault");
+    assert_eq!(one.exported("count"), Some(11_u32));
+    assert_eq!(two.exported("count"), Some(1_u32), "instances are apart");
+}
+
+#[test]
+fn the_standard_types_of_c_are_those_of_rust() {
+    let plugin = compile(&write_types_plugin(), "types");
+    // SAFETY: the table of a plugin that stays loaded.
+    let plugin = unsafe { read::plugin(open(&plugin)) }.expect("its tables are right");
+    let ports = &plugin.schemas[0].ports;
+    let standard = jde_schema::types::standard();
+    assert_eq!(ports.len(), standard.len());
+    for (port, ty) in ports.iter().zip(&standard) {
+        assert!(port.value_type.same_as(ty), "{} differs", ty.name);
+        assert_eq!(&*port.value_type, ty, "to the comments");
+    }
+}
+
+#[test]
+fn the_headers_are_cplusplus_too() {
+    let source = output("cplusplus.cc");
+    std::fs::write(
+        &source,
+        "#include \"jde_types.h\"\nstatic const jde_port ports[] = {JDE_PORT_EXPORT(\"a\", \"\", jde_twist_type)};\n\
+         static const jde_schema schemas[] = {{sizeof(jde_schema), JDE_DRIVER, \"a\", \"\", 1, 0, ports, nullptr, 1, 0, \
+         nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr}};\n\
+         JDE_PLUGIN(\"a\", \"1\", \"\", schemas);\n",
+    )
+    .expect("written");
+    run(Command::new("c++")
+        .args([
+            "-std=c++11",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+            "-fsyntax-only",
+        ])
+        .arg("-I")
+        .arg(include())
+        .arg(source));
+}
+
+/// A plugin in C that exports a variable of each standard type.
+fn write_types_plugin() -> PathBuf {
+    let mut ports = String::new();
+    for (number, ty) in jde_schema::types::standard().iter().enumerate() {
+        let (_, last) = ty.name.rsplit_once('/').expect("package/msg/Name");
+        ports += &format!(
+            "JDE_PORT_EXPORT(\"p{number}\", \"\", {}_type),\n",
+            jde_headers::c_name(last)
+        );
+    }
+    let text = format!(
+        "#include \"jde_types.h\"\n\
+         static const jde_port ports[] = {{{ports}}};\n\
+         static void *create(const jde_schema *s, const jde_host *h, jde_context *c) {{ (void)s; (void)h; (void)c; return NULL; }}\n\
+         static int32_t iterate(void *i, jde_context *c) {{ (void)i; (void)c; return JDE_OK; }}\n\
+         static const jde_schema schemas[] = {{{{sizeof(jde_schema), JDE_DRIVER, \"types\", \"\", 1u, 0u, ports, NULL, \
+         JDE_COUNT(ports), 0u, create, NULL, NULL, NULL, iterate, NULL, NULL, NULL}}}};\n\
+         JDE_PLUGIN(\"types\", \"1\", \"\", schemas);\n"
+    );
+    let path = output("types.c");
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+/// The first schema of a plugin in C; it stays loaded.
+fn load(source: &str) -> &'static raw::Schema {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(source);
+    let name = source
+        .file_stem()
+        .and_then(|name| name.to_str())
+        .expect("a name")
+        .to_owned();
+    let plugin = open(&compile(&source, &name));
+    // SAFETY: the table of a plugin that stays loaded, which the host's door looks at first.
+    unsafe {
+        read::plugin(plugin).expect("its tables are right");
+        &*(*plugin).schemas
+    }
+}
+
+fn open(library: &Path) -> *const raw::Plugin {
+    // SAFETY: a library of ours, without constructors.
+    let library = unsafe { libloading::Library::new(library) }.expect("it loads");
+    // SAFETY: the symbol is a table, and only its address is taken.
+    let symbol =
+        unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL) }.expect("it exports its table");
+    // SAFETY: as above.
+    let plugin = unsafe { symbol.try_as_raw_ptr() }
+        .expect("an address")
+        .cast_const()
+        .cast();
+    std::mem::forget(library);
+    plugin
+}
+
+fn compile(source: &Path, name: &str) -> PathBuf {
+    let library = output(&format!("lib{name}.so"));
+    let standard = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-shared",
+        "-fPIC",
+    ];
+    run(Command::new("cc")
+        .args(standard)
+        .arg("-I")
+        .arg(include())
+        .arg(source)
+        .arg("-o")
+        .arg(&library)
+        .arg("-lm"));
+    library
+}
+
+fn run(command: &mut Command) {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} needs a C compiler: {error}"));
+    assert!(
+        output.status.success(),
+        "{command:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+fn output(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn include() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../include")
+}

@@ -1,0 +1,888 @@
+/*
+ * The standard types of sensors and actuators, with the fields of their ROS 2 interfaces: SI units, axes of REP-103.
+ * For each there is a structure, and its description `<structure>_type` for tables of ports.
+ *
+ * Texts are UTF-8 without a NUL. Elements beyond a length mean nothing; a length beyond the capacity is a lie.
+ *
+ * Made from crates/types; `cargo xtask headers` renews it.
+ */
+#ifndef JDE_TYPES_H
+#define JDE_TYPES_H
+
+#include "jde.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A jde_field at the offset `element`, for the tables below. */
+#define JDE_FIELD(name, element, length, kind, form, capacity, doc, unit, type) \
+    {(uint32_t)sizeof(jde_field), kind, form, capacity, name, doc, unit, element, length, type}
+
+/** std_msgs/msg/Bool: True or false by itself. */
+typedef struct jde_bool {
+    /** The value. */
+    uint8_t data;
+} jde_bool;
+
+typedef char jde_bool_has_its_size[sizeof(jde_bool) == 1 ? 1 : -1];
+
+static const jde_field jde_bool_fields[] = {
+    JDE_FIELD("data", offsetof(jde_bool, data), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_bool_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bool_fields), "std_msgs/msg/Bool", "True or false by itself.",
+    sizeof(jde_bool), 1u, jde_bool_fields};
+
+/** std_msgs/msg/UInt8: A number by itself. */
+typedef struct jde_uint8 {
+    /** The value. */
+    uint8_t data;
+} jde_uint8;
+
+typedef char jde_uint8_has_its_size[sizeof(jde_uint8) == 1 ? 1 : -1];
+
+static const jde_field jde_uint8_fields[] = {
+    JDE_FIELD("data", offsetof(jde_uint8, data), 0u, JDE_U8, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_uint8_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_uint8_fields), "std_msgs/msg/UInt8", "A number by itself.",
+    sizeof(jde_uint8), 1u, jde_uint8_fields};
+
+/** std_msgs/msg/UInt16: A number by itself. */
+typedef struct jde_uint16 {
+    /** The value. */
+    uint16_t data;
+} jde_uint16;
+
+typedef char jde_uint16_has_its_size[sizeof(jde_uint16) == 2 ? 1 : -1];
+
+static const jde_field jde_uint16_fields[] = {
+    JDE_FIELD("data", offsetof(jde_uint16, data), 0u, JDE_U16, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_uint16_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_uint16_fields), "std_msgs/msg/UInt16", "A number by itself.",
+    sizeof(jde_uint16), 2u, jde_uint16_fields};
+
+/** std_msgs/msg/UInt32: A number by itself. */
+typedef struct jde_uint32 {
+    /** The value. */
+    uint32_t data;
+} jde_uint32;
+
+typedef char jde_uint32_has_its_size[sizeof(jde_uint32) == 4 ? 1 : -1];
+
+static const jde_field jde_uint32_fields[] = {
+    JDE_FIELD("data", offsetof(jde_uint32, data), 0u, JDE_U32, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_uint32_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_uint32_fields), "std_msgs/msg/UInt32", "A number by itself.",
+    sizeof(jde_uint32), 4u, jde_uint32_fields};
+
+/** std_msgs/msg/UInt64: A number by itself. */
+typedef struct jde_uint64 {
+    /** The value. */
+    uint64_t data;
+} jde_uint64;
+
+typedef char jde_uint64_has_its_size[sizeof(jde_uint64) == 8 ? 1 : -1];
+
+static const jde_field jde_uint64_fields[] = {
+    JDE_FIELD("data", offsetof(jde_uint64, data), 0u, JDE_U64, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_uint64_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_uint64_fields), "std_msgs/msg/UInt64", "A number by itself.",
+    sizeof(jde_uint64), 8u, jde_uint64_fields};
+
+/** std_msgs/msg/Int8: A number by itself. */
+typedef struct jde_int8 {
+    /** The value. */
+    int8_t data;
+} jde_int8;
+
+typedef char jde_int8_has_its_size[sizeof(jde_int8) == 1 ? 1 : -1];
+
+static const jde_field jde_int8_fields[] = {
+    JDE_FIELD("data", offsetof(jde_int8, data), 0u, JDE_I8, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_int8_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_int8_fields), "std_msgs/msg/Int8", "A number by itself.",
+    sizeof(jde_int8), 1u, jde_int8_fields};
+
+/** std_msgs/msg/Int16: A number by itself. */
+typedef struct jde_int16 {
+    /** The value. */
+    int16_t data;
+} jde_int16;
+
+typedef char jde_int16_has_its_size[sizeof(jde_int16) == 2 ? 1 : -1];
+
+static const jde_field jde_int16_fields[] = {
+    JDE_FIELD("data", offsetof(jde_int16, data), 0u, JDE_I16, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_int16_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_int16_fields), "std_msgs/msg/Int16", "A number by itself.",
+    sizeof(jde_int16), 2u, jde_int16_fields};
+
+/** std_msgs/msg/Int32: A number by itself. */
+typedef struct jde_int32 {
+    /** The value. */
+    int32_t data;
+} jde_int32;
+
+typedef char jde_int32_has_its_size[sizeof(jde_int32) == 4 ? 1 : -1];
+
+static const jde_field jde_int32_fields[] = {
+    JDE_FIELD("data", offsetof(jde_int32, data), 0u, JDE_I32, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_int32_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_int32_fields), "std_msgs/msg/Int32", "A number by itself.",
+    sizeof(jde_int32), 4u, jde_int32_fields};
+
+/** std_msgs/msg/Int64: A number by itself. */
+typedef struct jde_int64 {
+    /** The value. */
+    int64_t data;
+} jde_int64;
+
+typedef char jde_int64_has_its_size[sizeof(jde_int64) == 8 ? 1 : -1];
+
+static const jde_field jde_int64_fields[] = {
+    JDE_FIELD("data", offsetof(jde_int64, data), 0u, JDE_I64, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_int64_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_int64_fields), "std_msgs/msg/Int64", "A number by itself.",
+    sizeof(jde_int64), 8u, jde_int64_fields};
+
+/** std_msgs/msg/Float32: A number by itself. */
+typedef struct jde_float32 {
+    /** The value. */
+    float data;
+} jde_float32;
+
+typedef char jde_float32_has_its_size[sizeof(jde_float32) == 4 ? 1 : -1];
+
+static const jde_field jde_float32_fields[] = {
+    JDE_FIELD("data", offsetof(jde_float32, data), 0u, JDE_F32, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_float32_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_float32_fields), "std_msgs/msg/Float32", "A number by itself.",
+    sizeof(jde_float32), 4u, jde_float32_fields};
+
+/** std_msgs/msg/Float64: A number by itself. */
+typedef struct jde_float64 {
+    /** The value. */
+    double data;
+} jde_float64;
+
+typedef char jde_float64_has_its_size[sizeof(jde_float64) == 8 ? 1 : -1];
+
+static const jde_field jde_float64_fields[] = {
+    JDE_FIELD("data", offsetof(jde_float64, data), 0u, JDE_F64, JDE_ONE, 1u,
+              "The value.", "", NULL),
+};
+static const jde_type jde_float64_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_float64_fields), "std_msgs/msg/Float64", "A number by itself.",
+    sizeof(jde_float64), 8u, jde_float64_fields};
+
+/** builtin_interfaces/msg/Time: A time, in seconds and nanoseconds since the application's start. */
+typedef struct jde_time {
+    /** Whole seconds. [s] */
+    int32_t sec;
+    /** What is left, below 10^9. [ns] */
+    uint32_t nanosec;
+} jde_time;
+
+typedef char jde_time_has_its_size[sizeof(jde_time) == 8 ? 1 : -1];
+
+static const jde_field jde_time_fields[] = {
+    JDE_FIELD("sec", offsetof(jde_time, sec), 0u, JDE_I32, JDE_ONE, 1u,
+              "Whole seconds.", "s", NULL),
+    JDE_FIELD("nanosec", offsetof(jde_time, nanosec), 0u, JDE_U32, JDE_ONE, 1u,
+              "What is left, below 10^9.", "ns", NULL),
+};
+static const jde_type jde_time_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_time_fields), "builtin_interfaces/msg/Time", "A time, in seconds and nanoseconds since the application's start.",
+    sizeof(jde_time), 4u, jde_time_fields};
+
+/** std_msgs/msg/Header: When something was measured, and in which frame. */
+typedef struct jde_header {
+    /** When it was measured. */
+    jde_time stamp;
+    /** The frame its numbers are in. */
+    struct { uint32_t length; char bytes[52]; } frame_id;
+} jde_header;
+
+typedef char jde_header_has_its_size[sizeof(jde_header) == 64 ? 1 : -1];
+
+static const jde_field jde_header_fields[] = {
+    JDE_FIELD("stamp", offsetof(jde_header, stamp), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "When it was measured.", "", &jde_time_type),
+    JDE_FIELD("frame_id", offsetof(jde_header, frame_id.bytes), offsetof(jde_header, frame_id.length), JDE_U8, JDE_TEXT, 52u,
+              "The frame its numbers are in.", "", NULL),
+};
+static const jde_type jde_header_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_header_fields), "std_msgs/msg/Header", "When something was measured, and in which frame.",
+    sizeof(jde_header), 4u, jde_header_fields};
+
+/** geometry_msgs/msg/Point: A point in space. */
+typedef struct jde_point {
+    /** Ahead. [m] */
+    double x;
+    /** To the left. [m] */
+    double y;
+    /** Up. [m] */
+    double z;
+} jde_point;
+
+typedef char jde_point_has_its_size[sizeof(jde_point) == 24 ? 1 : -1];
+
+static const jde_field jde_point_fields[] = {
+    JDE_FIELD("x", offsetof(jde_point, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Ahead.", "m", NULL),
+    JDE_FIELD("y", offsetof(jde_point, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "To the left.", "m", NULL),
+    JDE_FIELD("z", offsetof(jde_point, z), 0u, JDE_F64, JDE_ONE, 1u,
+              "Up.", "m", NULL),
+};
+static const jde_type jde_point_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_point_fields), "geometry_msgs/msg/Point", "A point in space.",
+    sizeof(jde_point), 8u, jde_point_fields};
+
+/** geometry_msgs/msg/Vector3: A direction with a length; its unit is that of the field that holds it. */
+typedef struct jde_vector3 {
+    /** Ahead, or about the axis ahead. */
+    double x;
+    /** To the left, or about the axis to the left. */
+    double y;
+    /** Up, or about the axis up. */
+    double z;
+} jde_vector3;
+
+typedef char jde_vector3_has_its_size[sizeof(jde_vector3) == 24 ? 1 : -1];
+
+static const jde_field jde_vector3_fields[] = {
+    JDE_FIELD("x", offsetof(jde_vector3, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Ahead, or about the axis ahead.", "", NULL),
+    JDE_FIELD("y", offsetof(jde_vector3, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "To the left, or about the axis to the left.", "", NULL),
+    JDE_FIELD("z", offsetof(jde_vector3, z), 0u, JDE_F64, JDE_ONE, 1u,
+              "Up, or about the axis up.", "", NULL),
+};
+static const jde_type jde_vector3_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_vector3_fields), "geometry_msgs/msg/Vector3", "A direction with a length; its unit is that of the field that holds it.",
+    sizeof(jde_vector3), 8u, jde_vector3_fields};
+
+/** geometry_msgs/msg/Quaternion: An orientation in space, as a quaternion of length 1. */
+typedef struct jde_quaternion {
+    double x;
+    double y;
+    double z;
+    double w;
+} jde_quaternion;
+
+typedef char jde_quaternion_has_its_size[sizeof(jde_quaternion) == 32 ? 1 : -1];
+
+static const jde_field jde_quaternion_fields[] = {
+    JDE_FIELD("x", offsetof(jde_quaternion, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "", "", NULL),
+    JDE_FIELD("y", offsetof(jde_quaternion, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "", "", NULL),
+    JDE_FIELD("z", offsetof(jde_quaternion, z), 0u, JDE_F64, JDE_ONE, 1u,
+              "", "", NULL),
+    JDE_FIELD("w", offsetof(jde_quaternion, w), 0u, JDE_F64, JDE_ONE, 1u,
+              "", "", NULL),
+};
+static const jde_type jde_quaternion_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_quaternion_fields), "geometry_msgs/msg/Quaternion", "An orientation in space, as a quaternion of length 1.",
+    sizeof(jde_quaternion), 8u, jde_quaternion_fields};
+
+/** geometry_msgs/msg/Pose: A place and an orientation in space. */
+typedef struct jde_pose {
+    /** Where. */
+    jde_point position;
+    /** Which way round. */
+    jde_quaternion orientation;
+} jde_pose;
+
+typedef char jde_pose_has_its_size[sizeof(jde_pose) == 56 ? 1 : -1];
+
+static const jde_field jde_pose_fields[] = {
+    JDE_FIELD("position", offsetof(jde_pose, position), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Where.", "", &jde_point_type),
+    JDE_FIELD("orientation", offsetof(jde_pose, orientation), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Which way round.", "", &jde_quaternion_type),
+};
+static const jde_type jde_pose_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_fields), "geometry_msgs/msg/Pose", "A place and an orientation in space.",
+    sizeof(jde_pose), 8u, jde_pose_fields};
+
+/** geometry_msgs/msg/PoseStamped: A pose with its time and frame. */
+typedef struct jde_pose_stamped {
+    /** Time and frame. */
+    jde_header header;
+    /** The pose. */
+    jde_pose pose;
+} jde_pose_stamped;
+
+typedef char jde_pose_stamped_has_its_size[sizeof(jde_pose_stamped) == 120 ? 1 : -1];
+
+static const jde_field jde_pose_stamped_fields[] = {
+    JDE_FIELD("header", offsetof(jde_pose_stamped, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time and frame.", "", &jde_header_type),
+    JDE_FIELD("pose", offsetof(jde_pose_stamped, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The pose.", "", &jde_pose_type),
+};
+static const jde_type jde_pose_stamped_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_stamped_fields), "geometry_msgs/msg/PoseStamped", "A pose with its time and frame.",
+    sizeof(jde_pose_stamped), 8u, jde_pose_stamped_fields};
+
+/** geometry_msgs/msg/PoseWithCovariance: A pose and how sure it is. */
+typedef struct jde_pose_with_covariance {
+    /** The pose. */
+    jde_pose pose;
+    /** 6 × 6, row by row, of x, y, z and the rotations about them. */
+    double covariance[36];
+} jde_pose_with_covariance;
+
+typedef char jde_pose_with_covariance_has_its_size[sizeof(jde_pose_with_covariance) == 344 ? 1 : -1];
+
+static const jde_field jde_pose_with_covariance_fields[] = {
+    JDE_FIELD("pose", offsetof(jde_pose_with_covariance, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The pose.", "", &jde_pose_type),
+    JDE_FIELD("covariance", offsetof(jde_pose_with_covariance, covariance), 0u, JDE_F64, JDE_ARRAY, 36u,
+              "6 × 6, row by row, of x, y, z and the rotations about them.", "", NULL),
+};
+static const jde_type jde_pose_with_covariance_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_with_covariance_fields), "geometry_msgs/msg/PoseWithCovariance", "A pose and how sure it is.",
+    sizeof(jde_pose_with_covariance), 8u, jde_pose_with_covariance_fields};
+
+/** geometry_msgs/msg/Pose2D: A place and a heading in the plane. */
+typedef struct jde_pose2d {
+    /** Ahead of the frame's origin. [m] */
+    double x;
+    /** Left of the frame's origin. [m] */
+    double y;
+    /** Heading, counter-clockwise from the x axis. [rad] */
+    double theta;
+} jde_pose2d;
+
+typedef char jde_pose2d_has_its_size[sizeof(jde_pose2d) == 24 ? 1 : -1];
+
+static const jde_field jde_pose2d_fields[] = {
+    JDE_FIELD("x", offsetof(jde_pose2d, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Ahead of the frame's origin.", "m", NULL),
+    JDE_FIELD("y", offsetof(jde_pose2d, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "Left of the frame's origin.", "m", NULL),
+    JDE_FIELD("theta", offsetof(jde_pose2d, theta), 0u, JDE_F64, JDE_ONE, 1u,
+              "Heading, counter-clockwise from the x axis.", "rad", NULL),
+};
+static const jde_type jde_pose2d_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose2d_fields), "geometry_msgs/msg/Pose2D", "A place and a heading in the plane.",
+    sizeof(jde_pose2d), 8u, jde_pose2d_fields};
+
+/** geometry_msgs/msg/Twist: A velocity in space: what a base is told, or what it does. */
+typedef struct jde_twist {
+    /** Of the place, m/s. [m/s] */
+    jde_vector3 linear;
+    /** Of the orientation, rad/s. [rad/s] */
+    jde_vector3 angular;
+} jde_twist;
+
+typedef char jde_twist_has_its_size[sizeof(jde_twist) == 48 ? 1 : -1];
+
+static const jde_field jde_twist_fields[] = {
+    JDE_FIELD("linear", offsetof(jde_twist, linear), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Of the place, m/s.", "m/s", &jde_vector3_type),
+    JDE_FIELD("angular", offsetof(jde_twist, angular), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Of the orientation, rad/s.", "rad/s", &jde_vector3_type),
+};
+static const jde_type jde_twist_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_fields), "geometry_msgs/msg/Twist", "A velocity in space: what a base is told, or what it does.",
+    sizeof(jde_twist), 8u, jde_twist_fields};
+
+/** geometry_msgs/msg/TwistWithCovariance: A velocity and how sure it is. */
+typedef struct jde_twist_with_covariance {
+    /** The velocity. */
+    jde_twist twist;
+    /** 6 × 6, row by row, of x, y, z and the rotations about them. */
+    double covariance[36];
+} jde_twist_with_covariance;
+
+typedef char jde_twist_with_covariance_has_its_size[sizeof(jde_twist_with_covariance) == 336 ? 1 : -1];
+
+static const jde_field jde_twist_with_covariance_fields[] = {
+    JDE_FIELD("twist", offsetof(jde_twist_with_covariance, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The velocity.", "", &jde_twist_type),
+    JDE_FIELD("covariance", offsetof(jde_twist_with_covariance, covariance), 0u, JDE_F64, JDE_ARRAY, 36u,
+              "6 × 6, row by row, of x, y, z and the rotations about them.", "", NULL),
+};
+static const jde_type jde_twist_with_covariance_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_with_covariance_fields), "geometry_msgs/msg/TwistWithCovariance", "A velocity and how sure it is.",
+    sizeof(jde_twist_with_covariance), 8u, jde_twist_with_covariance_fields};
+
+/** nav_msgs/msg/Odometry: Pose and velocity, as the wheels tell. */
+typedef struct jde_odometry {
+    /** Time, and the frame of the pose: "odom". */
+    jde_header header;
+    /** The frame of the velocity: "base_link". */
+    struct { uint32_t length; char bytes[52]; } child_frame_id;
+    /** Where the base is, in the frame of the header. */
+    jde_pose_with_covariance pose;
+    /** How it moves, in its own frame. */
+    jde_twist_with_covariance twist;
+} jde_odometry;
+
+typedef char jde_odometry_has_its_size[sizeof(jde_odometry) == 800 ? 1 : -1];
+
+static const jde_field jde_odometry_fields[] = {
+    JDE_FIELD("header", offsetof(jde_odometry, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the pose: \"odom\".", "", &jde_header_type),
+    JDE_FIELD("child_frame_id", offsetof(jde_odometry, child_frame_id.bytes), offsetof(jde_odometry, child_frame_id.length), JDE_U8, JDE_TEXT, 52u,
+              "The frame of the velocity: \"base_link\".", "", NULL),
+    JDE_FIELD("pose", offsetof(jde_odometry, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Where the base is, in the frame of the header.", "", &jde_pose_with_covariance_type),
+    JDE_FIELD("twist", offsetof(jde_odometry, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "How it moves, in its own frame.", "", &jde_twist_with_covariance_type),
+};
+static const jde_type jde_odometry_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_odometry_fields), "nav_msgs/msg/Odometry", "Pose and velocity, as the wheels tell.",
+    sizeof(jde_odometry), 8u, jde_odometry_fields};
+
+/** nav_msgs/msg/Path: A path to follow, of up to 64 poses. */
+typedef struct jde_path {
+    /** Time and frame. */
+    jde_header header;
+    /** The poses, from first to last. */
+    struct { uint32_t length; uint32_t spare; jde_pose_stamped items[64]; } poses;
+} jde_path;
+
+typedef char jde_path_has_its_size[sizeof(jde_path) == 7752 ? 1 : -1];
+
+static const jde_field jde_path_fields[] = {
+    JDE_FIELD("header", offsetof(jde_path, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time and frame.", "", &jde_header_type),
+    JDE_FIELD("poses", offsetof(jde_path, poses.items), offsetof(jde_path, poses.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
+              "The poses, from first to last.", "", &jde_pose_stamped_type),
+};
+static const jde_type jde_path_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_path_fields), "nav_msgs/msg/Path", "A path to follow, of up to 64 poses.",
+    sizeof(jde_path), 8u, jde_path_fields};
+
+/** jde_msgs/msg/Route: Targets in the plane, as a person writes them down; `Path` is what ROS tools draw. */
+typedef struct jde_route {
+    /** The targets, from first to last. */
+    struct { uint32_t length; uint32_t spare; jde_pose2d items[64]; } poses;
+} jde_route;
+
+typedef char jde_route_has_its_size[sizeof(jde_route) == 1544 ? 1 : -1];
+
+static const jde_field jde_route_fields[] = {
+    JDE_FIELD("poses", offsetof(jde_route, poses.items), offsetof(jde_route, poses.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
+              "The targets, from first to last.", "", &jde_pose2d_type),
+};
+static const jde_type jde_route_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, as a person writes them down; `Path` is what ROS tools draw.",
+    sizeof(jde_route), 8u, jde_route_fields};
+
+/** sensor_msgs/msg/LaserScan: One turn of a laser scanner of up to 1088 beams. */
+typedef struct jde_laser_scan {
+    /** Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z. */
+    jde_header header;
+    /** Angle of the first beam. [rad] */
+    float angle_min;
+    /** Angle of the last beam. [rad] */
+    float angle_max;
+    /** Angle from one beam to the next. [rad] */
+    float angle_increment;
+    /** Time from one beam to the next. [s] */
+    float time_increment;
+    /** Time from one scan to the next. [s] */
+    float scan_time;
+    /** Least distance it can measure. [m] */
+    float range_min;
+    /** Greatest distance it can measure. [m] */
+    float range_max;
+    /** Distances, first beam first. [m] */
+    struct { uint32_t length; uint32_t spare; float items[1088]; } ranges;
+    /** Intensities, in units of the device; empty if it has none. */
+    struct { uint32_t length; uint32_t spare; float items[1088]; } intensities;
+} jde_laser_scan;
+
+typedef char jde_laser_scan_has_its_size[sizeof(jde_laser_scan) == 8812 ? 1 : -1];
+
+static const jde_field jde_laser_scan_fields[] = {
+    JDE_FIELD("header", offsetof(jde_laser_scan, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z.", "", &jde_header_type),
+    JDE_FIELD("angle_min", offsetof(jde_laser_scan, angle_min), 0u, JDE_F32, JDE_ONE, 1u,
+              "Angle of the first beam.", "rad", NULL),
+    JDE_FIELD("angle_max", offsetof(jde_laser_scan, angle_max), 0u, JDE_F32, JDE_ONE, 1u,
+              "Angle of the last beam.", "rad", NULL),
+    JDE_FIELD("angle_increment", offsetof(jde_laser_scan, angle_increment), 0u, JDE_F32, JDE_ONE, 1u,
+              "Angle from one beam to the next.", "rad", NULL),
+    JDE_FIELD("time_increment", offsetof(jde_laser_scan, time_increment), 0u, JDE_F32, JDE_ONE, 1u,
+              "Time from one beam to the next.", "s", NULL),
+    JDE_FIELD("scan_time", offsetof(jde_laser_scan, scan_time), 0u, JDE_F32, JDE_ONE, 1u,
+              "Time from one scan to the next.", "s", NULL),
+    JDE_FIELD("range_min", offsetof(jde_laser_scan, range_min), 0u, JDE_F32, JDE_ONE, 1u,
+              "Least distance it can measure.", "m", NULL),
+    JDE_FIELD("range_max", offsetof(jde_laser_scan, range_max), 0u, JDE_F32, JDE_ONE, 1u,
+              "Greatest distance it can measure.", "m", NULL),
+    JDE_FIELD("ranges", offsetof(jde_laser_scan, ranges.items), offsetof(jde_laser_scan, ranges.length), JDE_F32, JDE_SEQUENCE, 1088u,
+              "Distances, first beam first.", "m", NULL),
+    JDE_FIELD("intensities", offsetof(jde_laser_scan, intensities.items), offsetof(jde_laser_scan, intensities.length), JDE_F32, JDE_SEQUENCE, 1088u,
+              "Intensities, in units of the device; empty if it has none.", "", NULL),
+};
+static const jde_type jde_laser_scan_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_laser_scan_fields), "sensor_msgs/msg/LaserScan", "One turn of a laser scanner of up to 1088 beams.",
+    sizeof(jde_laser_scan), 4u, jde_laser_scan_fields};
+
+/** sensor_msgs/msg/Range: One sonar or infrared sensor. */
+typedef struct jde_range {
+    /** Time, and the frame of the sensor: x ahead. */
+    jde_header header;
+    /** 0 ultrasound, 1 infrared. */
+    uint8_t radiation_type;
+    uint8_t padding_65[3];
+    /** Width of its cone. [rad] */
+    float field_of_view;
+    /** Least distance it can measure. [m] */
+    float min_range;
+    /** Greatest distance it can measure. [m] */
+    float max_range;
+    /** The distance. [m] */
+    float range;
+    /** Variance of the distance; 0 if unknown. [m2] */
+    float variance;
+} jde_range;
+
+typedef char jde_range_has_its_size[sizeof(jde_range) == 88 ? 1 : -1];
+
+static const jde_field jde_range_fields[] = {
+    JDE_FIELD("header", offsetof(jde_range, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the sensor: x ahead.", "", &jde_header_type),
+    JDE_FIELD("radiation_type", offsetof(jde_range, radiation_type), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 ultrasound, 1 infrared.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_range, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("field_of_view", offsetof(jde_range, field_of_view), 0u, JDE_F32, JDE_ONE, 1u,
+              "Width of its cone.", "rad", NULL),
+    JDE_FIELD("min_range", offsetof(jde_range, min_range), 0u, JDE_F32, JDE_ONE, 1u,
+              "Least distance it can measure.", "m", NULL),
+    JDE_FIELD("max_range", offsetof(jde_range, max_range), 0u, JDE_F32, JDE_ONE, 1u,
+              "Greatest distance it can measure.", "m", NULL),
+    JDE_FIELD("range", offsetof(jde_range, range), 0u, JDE_F32, JDE_ONE, 1u,
+              "The distance.", "m", NULL),
+    JDE_FIELD("variance", offsetof(jde_range, variance), 0u, JDE_F32, JDE_ONE, 1u,
+              "Variance of the distance; 0 if unknown.", "m2", NULL),
+};
+static const jde_type jde_range_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_fields), "sensor_msgs/msg/Range", "One sonar or infrared sensor.",
+    sizeof(jde_range), 4u, jde_range_fields};
+
+/** jde_msgs/msg/RangeRing: A ring of up to 32 alike range sensors around a base. */
+typedef struct jde_range_ring {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** 0 ultrasound, 1 infrared. */
+    uint8_t radiation_type;
+    uint8_t padding_65[3];
+    /** Width of each cone. [rad] */
+    float field_of_view;
+    /** Least distance they can measure. [m] */
+    float min_range;
+    /** Greatest distance they can measure. [m] */
+    float max_range;
+    /** Where each sits and looks, in the frame of the base. */
+    struct { uint32_t length; uint32_t spare; jde_pose2d items[32]; } poses;
+    /** The distance each measures. [m] */
+    struct { uint32_t length; uint32_t spare; float items[32]; } ranges;
+} jde_range_ring;
+
+typedef char jde_range_ring_has_its_size[sizeof(jde_range_ring) == 992 ? 1 : -1];
+
+static const jde_field jde_range_ring_fields[] = {
+    JDE_FIELD("header", offsetof(jde_range_ring, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("radiation_type", offsetof(jde_range_ring, radiation_type), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 ultrasound, 1 infrared.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_range_ring, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("field_of_view", offsetof(jde_range_ring, field_of_view), 0u, JDE_F32, JDE_ONE, 1u,
+              "Width of each cone.", "rad", NULL),
+    JDE_FIELD("min_range", offsetof(jde_range_ring, min_range), 0u, JDE_F32, JDE_ONE, 1u,
+              "Least distance they can measure.", "m", NULL),
+    JDE_FIELD("max_range", offsetof(jde_range_ring, max_range), 0u, JDE_F32, JDE_ONE, 1u,
+              "Greatest distance they can measure.", "m", NULL),
+    JDE_FIELD("poses", offsetof(jde_range_ring, poses.items), offsetof(jde_range_ring, poses.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "Where each sits and looks, in the frame of the base.", "", &jde_pose2d_type),
+    JDE_FIELD("ranges", offsetof(jde_range_ring, ranges.items), offsetof(jde_range_ring, ranges.length), JDE_F32, JDE_SEQUENCE, 32u,
+              "The distance each measures.", "m", NULL),
+};
+static const jde_type jde_range_ring_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_ring_fields), "jde_msgs/msg/RangeRing", "A ring of up to 32 alike range sensors around a base.",
+    sizeof(jde_range_ring), 8u, jde_range_ring_fields};
+
+/** sensor_msgs/msg/Image: A picture of up to 640 × 480 pixels of three bytes. */
+typedef struct jde_image {
+    /** Time, and the frame of the camera: x to the right of the picture, y down, z into it. */
+    jde_header header;
+    /** Rows. */
+    uint32_t height;
+    /** Columns. */
+    uint32_t width;
+    /** What a pixel is: "rgb8", "bgr8", "mono8". */
+    struct { uint32_t length; char bytes[28]; } encoding;
+    /** Whether numbers of several bytes begin with the greatest. */
+    uint8_t is_bigendian;
+    uint8_t padding_105[3];
+    /** Bytes of a row. */
+    uint32_t step;
+    /** The rows, from the top. */
+    struct { uint32_t length; uint32_t spare; uint8_t items[921600]; } data;
+} jde_image;
+
+typedef char jde_image_has_its_size[sizeof(jde_image) == 921720 ? 1 : -1];
+
+static const jde_field jde_image_fields[] = {
+    JDE_FIELD("header", offsetof(jde_image, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the camera: x to the right of the picture, y down, z into it.", "", &jde_header_type),
+    JDE_FIELD("height", offsetof(jde_image, height), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows.", "", NULL),
+    JDE_FIELD("width", offsetof(jde_image, width), 0u, JDE_U32, JDE_ONE, 1u,
+              "Columns.", "", NULL),
+    JDE_FIELD("encoding", offsetof(jde_image, encoding.bytes), offsetof(jde_image, encoding.length), JDE_U8, JDE_TEXT, 28u,
+              "What a pixel is: \"rgb8\", \"bgr8\", \"mono8\".", "", NULL),
+    JDE_FIELD("is_bigendian", offsetof(jde_image, is_bigendian), 0u, JDE_U8, JDE_ONE, 1u,
+              "Whether numbers of several bytes begin with the greatest.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_image, padding_105), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("step", offsetof(jde_image, step), 0u, JDE_U32, JDE_ONE, 1u,
+              "Bytes of a row.", "", NULL),
+    JDE_FIELD("data", offsetof(jde_image, data.items), offsetof(jde_image, data.length), JDE_U8, JDE_SEQUENCE, 921600u,
+              "The rows, from the top.", "", NULL),
+};
+static const jde_type jde_image_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "A picture of up to 640 × 480 pixels of three bytes.",
+    sizeof(jde_image), 4u, jde_image_fields};
+
+/** jde_msgs/msg/PanTilt: Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none. */
+typedef struct jde_pan_tilt {
+    /** Time, and the frame of the head's foot. */
+    jde_header header;
+    /** To the left. [rad] */
+    double pan;
+    /** Down, as REP-103 turns about the axis to the left. [rad] */
+    double tilt;
+    /** Speed to the left. [rad/s] */
+    double pan_velocity;
+    /** Speed down. [rad/s] */
+    double tilt_velocity;
+} jde_pan_tilt;
+
+typedef char jde_pan_tilt_has_its_size[sizeof(jde_pan_tilt) == 96 ? 1 : -1];
+
+static const jde_field jde_pan_tilt_fields[] = {
+    JDE_FIELD("header", offsetof(jde_pan_tilt, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the head's foot.", "", &jde_header_type),
+    JDE_FIELD("pan", offsetof(jde_pan_tilt, pan), 0u, JDE_F64, JDE_ONE, 1u,
+              "To the left.", "rad", NULL),
+    JDE_FIELD("tilt", offsetof(jde_pan_tilt, tilt), 0u, JDE_F64, JDE_ONE, 1u,
+              "Down, as REP-103 turns about the axis to the left.", "rad", NULL),
+    JDE_FIELD("pan_velocity", offsetof(jde_pan_tilt, pan_velocity), 0u, JDE_F64, JDE_ONE, 1u,
+              "Speed to the left.", "rad/s", NULL),
+    JDE_FIELD("tilt_velocity", offsetof(jde_pan_tilt, tilt_velocity), 0u, JDE_F64, JDE_ONE, 1u,
+              "Speed down.", "rad/s", NULL),
+};
+static const jde_type jde_pan_tilt_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pan_tilt_fields), "jde_msgs/msg/PanTilt", "Where a pan-tilt head looks. ROS has a joint state with names of joints instead; two named angles need none.",
+    sizeof(jde_pan_tilt), 8u, jde_pan_tilt_fields};
+
+/** sensor_msgs/msg/BatteryState: How the battery is. What is not measured is NaN. */
+typedef struct jde_battery_state {
+    /** Time. */
+    jde_header header;
+    /** Voltage. [V] */
+    float voltage;
+    /** Temperature. [degC] */
+    float temperature;
+    /** Current; negative while discharging. [A] */
+    float current;
+    /** Charge at present. [Ah] */
+    float charge;
+    /** Charge when last full. [Ah] */
+    float capacity;
+    /** Charge it was built for. [Ah] */
+    float design_capacity;
+    /** Charge, from 0 to 1. */
+    float percentage;
+    /** 0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full. */
+    uint8_t power_supply_status;
+    /** 0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out. */
+    uint8_t power_supply_health;
+    /** 0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn. */
+    uint8_t power_supply_technology;
+    /** Whether there is one. */
+    uint8_t present;
+    /** Voltage of each cell. [V] */
+    struct { uint32_t length; uint32_t spare; float items[16]; } cell_voltage;
+    /** Temperature of each cell. [degC] */
+    struct { uint32_t length; uint32_t spare; float items[16]; } cell_temperature;
+    /** Where it sits. */
+    struct { uint32_t length; char bytes[28]; } location;
+    /** Its serial number. */
+    struct { uint32_t length; char bytes[28]; } serial_number;
+} jde_battery_state;
+
+typedef char jde_battery_state_has_its_size[sizeof(jde_battery_state) == 304 ? 1 : -1];
+
+static const jde_field jde_battery_state_fields[] = {
+    JDE_FIELD("header", offsetof(jde_battery_state, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time.", "", &jde_header_type),
+    JDE_FIELD("voltage", offsetof(jde_battery_state, voltage), 0u, JDE_F32, JDE_ONE, 1u,
+              "Voltage.", "V", NULL),
+    JDE_FIELD("temperature", offsetof(jde_battery_state, temperature), 0u, JDE_F32, JDE_ONE, 1u,
+              "Temperature.", "degC", NULL),
+    JDE_FIELD("current", offsetof(jde_battery_state, current), 0u, JDE_F32, JDE_ONE, 1u,
+              "Current; negative while discharging.", "A", NULL),
+    JDE_FIELD("charge", offsetof(jde_battery_state, charge), 0u, JDE_F32, JDE_ONE, 1u,
+              "Charge at present.", "Ah", NULL),
+    JDE_FIELD("capacity", offsetof(jde_battery_state, capacity), 0u, JDE_F32, JDE_ONE, 1u,
+              "Charge when last full.", "Ah", NULL),
+    JDE_FIELD("design_capacity", offsetof(jde_battery_state, design_capacity), 0u, JDE_F32, JDE_ONE, 1u,
+              "Charge it was built for.", "Ah", NULL),
+    JDE_FIELD("percentage", offsetof(jde_battery_state, percentage), 0u, JDE_F32, JDE_ONE, 1u,
+              "Charge, from 0 to 1.", "", NULL),
+    JDE_FIELD("power_supply_status", offsetof(jde_battery_state, power_supply_status), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full.", "", NULL),
+    JDE_FIELD("power_supply_health", offsetof(jde_battery_state, power_supply_health), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer ran out.", "", NULL),
+    JDE_FIELD("power_supply_technology", offsetof(jde_battery_state, power_supply_technology), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn.", "", NULL),
+    JDE_FIELD("present", offsetof(jde_battery_state, present), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether there is one.", "", NULL),
+    JDE_FIELD("cell_voltage", offsetof(jde_battery_state, cell_voltage.items), offsetof(jde_battery_state, cell_voltage.length), JDE_F32, JDE_SEQUENCE, 16u,
+              "Voltage of each cell.", "V", NULL),
+    JDE_FIELD("cell_temperature", offsetof(jde_battery_state, cell_temperature.items), offsetof(jde_battery_state, cell_temperature.length), JDE_F32, JDE_SEQUENCE, 16u,
+              "Temperature of each cell.", "degC", NULL),
+    JDE_FIELD("location", offsetof(jde_battery_state, location.bytes), offsetof(jde_battery_state, location.length), JDE_U8, JDE_TEXT, 28u,
+              "Where it sits.", "", NULL),
+    JDE_FIELD("serial_number", offsetof(jde_battery_state, serial_number.bytes), offsetof(jde_battery_state, serial_number.length), JDE_U8, JDE_TEXT, 28u,
+              "Its serial number.", "", NULL),
+};
+static const jde_type jde_battery_state_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_battery_state_fields), "sensor_msgs/msg/BatteryState", "How the battery is. What is not measured is NaN.",
+    sizeof(jde_battery_state), 4u, jde_battery_state_fields};
+
+/** jde_msgs/msg/Bumpers: Which bumpers are pressed. */
+typedef struct jde_bumpers {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** Those ahead, from left to right. */
+    struct { uint32_t length; uint32_t spare; uint8_t items[8]; } front;
+    /** Those behind, from left to right as one looks ahead. */
+    struct { uint32_t length; uint32_t spare; uint8_t items[8]; } rear;
+    /** Whether the wheels are held against their will. */
+    uint8_t stalled;
+    uint8_t padding_97[3];
+} jde_bumpers;
+
+typedef char jde_bumpers_has_its_size[sizeof(jde_bumpers) == 100 ? 1 : -1];
+
+static const jde_field jde_bumpers_fields[] = {
+    JDE_FIELD("header", offsetof(jde_bumpers, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("front", offsetof(jde_bumpers, front.items), offsetof(jde_bumpers, front.length), JDE_BOOL, JDE_SEQUENCE, 8u,
+              "Those ahead, from left to right.", "", NULL),
+    JDE_FIELD("rear", offsetof(jde_bumpers, rear.items), offsetof(jde_bumpers, rear.length), JDE_BOOL, JDE_SEQUENCE, 8u,
+              "Those behind, from left to right as one looks ahead.", "", NULL),
+    JDE_FIELD("stalled", offsetof(jde_bumpers, stalled), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether the wheels are held against their will.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_bumpers, padding_97), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+};
+static const jde_type jde_bumpers_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bumpers_fields), "jde_msgs/msg/Bumpers", "Which bumpers are pressed.",
+    sizeof(jde_bumpers), 4u, jde_bumpers_fields};
+
+/** jde_msgs/msg/Mission: What an application has been asked to do, and how far it is. */
+typedef struct jde_mission {
+    /** 0 running, 1 done, 2 failed. */
+    uint8_t state;
+    uint8_t padding_1[3];
+    /** Targets reached. */
+    uint32_t reached;
+    /** Targets in all. */
+    uint32_t total;
+    /** Why it failed, or what it is about. */
+    struct { uint32_t length; char bytes[64]; } note;
+    /** The present target, in the frame of the odometry. */
+    jde_pose2d target;
+    /** How far it is. [m] */
+    double distance;
+} jde_mission;
+
+typedef char jde_mission_has_its_size[sizeof(jde_mission) == 112 ? 1 : -1];
+
+static const jde_field jde_mission_fields[] = {
+    JDE_FIELD("state", offsetof(jde_mission, state), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 running, 1 done, 2 failed.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_mission, padding_1), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("reached", offsetof(jde_mission, reached), 0u, JDE_U32, JDE_ONE, 1u,
+              "Targets reached.", "", NULL),
+    JDE_FIELD("total", offsetof(jde_mission, total), 0u, JDE_U32, JDE_ONE, 1u,
+              "Targets in all.", "", NULL),
+    JDE_FIELD("note", offsetof(jde_mission, note.bytes), offsetof(jde_mission, note.length), JDE_U8, JDE_TEXT, 64u,
+              "Why it failed, or what it is about.", "", NULL),
+    JDE_FIELD("target", offsetof(jde_mission, target), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The present target, in the frame of the odometry.", "", &jde_pose2d_type),
+    JDE_FIELD("distance", offsetof(jde_mission, distance), 0u, JDE_F64, JDE_ONE, 1u,
+              "How far it is.", "m", NULL),
+};
+static const jde_type jde_mission_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_mission_fields), "jde_msgs/msg/Mission", "What an application has been asked to do, and how far it is.",
+    sizeof(jde_mission), 8u, jde_mission_fields};
+
+/** jde_msgs/msg/Truth: What is true of a simulated robot, whatever its sensors say; for measuring, not for steering. */
+typedef struct jde_truth {
+    /** Where it is in the world. */
+    jde_pose2d pose;
+    /** How it moves, in its own frame. */
+    jde_twist twist;
+    /** From its edge to the nearest solid thing. [m] */
+    double clearance;
+    /** The least that clearance has been. [m] */
+    double min_clearance;
+    /** Contacts with solid things, each counted once. */
+    uint64_t collisions;
+} jde_truth;
+
+typedef char jde_truth_has_its_size[sizeof(jde_truth) == 96 ? 1 : -1];
+
+static const jde_field jde_truth_fields[] = {
+    JDE_FIELD("pose", offsetof(jde_truth, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Where it is in the world.", "", &jde_pose2d_type),
+    JDE_FIELD("twist", offsetof(jde_truth, twist), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "How it moves, in its own frame.", "", &jde_twist_type),
+    JDE_FIELD("clearance", offsetof(jde_truth, clearance), 0u, JDE_F64, JDE_ONE, 1u,
+              "From its edge to the nearest solid thing.", "m", NULL),
+    JDE_FIELD("min_clearance", offsetof(jde_truth, min_clearance), 0u, JDE_F64, JDE_ONE, 1u,
+              "The least that clearance has been.", "m", NULL),
+    JDE_FIELD("collisions", offsetof(jde_truth, collisions), 0u, JDE_U64, JDE_ONE, 1u,
+              "Contacts with solid things, each counted once.", "", NULL),
+};
+static const jde_type jde_truth_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_truth_fields), "jde_msgs/msg/Truth", "What is true of a simulated robot, whatever its sensors say; for measuring, not for steering.",
+    sizeof(jde_truth), 8u, jde_truth_fields};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
