@@ -41,6 +41,13 @@ pub(crate) struct Runner {
     started: bool,
 }
 
+/// Which iterations a turn asks leave for.
+enum Leave {
+    Any,
+    /// Only the first since it became WINNER.
+    First,
+}
+
 enum Life {
     /// There is no instance: not yet, or it faulted.
     Absent(Ports),
@@ -133,12 +140,11 @@ impl Runner {
                 self.cycle(now, due);
             } else if inbox.triggered && self.last_triggered != now + 1 {
                 self.last_triggered = now + 1;
-                if self.kind != Kind::Motor || self.check(now) {
-                    self.act(now);
-                }
+                self.react(now);
             } else if inbox.promoted {
-                self.act(now);
+                self.act(now, Leave::First);
             }
+            self.rest();
         }
         match self.life {
             Life::Awake { due, .. } => Some(due),
@@ -155,7 +161,7 @@ impl Runner {
     /// One period: check, then iterate if it is WINNER.
     fn cycle(&mut self, start: Nanos, due: Nanos) {
         if self.kind != Kind::Motor || self.check(start) {
-            self.act(start);
+            self.act(start, Leave::Any);
         }
         let end = self.engine.clock.now();
         self.engine.meters[self.number].cycle(start, end - start);
@@ -165,6 +171,16 @@ impl Runner {
         }
         if self.engine.clock.is_real() {
             self.judge(end - start, missed);
+        }
+    }
+
+    /// A value came that cannot wait for the period: a motor schema looks whether its precondition still holds (R12), and
+    /// iterates only if that made it WINNER; a driver carries out what was commanded.
+    fn react(&mut self, now: Nanos) {
+        if self.kind != Kind::Motor {
+            self.act(now, Leave::Any);
+        } else if self.check(now) {
+            self.act(now, Leave::First);
         }
     }
 
@@ -194,12 +210,17 @@ impl Runner {
     }
 
     /// Iterates, if the rules give leave.
-    fn act(&mut self, now: Nanos) {
+    fn act(&mut self, now: Nanos, leave: Leave) {
         let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
         let Life::Awake { instance, .. } = &mut self.life else {
             return;
         };
-        if again_this_instant || !self.engine.begin(self.number) {
+        let may = match leave {
+            _ if again_this_instant => false,
+            Leave::Any => self.engine.begin(self.number),
+            Leave::First => self.engine.begin_first(self.number),
+        };
+        if !may {
             return;
         }
         self.last_iteration = now + 1;
@@ -214,7 +235,17 @@ impl Runner {
                 self.started = true;
                 self.engine.end(self.number);
             }
-            Err(reason) => self.fault(reason),
+            Err(reason) => {
+                self.fault(reason);
+                self.engine.end(self.number);
+            }
+        }
+    }
+
+    /// Between turns nothing is looked at: the next turn sees the newest values, and no slot of the board stays taken.
+    fn rest(&mut self) {
+        if let Life::Awake { instance, .. } = &mut self.life {
+            instance.rest();
         }
     }
 
@@ -287,9 +318,10 @@ impl Runner {
                 "driver `{name}` could not start: {reason}"
             )));
         }
+        // The level selects again before anything else is tried with what is broken.
+        self.engine.faulted(self.number, reason);
         self.fall_asleep();
         self.dismiss();
-        self.engine.faulted(self.number, reason);
     }
 
     fn dismiss(&mut self) {

@@ -251,11 +251,20 @@ impl Handle {
     /// # Errors
     /// When there is no such variable, or it is of another type.
     pub fn value<T: jde_types::Value>(&self, variable: &str) -> Result<Option<T>, String> {
-        let variable = self.engine.board.get(variable).map_err(|error| error.to_string())?;
+        let variable = self
+            .engine
+            .board
+            .get(variable)
+            .map_err(|error| error.to_string())?;
         let declared = variable.describe();
         let wanted = T::describe();
         if !declared.value_type.same_as(&wanted) {
-            return Err(format!("`{}` is a {}, not a {}", declared.full_name(), declared.value_type.name, wanted.name));
+            return Err(format!(
+                "`{}` is a {}, not a {}",
+                declared.full_name(),
+                declared.value_type.name,
+                wanted.name
+            ));
         }
         let mut reader = variable.reader("handle");
         Ok(reader.latch().and_then(|latched| T::from_bytes(latched.bytes)))

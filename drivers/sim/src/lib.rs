@@ -84,7 +84,9 @@ impl Schema for Pioneer {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(body) = self.body.take() else { return Err("it is in no world".into()) };
+        let Some(body) = self.body.take() else {
+            return Err("it is in no world".into());
+        };
         let twist = *self.velocity.get(cx).value();
         let mut world = worlds::lock(&body.world);
         // The command counts from now on: what was before was driven by the last one.
@@ -109,11 +111,17 @@ impl Pioneer {
     fn enter(&self, cx: &Context) -> Result<Body> {
         let path = self.world.get(cx);
         if path.is_empty() {
-            return Err("it has no world; give it one in the application: world = \"worlds/office.toml\"".into());
+            return Err(
+                "it has no world; give it one in the application: world = \"worlds/office.toml\"".into(),
+            );
         }
         let world = worlds::open(cx.application(), path.as_str(), cx.seed())?;
         let named = self.robot.get(cx);
-        let name = if named.is_empty() { cx.name() } else { named.as_str() };
+        let name = if named.is_empty() {
+            cx.name()
+        } else {
+            named.as_str()
+        };
         let acceleration = self.acceleration.get(cx);
         let config = RobotConfig {
             radius: self.radius.get(cx),
@@ -130,9 +138,17 @@ impl Pioneer {
             sigma: self.laser_noise.get(cx),
             ..LaserConfig::default()
         };
-        let ring = SonarConfig { sigma: self.sonar_noise.get(cx), ..SonarConfig::default() };
+        let ring = SonarConfig {
+            sigma: self.sonar_noise.get(cx),
+            ..SonarConfig::default()
+        };
         let robot = worlds::lock(&world).add_robot(name, config)?;
-        Ok(Body { world, robot, lasers, ring })
+        Ok(Body {
+            world,
+            robot,
+            lasers,
+            ring,
+        })
     }
 }
 

@@ -13,11 +13,16 @@ impl Pioneer {
         let (now, robot) = (cx.now(), body.robot);
         let odometry = world.odometry(robot);
         let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
-        self.odometry.write(cx, Odometry::planar(now, pose(odometry.pose), twist));
+        self.odometry
+            .write(cx, Odometry::planar(now, pose(odometry.pose), twist));
 
         let pressed = world.bumpers(robot);
         let truth = world.truth(robot);
-        let mut bumpers = Bumpers { header: Header::new(now, "base_link"), stalled: truth.stalled.into(), ..Bumpers::default() };
+        let mut bumpers = Bumpers {
+            header: Header::new(now, "base_link"),
+            stalled: truth.stalled.into(),
+            ..Bumpers::default()
+        };
         bumpers.front.extend_from_slice(&pressed.front.map(Flag::from))?;
         // The simulator counts clockwise; the interface from left to right, as one looks ahead.
         let mut rear = pressed.rear.map(Flag::from);
@@ -64,7 +69,12 @@ impl Pioneer {
         sonars.field_of_view = ring.cone as f32;
         sonars.min_range = ring.range_min as f32;
         sonars.max_range = ring.range_max as f32;
-        for (pose, mount) in sonars.poses.resize(ring.mounts.len()).iter_mut().zip(&ring.mounts) {
+        for (pose, mount) in sonars
+            .poses
+            .resize(ring.mounts.len())
+            .iter_mut()
+            .zip(&ring.mounts)
+        {
             *pose = self::pose(*mount);
         }
         world.sonars(body.robot, ring, sonars.ranges.resize(ring.mounts.len()))?;

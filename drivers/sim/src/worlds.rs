@@ -15,7 +15,11 @@ pub(crate) fn open(application: u64, path: &str, seed: u64) -> Result<Arc<Mutex<
     let mut open = lock(&OPEN);
     open.retain(|(_, world)| world.strong_count() > 0);
     let key = (application, path.to_owned());
-    if let Some(world) = open.iter().find(|(known, _)| *known == key).and_then(|(_, world)| world.upgrade()) {
+    if let Some(world) = open
+        .iter()
+        .find(|(known, _)| *known == key)
+        .and_then(|(_, world)| world.upgrade())
+    {
         return Ok(world);
     }
     let world = Arc::new(Mutex::new(World::load(path, seed)?));

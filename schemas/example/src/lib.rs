@@ -57,7 +57,14 @@ impl Schema for Example {
             && pose.distance_to(target) < self.tolerance.get(cx)
         {
             self.reached += 1;
-            info!(cx, "reached target {} of {} at {:.2}, {:.2}", self.reached, targets.len(), target.x, target.y);
+            info!(
+                cx,
+                "reached target {} of {} at {:.2}, {:.2}",
+                self.reached,
+                targets.len(),
+                target.x,
+                target.y
+            );
         }
         let target = targets.get(self.reached);
         let wanted = target.map_or(Target::NONE, |target| Target::at(*target));
@@ -88,7 +95,10 @@ impl Arbitrate for Example {
             .candidate(&self.avoid)
             .is_some_and(|avoid| avoid.ready && avoid.urgency >= self.turning.get(cx));
         let verdict = if turns {
-            Verdict::choose(&self.avoid, "it turns on the spot, which is safe under the brake's nose")
+            Verdict::choose(
+                &self.avoid,
+                "it turns on the spot, which is safe under the brake's nose",
+            )
         } else if level.is_ready(&self.brake) {
             Verdict::choose(&self.brake, "on overlap the brake wins")
         } else if level.is_ready(&self.avoid) {

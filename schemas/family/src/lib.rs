@@ -89,12 +89,19 @@ impl Schema for Hijo2 {
 /// Whether the beam that looks straight ahead measures `from` to `to`; a beam that meets nothing has all the room it can see.
 fn has_room(laser: Option<Sample<'_, LaserScan>>, from: f64, to: f64) -> Precondition {
     let Some(laser) = laser else { return false.into() };
-    let ahead = (0..laser.ranges.len()).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
-    let room = ahead.map_or(f64::NAN, |beam| f64::from(laser.ranges[beam]).min(f64::from(laser.range_max)));
+    let ahead =
+        (0..laser.ranges.len()).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
+    let room = ahead.map_or(f64::NAN, |beam| {
+        f64::from(laser.ranges[beam]).min(f64::from(laser.range_max))
+    });
     (from..=to).contains(&room).into()
 }
 
-jde_schema::export!("family", "The paper's second toy: padre, hijo1 and hijo2.", [Padre, Hijo1, Hijo2]);
+jde_schema::export!(
+    "family",
+    "The paper's second toy: padre, hijo1 and hijo2.",
+    [Padre, Hijo1, Hijo2]
+);
 
 #[cfg(test)]
 mod tests;

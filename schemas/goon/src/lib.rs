@@ -45,7 +45,9 @@ pub struct Goon {
 
 impl Schema for Goon {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let (Some(laser), Some(_), Some(_)) = (self.laser.get(cx), self.pose.get(cx), self.target.get(cx).get()) else {
+        let (Some(laser), Some(_), Some(_)) =
+            (self.laser.get(cx), self.pose.get(cx), self.target.get(cx).get())
+        else {
             return Ok(false.into());
         };
         let nearest = laser.nearest_ahead(self.half_width.get(cx));
@@ -71,7 +73,11 @@ impl Schema for Goon {
     }
 }
 
-jde_schema::export!("goon", "Drives straight to a target while the way is free.", [Goon]);
+jde_schema::export!(
+    "goon",
+    "Drives straight to a target while the way is free.",
+    [Goon]
+);
 
 #[cfg(test)]
 mod tests;

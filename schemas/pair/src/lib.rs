@@ -42,7 +42,11 @@ impl Schema for Listener {
     }
 }
 
-jde_schema::export!("pair", "An export and an import in the smallest form.", [Talker, Listener]);
+jde_schema::export!(
+    "pair",
+    "An export and an import in the smallest form.",
+    [Talker, Listener]
+);
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,14 @@
 use jde_schema::types::{LaserScan, Pose2D};
 
 /// How hard a return pushes, by its distance: up to the first number (m) as hard as the second.
-const PUSH: [(f64, f64); 6] = [(0.25, 2.0), (0.5, 1.5), (0.75, 1.2), (1.0, 1.0), (2.0, 0.5), (3.0, 0.2)];
+const PUSH: [(f64, f64); 6] = [
+    (0.25, 2.0),
+    (0.5, 1.5),
+    (0.75, 1.2),
+    (1.0, 1.0),
+    (2.0, 0.5),
+    (3.0, 0.2),
+];
 /// The sum of the pushes of a scan with a beam each degree is divided by this.
 const DIVISOR: f64 = 20.0;
 
@@ -24,7 +31,11 @@ impl Field {
     /// The sum of pull and push in the robot's frame, for a target in that frame.
     pub(crate) fn force(&self, target: &Pose2D, laser: &LaserScan) -> (f64, f64) {
         let distance = target.x.hypot(target.y);
-        let pull = if distance > 0.0 { self.attraction * distance.min(self.cap) / distance } else { 0.0 };
+        let pull = if distance > 0.0 {
+            self.attraction * distance.min(self.cap) / distance
+        } else {
+            0.0
+        };
         // Twice as many beams must not push twice as hard.
         let beam = f64::from(laser.angle_increment).abs().to_degrees();
         let weight = self.repulsion * beam / DIVISOR;

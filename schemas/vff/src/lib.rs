@@ -104,7 +104,11 @@ impl Vff {
     }
 }
 
-jde_schema::export!("vff", "Drives around obstacles toward a target by virtual forces.", [Vff]);
+jde_schema::export!(
+    "vff",
+    "Drives around obstacles toward a target by virtual forces.",
+    [Vff]
+);
 
 #[cfg(test)]
 mod tests;

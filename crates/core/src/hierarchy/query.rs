@@ -78,6 +78,15 @@ impl Hierarchy {
         self.nodes.get(id.index()).map_or(0, |n| n.restarts)
     }
 
+    /// Whether it was chosen and has not begun to iterate since: it should, at once.
+    #[must_use]
+    pub fn is_taking(&self, id: SchemaId) -> bool {
+        self.plan.group_of(id).is_some_and(|group| {
+            let group = self.group(group);
+            group.winner == Some(id) && group.taking.is_some()
+        })
+    }
+
     /// The member of a group whose state is WINNER.
     #[must_use]
     pub fn winner(&self, group: GroupId) -> Option<SchemaId> {

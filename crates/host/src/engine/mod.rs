@@ -166,6 +166,12 @@ impl Engine {
         self.transact(|hierarchy, now, out| hierarchy.begin(now, schema(instance), out))
     }
 
+    /// Asks leave for the first iteration since it became WINNER; no if it has had that already.
+    pub(crate) fn begin_first(&self, instance: usize) -> bool {
+        let id = schema(instance);
+        self.transact(|hierarchy, now, out| hierarchy.is_taking(id) && hierarchy.begin(now, id, out))
+    }
+
     /// The iteration ended.
     pub(crate) fn end(&self, instance: usize) {
         self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));

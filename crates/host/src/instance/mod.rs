@@ -185,6 +185,11 @@ impl Instance {
         failure.map_or(Ok(()), Err)
     }
 
+    /// Lets go of the values it looked at.
+    pub(crate) fn rest(&mut self) {
+        self.ports.release();
+    }
+
     fn end(&mut self) {
         self.ports.release();
         let this = std::mem::replace(&mut self.this, null_mut());

@@ -157,7 +157,9 @@ impl Plugins {
 
 impl Catalogue for Plugins {
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
-        self.load(name, extra_dirs).map(|plugin| plugin.description).map_err(|error| error.to_string())
+        self.load(name, extra_dirs)
+            .map(|plugin| plugin.description)
+            .map_err(|error| error.to_string())
     }
 
     /// The names of all files that are plugins by their looks, and the types of those that are loaded: a suggestion is no reason
@@ -167,7 +169,11 @@ impl Catalogue for Plugins {
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let types = loaded.values().chain(self.linked_in.values()).flat_map(|plugin| {
             let plugin = &plugin.description;
-            plugin.schemas.iter().map(|schema| format!("{}/{}", plugin.name, schema.name)).collect::<Vec<_>>()
+            plugin
+                .schemas
+                .iter()
+                .map(|schema| format!("{}/{}", plugin.name, schema.name))
+                .collect::<Vec<_>>()
         });
         let files = found.into_iter().map(|found| found.name).chain(linked_in);
         files.chain(types).collect()
