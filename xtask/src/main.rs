@@ -4,6 +4,7 @@
 mod bench;
 mod cargo_json;
 mod demo;
+mod headers;
 mod metadata;
 mod paint;
 mod prerequisites;
@@ -35,6 +36,12 @@ enum Verb {
     Test(Test),
     /// Check what the compiler cannot see: arrows, headers, lengths, links, licences, ...
     Tidy,
+    /// Renew the C headers under include/ from the Rust they describe.
+    Headers {
+        /// Only say which of them differ.
+        #[arg(long)]
+        check: bool,
+    },
     /// Run the benches and print how their medians compare.
     Bench,
 }
@@ -86,6 +93,8 @@ fn run(verb: Verb) -> Result<ExitCode> {
             return test::run(root, &choice, paint);
         }
         Verb::Tidy => tidy::run(&root)?,
+        Verb::Headers { check: false } => headers::renew(&root)?,
+        Verb::Headers { check: true } => headers::check(&root)?,
         Verb::Bench => bench::run(&root, paint)?,
     }
     Ok(ExitCode::SUCCESS)

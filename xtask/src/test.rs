@@ -10,7 +10,7 @@ use clap::builder::PossibleValuesParser;
 use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::step::{self, Choice, Done, Step};
-use crate::{demo, prerequisites, shell, tidy, valgrind};
+use crate::{demo, headers, prerequisites, shell, tidy, valgrind};
 
 /// What every step may know.
 pub(crate) struct Context {
@@ -22,7 +22,7 @@ pub(crate) struct Context {
     pub(crate) paint: Paint,
 }
 
-const STEPS: [Step<Context>; 10] = [
+const STEPS: [Step<Context>; 11] = [
     Step {
         name: "prerequisites",
         title: "a C compiler, valgrind, rustfmt and clippy",
@@ -43,6 +43,13 @@ const STEPS: [Step<Context>; 10] = [
         help: "see each place above",
         needs: &[],
         run: tidy,
+    },
+    Step {
+        name: "headers",
+        title: "the C headers are those of the Rust",
+        help: "run `cargo xtask headers` and look at what changed",
+        needs: &[],
+        run: headers,
     },
     Step {
         name: "build",
@@ -150,6 +157,11 @@ fn fmt(context: &Context) -> Result<Done> {
 
 fn tidy(context: &Context) -> Result<Done> {
     tidy::run(&context.root)?;
+    Ok(Done::Passed)
+}
+
+fn headers(context: &Context) -> Result<Done> {
+    headers::check(&context.root)?;
     Ok(Done::Passed)
 }
 

@@ -35,7 +35,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         header::check(&tree),
         honest_tests::check(&tree),
         length::check(&tree),
-        licences::check(&tree, &metadata),
+        licences::check(&metadata),
         links::check(&tree),
         machine_paths::check(&tree),
         rules::check(&tree),
