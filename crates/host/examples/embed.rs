@@ -21,14 +21,27 @@ use jde_types::Mission;
 const SECOND: u64 = 1_000_000_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../apps/safe-navigation.toml"));
+    let file = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../apps/safe-navigation.toml"
+    ));
     // Examples are built into a folder of their own, beside the plugins'.
     let mut path = SearchPath::usual(Some(file));
-    path.push(std::env::current_exe()?.with_file_name(".."), "beside the examples");
+    path.push(
+        std::env::current_exe()?.with_file_name(".."),
+        "beside the examples",
+    );
     let plugins = Plugins::new(path);
     let application = app::load(file, &[], &plugins)?;
 
-    let mut running = Lockstep::start(application, &plugins, Options { limit: Some(600 * SECOND), ..Options::default() })?;
+    let mut running = Lockstep::start(
+        application,
+        &plugins,
+        Options {
+            limit: Some(600 * SECOND),
+            ..Options::default()
+        },
+    )?;
     let handle = running.handle();
     let mut reached = 0;
     let outcome = loop {
@@ -36,7 +49,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mission = handle.value::<Mission>("example.mission")?;
         if let Some(mission) = mission.filter(|mission| mission.reached != reached) {
             reached = mission.reached;
-            println!("{:6.1} s: {reached} of {} targets", handle.now() as f64 / 1e9, mission.total);
+            println!(
+                "{:6.1} s: {reached} of {} targets",
+                handle.now() as f64 / 1e9,
+                mission.total
+            );
         }
         if let Some(outcome) = outcome {
             break outcome;
