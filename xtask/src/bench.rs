@@ -55,14 +55,12 @@ pub(crate) fn run(root: &Path, paint: Paint) -> Result<()> {
     if count == 0 {
         bail!("no package of the workspace has a bench");
     }
+    let results = metadata.target_directory.join("criterion");
+    cargo.env("CRITERION_HOME", &results);
     let start = SystemTime::now();
     shell::run(&mut cargo, paint)?;
     let mut measurements = Vec::new();
-    collect(
-        &metadata.target_directory.join("criterion"),
-        start,
-        &mut measurements,
-    )?;
+    collect(&results, start, &mut measurements)?;
     println!("{}", tables(&mut measurements));
     Ok(())
 }

@@ -25,7 +25,7 @@ enum Source {
     Rustup(&'static str),
 }
 
-const TOOLS: [Tool; 4] = [
+const TOOLS: &[Tool] = &[
     Tool {
         name: "a C compiler",
         probe: &["cc", "--version"],

@@ -22,7 +22,7 @@ pub(crate) struct Context {
     pub(crate) paint: Paint,
 }
 
-const STEPS: [Step<Context>; 11] = [
+const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
         title: "a C compiler, valgrind, rustfmt and clippy",
@@ -112,7 +112,7 @@ pub(crate) fn run(root: PathBuf, choice: &Choice, paint: Paint) -> Result<ExitCo
         ci,
         paint,
     };
-    let report = step::run_all(&STEPS, &context, choice, paint);
+    let report = step::run_all(STEPS, &context, choice, paint);
     println!("{}", report.summary(paint));
     Ok(if report.has_failed() {
         ExitCode::FAILURE

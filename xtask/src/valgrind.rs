@@ -18,7 +18,7 @@ struct Subject {
     variables: &'static [(&'static str, &'static str)],
 }
 
-const SUBJECTS: [Subject; 1] = [Subject {
+const SUBJECTS: &[Subject] = &[Subject {
     test: "torture",
     options: &[
         "--leak-check=full",

@@ -3,7 +3,7 @@
 use super::tree::{File, Tree, Violation};
 
 /// The folders below `/` that differ from machine to machine.
-const FOLDERS: [&str; 5] = ["home", "root", "tmp", "work", "Users"];
+const FOLDERS: &[&str] = &["home", "root", "tmp", "work", "Users"];
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
     tree.with_extension(&["rs", "toml", "sh", "c", "h"])
@@ -45,7 +45,7 @@ fn machine_path(text: &str) -> Option<&'static str> {
         if before.is_some_and(|c| c.is_alphanumeric() || "_-./~}*)>".contains(c)) {
             return None;
         }
-        FOLDERS.into_iter().find(|folder| {
+        FOLDERS.iter().copied().find(|folder| {
             text[at + 1..]
                 .strip_prefix(folder)
                 .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))

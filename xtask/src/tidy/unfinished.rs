@@ -4,7 +4,7 @@ use super::rust::Line;
 use super::tree::{File, Tree, Violation};
 
 /// Code that stands for other code.
-const CODE: [(&str, &str); 3] = [
+const CODE: &[(&str, &str)] = &[
     (
         "todo!",
         "write it, or leave it out and say so to its caller with an error",
@@ -17,7 +17,7 @@ const CODE: [(&str, &str); 3] = [
 ];
 
 /// Notes of work undone.
-const NOTES: [&str; 4] = ["FIXME", "XXX", "HACK", "TODO"];
+const NOTES: &[&str] = &["FIXME", "XXX", "HACK", "TODO"];
 /// The same, in softer words.
 const SOFT_NOTE: &str = "for now";
 
@@ -28,7 +28,7 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 fn check_file(file: &File) -> Vec<Violation> {
     let mut found = Vec::new();
     for (number, line) in file.numbered() {
-        for (mark, help) in CODE {
+        for (mark, help) in CODE.iter().copied() {
             if has_word(&line.code, mark) {
                 found.push(Violation::new(
                     file.path.as_str(),
