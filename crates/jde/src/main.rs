@@ -1,3 +1,19 @@
-//! The one executable: it wires the rest, owns the command line and prints errors.
+//! The one executable: it wires the rest, owns the command line and prints errors. What a verb does lives in a module of its
+//! own; nothing of control lives here.
 
-fn main() {}
+mod cli;
+mod failure;
+mod inspect;
+mod load;
+mod log;
+mod new;
+mod picture;
+mod places;
+mod report;
+mod session;
+mod terminal;
+mod top;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -1,0 +1,113 @@
+//! `jde demo`: the application of the paper in the simulator, ready to watch.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use jde_core::Nanos;
+
+use super::run::Time;
+use super::{conclude, log};
+use crate::failure::{self, Failure};
+use crate::load;
+use crate::log::Filter;
+use crate::report::Summary;
+use crate::session::{self, How, Telling, View};
+use crate::terminal::{self, FAINT, TITLE};
+
+/// The application that is shown.
+const APPLICATION: &str = "safe-navigation";
+/// Time for the mission, of the application: some four times what it takes, so that who runs out of it is lost.
+const LIMIT: Nanos = 1200 * 1_000_000_000;
+/// Time between two lines of progress in real time: seldom enough to read.
+const STATUS: Nanos = 5_000_000_000;
+/// The same in lockstep, where minutes pass in a second.
+const STATUS_LOCKSTEP: Nanos = 20_000_000_000;
+
+/// Watch a simulated robot find its way through a building with people in it: the example of the paper, section 5.
+///
+/// Ends when the robot has reached all its targets, and leaves a picture of its way and all decisions in target/demo. The exit
+/// status is 0 only if every target was reached without a collision.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde demo
+  jde demo --headless --lockstep --seed 1")]
+pub(super) struct Demo {
+    /// Lines instead of the oscilloscope.
+    #[arg(long, alias = "plain")]
+    headless: bool,
+    #[command(flatten)]
+    time: Time,
+    /// End standard output with one line of JSON; all words go to standard error.
+    #[arg(long)]
+    json: bool,
+    /// Where to leave path.png and decisions.jsonl.
+    #[arg(long, value_name = "DIR", default_value = "target/demo", value_hint = ValueHint::DirPath)]
+    out: PathBuf,
+}
+
+impl Demo {
+    /// Runs it.
+    pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
+        let mut loaded = load::application(Path::new(APPLICATION), &[])?;
+        let log = log(filter, &loaded)?;
+        if let Some(seed) = self.time.seed {
+            loaded.application.seed = seed;
+        }
+        let mut words = if self.json {
+            terminal::err()
+        } else {
+            terminal::out()
+        };
+        let lines = self.headless || self.json || self.time.lockstep || !terminal::is_interactive();
+        if lines {
+            let application = &loaded.application;
+            let (name, file, seed) = (
+                &application.name,
+                failure::shown(&application.path),
+                application.seed,
+            );
+            writeln!(
+                words,
+                "{TITLE}{name}{TITLE:#} {FAINT}({file}, seed {seed}){FAINT:#}: {}\n",
+                application.doc
+            )?;
+        }
+        let every = if self.time.lockstep {
+            STATUS_LOCKSTEP
+        } else {
+            STATUS
+        };
+        let how = How {
+            lockstep: self.time.lockstep,
+            limit: Some(LIMIT),
+            speed: self.time.speed,
+            view: if lines {
+                View::Lines(Telling::Status(every))
+            } else {
+                View::Screen
+            },
+            words,
+            decisions: Some(self.out.join("decisions.jsonl")),
+            picture: Some(self.out.join("path.png")),
+        };
+        let finished = session::run(loaded, how, &log)?;
+        let Summary {
+            decisions_sha256,
+            sim_seconds,
+            wall_seconds,
+            ..
+        } = &finished.summary;
+        let out = self.out.display();
+        let told = [
+            format!("{sim_seconds:.1} s of the robot took {wall_seconds:.1} s of this machine"),
+            format!("{out}/path.png         its way, coloured by who won"),
+            format!("{out}/decisions.jsonl  every selection and its reason"),
+            format!("decisions_sha256: {decisions_sha256}"),
+        ];
+        let told = told.map(|line| line + "\n").concat();
+        conclude(finished, &told, self.json, |summary| {
+            summary.is_fulfilled() && summary.collisions == Some(0) && summary.reached == summary.targets
+        })
+    }
+}

@@ -1,0 +1,52 @@
+//! `jde describe`: what a plugin says of itself.
+
+use std::io::Write;
+use std::path::Path;
+
+use clap::{Args, ValueHint};
+use jde_host::plugin::{Plugins, SearchPath};
+
+use super::print_json;
+use crate::failure::Failure;
+use crate::{inspect, terminal};
+
+/// Describe a plugin: its types of schemas with their inputs, outputs, modulations and children.
+///
+/// Loads it, and starts nothing of it.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde describe vff
+  jde describe target/debug/libfollow.so --json")]
+pub(super) struct Describe {
+    /// The plugin's name, or its file.
+    #[arg(value_hint = ValueHint::FilePath)]
+    plugin: String,
+    /// As one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Describe {
+    /// Describes it.
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let plugins = Plugins::new(SearchPath::usual(None));
+        let path = Path::new(&self.plugin);
+        let is_a_file = path.is_file() || self.plugin.ends_with(".so") || self.plugin.starts_with(['.', '/']);
+        let plugin = if is_a_file {
+            plugins.open(path)?
+        } else {
+            // The full name of a type will do: its plugin is the first half.
+            plugins.load(self.plugin.split('/').next().unwrap_or_default(), &[])?
+        };
+        if self.json {
+            return print_json(&inspect::PluginData::of(
+                &plugin.description,
+                plugin.path.as_deref(),
+            ));
+        }
+        let mut out = terminal::out();
+        inspect::plugin(&plugin.description, plugin.path.as_deref(), &mut out)?;
+        out.flush()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! The command line: verbs, what all of them share, and the exit status.
+//!
+//! A verb here reads its options and calls what does the work; it holds none of it.
+
+mod check;
+mod completions;
+mod demo;
+mod describe;
+mod new;
+mod plugins;
+mod quantity;
+mod run;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::failure::Failure;
+use crate::load::Loaded;
+use crate::log::{Filter, Log};
+use crate::report::{self, Summary};
+use crate::session::Finished;
+use crate::terminal::{self, Color};
+
+/// Runs robots by schemas: small periodical tasks that compete to act, arranged in a hierarchy.
+#[derive(Parser)]
+#[command(
+    name = "jde",
+    version,
+    arg_required_else_help = true,
+    subcommand_required = true,
+    after_help = "Begin with:
+  jde demo                   watch a simulated robot find its way through a building
+  jde new schema follow      write a schema of your own
+
+Exit status: 0 done, 1 the mission failed, 2 wrong use or application file, 3 a plugin."
+)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What all verbs share.
+#[derive(clap::Args)]
+struct Common {
+    /// When to use colours.
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN")]
+    color: Color,
+    /// What of the log to show on standard error: LEVEL, SCHEMA=LEVEL, or state=LEVEL for changes of state; several with
+    /// commas. Levels: off, error, warn (the default), info, debug, trace.
+    #[arg(long, global = true, value_name = "FILTER", value_parser = clap::value_parser!(Filter))]
+    log: Option<Filter>,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Demo(demo::Demo),
+    Run(run::Run),
+    Check(check::Check),
+    Describe(describe::Describe),
+    Plugins(plugins::Plugins),
+    New(new::New),
+    Completions(completions::Completions),
+}
+
+/// Does what the command line asks.
+pub(crate) fn main() -> ExitCode {
+    let Cli { verb, common } = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    terminal::choose(common.color);
+    let done = match verb {
+        Verb::Demo(demo) => demo.run(common.log),
+        Verb::Run(run) => run.run(common.log),
+        Verb::Check(check) => check.run(),
+        Verb::Describe(describe) => describe.run(),
+        Verb::Plugins(plugins) => plugins.run(),
+        Verb::New(new) => new.run(),
+        Verb::Completions(completions) => completions.run(&mut Cli::command()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+/// Help and version go to standard output with status 0, wrong use to standard error with status 2.
+fn refuse(error: &clap::Error) -> ExitCode {
+    // Whoever closed the pipe does not want to read it.
+    let _ = error.print();
+    ExitCode::from(u8::from(error.use_stderr()) * 2)
+}
+
+/// The log of a run, once the schemas that its filter names are known.
+fn log(filter: Option<Filter>, loaded: &Loaded) -> Result<Log, Failure> {
+    let filter = filter.unwrap_or_default();
+    let names = loaded
+        .application
+        .instances
+        .iter()
+        .map(|instance| instance.name.as_str());
+    filter
+        .check(names)
+        .map_err(|(message, help)| Failure::usage(message, help))?;
+    Ok(Log::start(filter))
+}
+
+/// Tells the end of a run: in words, and if wanted as one object of JSON in the last line of standard output.
+fn conclude(
+    finished: Finished,
+    last_words: &str,
+    json: bool,
+    fulfilled: impl Fn(&Summary) -> bool,
+) -> Result<(), Failure> {
+    let Finished { summary, mut words } = finished;
+    report::tell(&summary, &mut words)?;
+    words.write_all(last_words.as_bytes())?;
+    words.flush()?;
+    if json {
+        print_json(&summary)?;
+    }
+    if fulfilled(&summary) {
+        Ok(())
+    } else {
+        Err(Failure::Mission)
+    }
+}
+
+/// Prints a value as one line of JSON on standard output.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    serde_json::to_writer(&mut out, value).map_err(std::io::Error::from)?;
+    writeln!(out)?;
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! `jde new`: a schema, driver or application to begin with.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, ValueHint};
+
+use crate::failure::Failure;
+use crate::new::{self, Kind};
+
+/// Write a schema, driver or application to begin with: it builds, passes its test and runs at once.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde new schema follow
+  jde new driver gripper --path ~/robots
+  jde new app patrol")]
+pub(super) struct New {
+    /// What to begin.
+    kind: What,
+    /// Its name, such as follow-wall; the folder gets it too.
+    name: String,
+    /// Where to make the folder.
+    #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
+    path: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    /// A motor schema, with an application in which it drives a simulated robot.
+    Schema,
+    /// A driver, with an application that reads it.
+    Driver,
+    /// An application of the schemas there are.
+    App,
+}
+
+impl New {
+    /// Writes it.
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let kind = match self.kind {
+            What::Schema => Kind::Schema,
+            What::Driver => Kind::Driver,
+            What::App => Kind::Application,
+        };
+        new::write(kind, &self.name, &self.path)
+    }
+}

@@ -1,0 +1,68 @@
+//! Times and speeds as people write them on a command line.
+
+use jde_core::Nanos;
+
+/// Units of time and their nanoseconds.
+const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 60e9), ("h", 3600e9)];
+/// Longest time that can be asked for, s: a year.
+const LONGEST_S: f64 = 366.0 * 86_400.0;
+
+/// Reads "60s", "2min", "500ms" or a number of seconds, in ns.
+pub(super) fn time(text: &str) -> Result<Nanos, String> {
+    let wrong = || format!("`{text}` is no time; write a number with ms, s, min or h, such as 60s");
+    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
+    let nanos = match unit {
+        "" => 1e9,
+        unit => UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1,
+    };
+    let time = number * nanos;
+    if time > 0.0 && time <= LONGEST_S * 1e9 {
+        Ok(time.round() as Nanos)
+    } else {
+        Err(format!("`{text}` must be more than 0 and at most a year"))
+    }
+}
+
+/// Reads "4x" or "0.5".
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
+    match number {
+        Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),
+        Ok(_) => Err(format!(
+            "`{text}` must be from 0.01x to 100x; --lockstep goes as fast as the machine"
+        )),
+        Err(_) => Err(format!("`{text}` is no speed; write a number such as 4x or 0.5x")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{speed, time};
+
+    #[test]
+    fn times_have_units_and_bare_numbers_are_seconds() {
+        assert_eq!(time("60s"), Ok(60_000_000_000));
+        assert_eq!(time("1.5"), Ok(1_500_000_000));
+        assert_eq!(time("500ms"), Ok(500_000_000));
+        assert_eq!(time("2min"), Ok(120_000_000_000));
+        assert_eq!(time("1 h"), Ok(3_600_000_000_000));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for text in ["", "s", "ten", "5 parsecs", "0s", "-3s", "nan", "inf", "1e300h"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn speeds_are_factors() {
+        assert_eq!(speed("4x"), Ok(4.0));
+        assert_eq!(speed("0.5"), Ok(0.5));
+        for text in ["", "x", "0x", "-1", "nan", "1000x"] {
+            assert!(speed(text).is_err(), "{text}");
+        }
+    }
+}

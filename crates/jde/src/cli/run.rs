@@ -1,0 +1,97 @@
+//! `jde run`: runs an application.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use jde_core::Nanos;
+use jde_host::app::Override;
+
+use super::{conclude, log, quantity};
+use crate::failure::Failure;
+use crate::load;
+use crate::log::Filter;
+use crate::report::Summary;
+use crate::session::{self, How, Telling, View};
+use crate::terminal;
+
+/// Run an application: on a terminal under the oscilloscope, in a pipe with a line for every takeover and its reason.
+///
+/// Ends when the mission is done or failed, when the time is up, or when it is asked to stop (Ctrl-C: actuators first, then
+/// everything in order; a second one ends at once). A summary follows: how long each schema was WINNER, the worst takeovers
+/// against their contracts, faults. The exit status is 0 if the mission was done, or if there is none and all went well.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde run apps/safe-navigation.toml
+  jde run safe-navigation --lockstep --for 60s --picture path.png
+  jde run real-log --plain
+  jde run safe-navigation --set 'goon.speed=0.3 m/s' --log vff=debug")]
+pub(super) struct Run {
+    /// The application's file, or the name of one in apps.
+    #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
+    application: PathBuf,
+    #[command(flatten)]
+    time: Time,
+    /// End when the application has run this long.
+    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    limit: Option<Nanos>,
+    /// Give a modulation another value at the start (repeatable).
+    #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
+    set: Vec<Override>,
+    /// Lines instead of the oscilloscope.
+    #[arg(long)]
+    plain: bool,
+    /// End standard output with one line of JSON; all words go to standard error.
+    #[arg(long)]
+    json: bool,
+    /// Write every selection with its reason to this file, a line of JSON each.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    decisions: Option<PathBuf>,
+    /// Draw the drive, coloured by who won, to this PNG file.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    picture: Option<PathBuf>,
+}
+
+/// How time passes, and what chance starts from.
+#[derive(Args)]
+pub(super) struct Time {
+    /// Run in virtual time, as fast as the machine goes; the same seed gives the same run to the bit.
+    #[arg(long)]
+    pub(super) lockstep: bool,
+    /// What all randomness starts from, instead of the application's.
+    #[arg(long, value_name = "N")]
+    pub(super) seed: Option<u64>,
+    /// Run this many times as fast as real time.
+    #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x", conflicts_with = "lockstep")]
+    pub(super) speed: f64,
+}
+
+impl Run {
+    /// Runs it.
+    pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
+        let mut loaded = load::application(&self.application, &self.set)?;
+        let log = log(filter, &loaded)?;
+        if let Some(seed) = self.time.seed {
+            loaded.application.seed = seed;
+        }
+        let lines = self.plain || self.json || self.time.lockstep || !terminal::is_interactive();
+        let how = How {
+            lockstep: self.time.lockstep,
+            limit: self.limit,
+            speed: self.time.speed,
+            view: if lines {
+                View::Lines(Telling::Takeovers)
+            } else {
+                View::Screen
+            },
+            words: if self.json {
+                terminal::err()
+            } else {
+                terminal::out()
+            },
+            decisions: self.decisions,
+            picture: self.picture,
+        };
+        let finished = session::run(loaded, how, &log)?;
+        conclude(finished, "", self.json, Summary::is_fulfilled)
+    }
+}

@@ -1,0 +1,210 @@
+//! Everything that can go wrong, what is said about it, and the exit status it has.
+
+use std::fmt::Write as _;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use jde_host::StartError;
+use jde_host::app::{Fault, Faults, Place};
+use jde_host::plugin::PluginError;
+
+use crate::terminal::{self, BAD, TITLE};
+
+/// Most faults that are shown; whoever has more mends these first.
+const MOST_SHOWN: usize = 40;
+
+/// Why a verb did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// It was used wrongly.
+    #[error("{message}")]
+    Use {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        help: String,
+    },
+    /// The application file is wrong; `plugin` if it is so because a plugin's file cannot be used.
+    #[error("{faults}")]
+    Application {
+        /// All that is wrong.
+        faults: Faults,
+        /// Whether a plugin is to blame.
+        plugin: bool,
+    },
+    /// A plugin cannot be used.
+    #[error(transparent)]
+    Plugin(#[from] PluginError),
+    /// The application did not start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// It ran, and its mission was not fulfilled; the summary has said so.
+    #[error("the mission was not fulfilled")]
+    Mission,
+    /// It could not go on.
+    #[error("{0}")]
+    Broken(String),
+    /// A file could not be read or written.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// What is said could not be said.
+    #[error("cannot write the output: {0}")]
+    Output(#[from] io::Error),
+}
+
+impl Failure {
+    /// It was used wrongly, and what to do instead.
+    pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Use {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    /// For errors of a file.
+    pub(crate) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |error| Self::File { path, error }
+    }
+
+    /// Whether the reader of a pipe went away, which is no failure.
+    pub(crate) fn is_closed_pipe(&self) -> bool {
+        matches!(self, Self::Output(error) if error.kind() == ErrorKind::BrokenPipe)
+    }
+
+    /// Says it on standard error, and gives the exit status: 1 it ran and failed, 2 wrong use or application file, 3 a plugin.
+    pub(crate) fn report(&self) -> ExitCode {
+        if self.is_closed_pipe() {
+            return ExitCode::SUCCESS;
+        }
+        let words = self.words();
+        // Whoever closed standard error does not want to hear of it.
+        let _ = terminal::err().write_all(words.as_bytes());
+        ExitCode::from(self.status())
+    }
+
+    fn status(&self) -> u8 {
+        match self {
+            Self::Mission | Self::Broken(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Start(StartError::Thread(_)) => 1,
+            Self::Use { .. } | Self::Application { plugin: false, .. } => 2,
+            Self::Start(StartError::Wiring(_)) => 2,
+            Self::Plugin(_) | Self::Application { plugin: true, .. } => 3,
+            Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
+        }
+    }
+
+    fn words(&self) -> String {
+        match self {
+            Self::Mission => String::new(),
+            Self::Application { faults, .. } => faults_in_words(faults),
+            Self::Use { message, help } => plain(message, Some(help)),
+            Self::Plugin(PluginError::Missing { name, folders }) => plain(
+                &format!("there is no plugin `{name}`"),
+                Some(&format!(
+                    "build it, or add its folder to JDE_PLUGIN_PATH; searched:\n          {}",
+                    folders.join("\n          ")
+                )),
+            ),
+            Self::Plugin(_) | Self::Start(_) | Self::Broken(_) | Self::File { .. } | Self::Output(_) => {
+                plain(&self.to_string(), None)
+            }
+        }
+    }
+}
+
+fn plain(message: &str, help: Option<&str>) -> String {
+    let mut words = format!("{BAD}error{BAD:#}{TITLE}: {message}{TITLE:#}\n");
+    if let Some(help) = help {
+        words += &format!("  {TITLE}help{TITLE:#}: {help}\n");
+    }
+    words
+}
+
+fn faults_in_words(faults: &Faults) -> String {
+    let mut words = String::new();
+    let list = faults.list();
+    for fault in list.iter().take(MOST_SHOWN) {
+        words += &fault_in_words(fault);
+        words.push('\n');
+    }
+    if let more @ 1.. = list.len().saturating_sub(MOST_SHOWN) {
+        let _ = writeln!(words, "and {more} more");
+    }
+    words
+}
+
+/// A fault with the line it is in, as compilers show them.
+fn fault_in_words(fault: &Fault) -> String {
+    let help = fault.help.as_deref();
+    match &fault.place {
+        Place::Text {
+            file,
+            line,
+            column,
+            span,
+        } => {
+            let shown = shown(file);
+            let source = std::fs::read_to_string(file).ok();
+            let text = source
+                .as_deref()
+                .and_then(|source| line_around(source, span.start));
+            let Some((start, text)) = text else {
+                return plain(&format!("{shown}:{line}:{column}: {}", fault.message), help);
+            };
+            let end = span.end.clamp(span.start, start + text.len());
+            let snippet = Snippet::source(text)
+                .path(shown)
+                .line_start(*line)
+                .annotation(AnnotationKind::Primary.span(span.start - start..end - start));
+            let mut group = Level::ERROR.primary_title(&fault.message).element(snippet);
+            if let Some(help) = help {
+                group = group.element(Level::HELP.message(help));
+            }
+            Renderer::styled().render(&[group]) + "\n"
+        }
+        Place::File(file) => plain(&format!("{}: {}", shown(file), fault.message), help),
+        Place::Option(option) => plain(&format!("{option}: {}", fault.message), help),
+    }
+}
+
+/// The line of `source` that holds byte `at`, and where it begins; none if the file has changed since.
+fn line_around(source: &str, at: usize) -> Option<(usize, &str)> {
+    let before = source.get(..at)?;
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let rest = &source[start..];
+    Some((start, rest.lines().next().unwrap_or_default()))
+}
+
+/// A path as the user would write it: relative if it is below the working directory.
+pub(crate) fn shown(path: &Path) -> String {
+    let relative = std::env::current_dir()
+        .ok()
+        .and_then(|folder| Some(path.strip_prefix(folder).ok()?.display().to_string()));
+    relative.unwrap_or_else(|| path.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::line_around;
+
+    #[test]
+    fn a_fault_is_shown_with_the_line_it_is_in() {
+        assert_eq!(line_around("one\ntwo\nthree", 5), Some((4, "two")));
+        assert_eq!(line_around("one\n", 0), Some((0, "one")));
+        assert_eq!(line_around("one\n", 4), Some((4, "")));
+        assert_eq!(line_around("one\r\ntwo", 1), Some((0, "one")));
+    }
+
+    #[test]
+    fn a_file_that_has_become_shorter_shows_no_line() {
+        assert_eq!(line_around("one", 7), None);
+    }
+}

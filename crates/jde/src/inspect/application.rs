@@ -1,0 +1,204 @@
+//! What of an application will run, in words: the hierarchy, what everything is bound to, and the contract of every group.
+
+use std::io::{self, Write};
+
+use jde_abi::describe::{Kind, Port, Role};
+use jde_core::{Absence, Policy, contract};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance};
+use jde_host::policy_name;
+
+use super::value::shown;
+use crate::failure;
+use crate::session::Millis;
+use crate::terminal::{FAINT, TITLE, WARN};
+
+/// Tells all of it.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+    let file = failure::shown(&application.path);
+    writeln!(
+        words,
+        "{TITLE}{}{TITLE:#}  {FAINT}{file}{FAINT:#}",
+        application.name
+    )?;
+    if !application.doc.is_empty() {
+        writeln!(words, "{}", application.doc)?;
+    }
+    let executor = match application.executor {
+        Executor::Threads => "a thread for each schema that is awake",
+        Executor::Pool => "a pool of threads for all schemas",
+    };
+    let mission = application
+        .mission
+        .map(|(instance, port)| variable(application, instance, port));
+    let until = mission.map_or_else(
+        || "runs until it is stopped".to_owned(),
+        |name| format!("done when {name} says so"),
+    );
+    writeln!(words, "{executor}; seed {}; {until}", application.seed)?;
+
+    for group in application.groups.iter().filter(|group| group.father.is_none()) {
+        tell_group(application, group, 0, words)?;
+    }
+    let mut apart = application
+        .instances
+        .iter()
+        .filter(|instance| instance.group.is_none())
+        .peekable();
+    if apart.peek().is_some() {
+        writeln!(words, "\n{TITLE}awake while somebody needs them{TITLE:#}")?;
+    }
+    for instance in apart {
+        tell_instance(application, instance, "", 1, words)?;
+    }
+
+    let contracts = contract(&application.spec());
+    if !contracts.is_empty() {
+        writeln!(
+            words,
+            "\n{TITLE}contracts{TITLE:#}: the longest from a situation to the first iteration of who answers it"
+        )?;
+    }
+    contracts
+        .iter()
+        .try_for_each(|contract| writeln!(words, "  {contract}"))
+}
+
+fn tell_group(
+    application: &Application,
+    group: &Group,
+    depth: usize,
+    words: &mut dyn Write,
+) -> io::Result<()> {
+    let indent = "  ".repeat(depth);
+    let short = group.name.rsplit('/').next().unwrap_or(&group.name);
+    let newline = if depth == 0 { "\n" } else { "" };
+    writeln!(
+        words,
+        "{newline}{indent}{TITLE}{short}{TITLE:#}: {}; nobody ready: {}; patience {}",
+        policy(group.policy),
+        absence(application, group.absence),
+        Millis(group.patience_ns)
+    )?;
+    for member in &group.members {
+        let instance = &application.instances[*member];
+        let role = role(application, *member, group);
+        tell_instance(application, instance, &role, depth + 1, words)?;
+        let own = application
+            .groups
+            .iter()
+            .filter(|group| group.father == Some(*member));
+        for group in own {
+            tell_group(application, group, depth + 2, words)?;
+        }
+    }
+    Ok(())
+}
+
+/// What a member is to its father, if that is not its name.
+fn role(application: &Application, member: usize, group: &Group) -> String {
+    let Some(father) = group.father.map(|father| &application.instances[father]) else {
+        return String::new();
+    };
+    let role = father.children.iter().position(|child| *child == Some(member));
+    let name = role.map(|role| father.schema.children[role].name.as_str());
+    match name {
+        Some(name) if name != application.instances[member].name => format!(" as {name}"),
+        Some(_) | None => String::new(),
+    }
+}
+
+fn tell_instance(
+    application: &Application,
+    instance: &Instance,
+    role: &str,
+    depth: usize,
+    words: &mut dyn Write,
+) -> io::Result<()> {
+    let indent = "  ".repeat(depth);
+    let kind = match instance.schema.kind {
+        Kind::Motor => "",
+        Kind::Perceptive => "perceptive, ",
+        Kind::Driver => "driver, ",
+    };
+    let plugin = &application.plugins[instance.plugin].name;
+    writeln!(
+        words,
+        "{indent}{TITLE}{}{TITLE:#}{role}  {FAINT}{plugin}/{}, {kind}every {}, at most {}{FAINT:#}",
+        instance.name,
+        instance.schema.name,
+        Millis(instance.period_ns),
+        Millis(instance.budget_ns)
+    )?;
+    for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
+        if let Some(line) = bound(application, instance, port, binding) {
+            writeln!(words, "{indent}    {line}")?;
+        }
+    }
+    Ok(())
+}
+
+/// A binding in words; none for what needs none.
+fn bound(application: &Application, instance: &Instance, port: &Port, binding: &Binding) -> Option<String> {
+    let unbound = || format!("{WARN}unbound{WARN:#}");
+    let name = &port.name;
+    match binding {
+        Binding::Export | Binding::Command => None,
+        Binding::Import { source, trigger } => {
+            let source = source.map_or_else(unbound, |(owner, port)| variable(application, owner, port));
+            let trigger = if *trigger { ", which triggers" } else { "" };
+            Some(format!("{name} <- {source}{trigger}"))
+        }
+        Binding::Modulation { initial } => {
+            let Role::Modulation { default, .. } = &port.role else {
+                return None;
+            };
+            let value = shown(&port.value_type, initial, &port.unit);
+            (initial != default).then(|| format!("{name} = {value}"))
+        }
+        Binding::Actuator { target } => {
+            let target = target.map_or_else(unbound, |(owner, port)| variable(application, owner, port));
+            Some(format!("{name} -> {target}"))
+        }
+        Binding::ChildModulation { target } => {
+            let target = match target {
+                Some(ChildTarget::Port(owner, port)) => variable(application, *owner, *port),
+                Some(ChildTarget::Period(owner)) => format!("{}.period", application.instances[*owner].name),
+                None => unbound(),
+            };
+            let Role::ChildModulation { child } = port.role else {
+                return None;
+            };
+            Some(format!(
+                "{}.{name} -> {target}",
+                instance.schema.children[child].name
+            ))
+        }
+    }
+}
+
+fn variable(application: &Application, owner: usize, port: usize) -> String {
+    let owner = &application.instances[owner];
+    format!("{}.{}", owner.name, owner.schema.ports[port].name)
+}
+
+fn policy(policy: Policy) -> String {
+    let name = policy_name(policy);
+    match policy {
+        Policy::Sticky { dwell, hysteresis } => {
+            format!("{name} (dwell {}, hysteresis {hysteresis})", Millis(dwell))
+        }
+        Policy::RoundRobin { turn } => format!("{name} (turn {})", Millis(turn)),
+        Policy::Priority | Policy::HighestUrgency | Policy::Father => name.to_owned(),
+    }
+}
+
+fn absence(application: &Application, absence: Absence) -> String {
+    match absence {
+        Absence::Brake => "brake".to_owned(),
+        Absence::Hold { for_ } => format!("hold for {}, then brake", Millis(for_)),
+        Absence::Fallback(id) => format!("{} wins all the same", application.instances[id.index()].name),
+    }
+}

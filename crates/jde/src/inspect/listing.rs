@@ -1,0 +1,182 @@
+//! Which plugins are found, in which folders, and what is there that cannot be used.
+
+use std::collections::HashMap;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use jde_host::app;
+use jde_host::plugin::{Plugins, SearchPath};
+use serde::Serialize;
+
+use crate::failure::{self, Failure};
+use crate::load::Shelf;
+use crate::places;
+use crate::terminal::{BAD, FAINT, TITLE, WARN};
+
+/// What `jde plugins` tells.
+#[derive(Serialize)]
+pub(crate) struct Listing {
+    folders: Vec<Folder>,
+}
+
+/// A folder that is searched, in the order of the search.
+#[derive(Serialize)]
+struct Folder {
+    path: PathBuf,
+    because: &'static str,
+    exists: bool,
+    plugins: Vec<Found>,
+    unusable: Vec<Unusable>,
+}
+
+#[derive(Serialize)]
+struct Found {
+    name: String,
+    version: String,
+    schemas: Vec<String>,
+    path: PathBuf,
+    /// The file of the same name in an earlier folder, which is taken instead.
+    hidden_by: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Unusable {
+    path: PathBuf,
+    reason: String,
+}
+
+impl Listing {
+    /// Looks into every folder that is searched, for one application or for any.
+    ///
+    /// # Errors
+    /// There is no such application.
+    pub(crate) fn make(application: Option<&Path>) -> Result<Self, Failure> {
+        let file = application.map(places::application).transpose()?;
+        let plugins = Plugins::new(SearchPath::usual(file.as_deref()));
+        let mut path = SearchPath::default();
+        for folder in named_folders(file.as_deref(), &plugins)? {
+            path.push(folder, "named in the application");
+        }
+        for (folder, because) in plugins.search_path().folders() {
+            path.push(folder, because);
+        }
+        let mut seen = HashMap::new();
+        let folders = path
+            .folders()
+            .map(|(folder, because)| look(&plugins, folder, because, &mut seen));
+        Ok(Self {
+            folders: folders.collect(),
+        })
+    }
+
+    /// Tells it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn tell(&self, words: &mut dyn Write) -> io::Result<()> {
+        for folder in &self.folders {
+            let missing = if folder.exists { "" } else { ", not there" };
+            let (shown, because) = (failure::shown(&folder.path), folder.because);
+            writeln!(
+                words,
+                "{TITLE}{shown}{TITLE:#}  {FAINT}({because}{missing}){FAINT:#}"
+            )?;
+            let width = folder
+                .plugins
+                .iter()
+                .map(|plugin| plugin.name.len())
+                .max()
+                .unwrap_or(0);
+            for Found {
+                name,
+                version,
+                schemas,
+                hidden_by,
+                ..
+            } in &folder.plugins
+            {
+                let schemas = schemas.join(", ");
+                write!(words, "  {name:<width$}  {version}  {schemas}")?;
+                if let Some(other) = hidden_by {
+                    write!(words, "  {WARN}hidden by {}{WARN:#}", failure::shown(other))?;
+                }
+                writeln!(words)?;
+            }
+            for Unusable { path, reason } in &folder.unusable {
+                writeln!(words, "  {BAD}{}{BAD:#}: {reason}", failure::shown(path))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The folders that an application names, whatever else is wrong with it.
+fn named_folders(file: Option<&Path>, plugins: &Plugins) -> Result<Vec<PathBuf>, Failure> {
+    let Some(file) = file else { return Ok(Vec::new()) };
+    let shelf = Shelf::new(plugins);
+    if let Err(faults) = app::load(file, &[], &shelf)
+        && !file.is_file()
+    {
+        return Err(Failure::Application {
+            faults,
+            plugin: false,
+        });
+    }
+    Ok(shelf.noticed().folders)
+}
+
+fn look(
+    plugins: &Plugins,
+    path: &Path,
+    because: &'static str,
+    seen: &mut HashMap<String, PathBuf>,
+) -> Folder {
+    let mut folder = Folder {
+        path: path.to_owned(),
+        because,
+        exists: path.is_dir(),
+        plugins: Vec::new(),
+        unusable: Vec::new(),
+    };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(path)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|file| is_library(file))
+        .collect();
+    files.sort();
+    for file in files {
+        match plugins.open(&file) {
+            Ok(plugin) => {
+                let about = &plugin.description;
+                let hidden_by = seen.get(&about.name).cloned();
+                seen.entry(about.name.clone()).or_insert_with(|| file.clone());
+                folder.plugins.push(Found {
+                    name: about.name.clone(),
+                    version: about.version.clone(),
+                    schemas: about.schemas.iter().map(|schema| schema.name.clone()).collect(),
+                    path: file,
+                    hidden_by,
+                });
+            }
+            Err(error) => {
+                let reason =
+                    std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+                let file_name = format!("{}: ", file.display());
+                folder.unusable.push(Unusable {
+                    reason: reason.replace(&file_name, ""),
+                    path: file,
+                });
+            }
+        }
+    }
+    folder
+}
+
+fn is_library(file: &Path) -> bool {
+    let name = file
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default();
+    name.starts_with(std::env::consts::DLL_PREFIX) && name.ends_with(std::env::consts::DLL_SUFFIX)
+}

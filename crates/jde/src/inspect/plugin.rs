@@ -1,0 +1,151 @@
+//! What a plugin says of itself, in words.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use jde_abi::describe::{Plugin, Port, Role, Schema};
+
+use super::value::{short, shown};
+use crate::failure;
+use crate::session::Millis;
+use crate::terminal::{FAINT, TITLE};
+
+/// Ports by what they are for, in the order in which people ask for them.
+const PARTS: [(&str, fn(&Role) -> bool); 6] = [
+    ("imports", |role| matches!(role, Role::Import { .. })),
+    ("exports", |role| matches!(role, Role::Export)),
+    ("modulations", |role| matches!(role, Role::Modulation { .. })),
+    ("commands", |role| matches!(role, Role::Command { .. })),
+    ("actuators", |role| matches!(role, Role::Actuator)),
+    ("writes to children", |role| {
+        matches!(role, Role::ChildModulation { .. })
+    }),
+];
+
+/// Tells all of it.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) -> io::Result<()> {
+    let path = path.map_or_else(|| "linked in".to_owned(), failure::shown);
+    let (major, minor) = plugin.abi;
+    writeln!(
+        words,
+        "{TITLE}{} {}{TITLE:#}  {FAINT}{path}, ABI {major}.{minor}{FAINT:#}",
+        plugin.name, plugin.version
+    )?;
+    if !plugin.doc.is_empty() {
+        writeln!(words, "{}", plugin.doc)?;
+    }
+    plugin
+        .schemas
+        .iter()
+        .try_for_each(|schema| tell_schema(plugin, schema, words))
+}
+
+fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(
+        words,
+        "\n{TITLE}{}/{}{TITLE:#}  {}, every {}, at most {} an iteration",
+        plugin.name,
+        schema.name,
+        schema.kind,
+        Millis(schema.period_ns),
+        Millis(schema.budget_ns)
+    )?;
+    if !schema.doc.is_empty() {
+        writeln!(words, "{}", schema.doc)?;
+    }
+    if schema.arbitrates {
+        writeln!(words, "Arbitrates among its children itself.")?;
+    }
+    for (title, belongs) in PARTS {
+        let ports: Vec<_> = schema.ports.iter().filter(|port| belongs(&port.role)).collect();
+        let rows = ports
+            .iter()
+            .map(|port| [name(schema, port), facts(port), doc(&port.doc)]);
+        tell_part(title, rows.collect(), words)?;
+    }
+    let rows = schema.children.iter().map(|child| {
+        let kind = if child.motor {
+            format!("motor, group {}", child.group)
+        } else {
+            "perceptive".to_owned()
+        };
+        [
+            child.name.clone(),
+            kind + optional(child.optional),
+            doc(&child.doc),
+        ]
+    });
+    tell_part("children", rows.collect(), words)
+}
+
+fn tell_part(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let width = |column: usize| {
+        rows.iter()
+            .map(|row| row[column].chars().count())
+            .max()
+            .unwrap_or(0)
+    };
+    let (first, second) = (width(0), width(1));
+    writeln!(words, "  {TITLE}{title}{TITLE:#}")?;
+    for [name, facts, doc] in &rows {
+        let line = format!("    {name:<first$}  {facts:<second$}  {FAINT}{doc}{FAINT:#}");
+        writeln!(words, "{}", line.trim_end())?;
+    }
+    Ok(())
+}
+
+/// A port's name; that of a child's modulation begins with the child's.
+fn name(schema: &Schema, port: &Port) -> String {
+    match port.role {
+        Role::ChildModulation { child } => format!("{}.{}", schema.children[child].name, port.name),
+        _ => port.name.clone(),
+    }
+}
+
+fn facts(port: &Port) -> String {
+    let value_type = short(&port.value_type);
+    let of_type = |bytes: &[u8]| shown(&port.value_type, bytes, &port.unit);
+    let facts = match &port.role {
+        Role::Import { trigger: true } => format!("{value_type}, triggers"),
+        Role::Import { trigger: false } | Role::Export | Role::Actuator | Role::ChildModulation { .. } => {
+            value_type.to_owned()
+        }
+        Role::Modulation {
+            default,
+            range,
+            fixed,
+        } => {
+            let range = match range {
+                (None, None) => String::new(),
+                (Some(least), None) => format!(", at least {least}"),
+                (None, Some(most)) => format!(", at most {most}"),
+                (Some(least), Some(most)) => format!(", {least} to {most}"),
+            };
+            let fixed = if *fixed { ", read on awakening" } else { "" };
+            format!("{value_type} = {}{range}{fixed}", of_type(default))
+        }
+        Role::Command { neutral, validity_ns } => {
+            format!(
+                "{value_type}, in force for {}, neutral {}",
+                Millis(*validity_ns),
+                of_type(neutral)
+            )
+        }
+    };
+    facts + optional(port.optional)
+}
+
+fn optional(optional: bool) -> &'static str {
+    if optional { ", optional" } else { "" }
+}
+
+/// Documentation on one line.
+fn doc(doc: &str) -> String {
+    doc.split_whitespace().collect::<Vec<_>>().join(" ")
+}

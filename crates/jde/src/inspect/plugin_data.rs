@@ -1,0 +1,145 @@
+//! What a plugin says of itself, as data for tools: the object that `jde describe --json` prints.
+
+use std::path::{Path, PathBuf};
+
+use jde_abi::describe::{Child, Plugin, Port, Role, Schema};
+use serde::Serialize;
+
+use super::value;
+
+/// A plugin.
+#[derive(Serialize)]
+pub(crate) struct PluginData {
+    name: String,
+    version: String,
+    doc: String,
+    abi: String,
+    path: Option<PathBuf>,
+    schemas: Vec<SchemaData>,
+}
+
+#[derive(Serialize)]
+struct SchemaData {
+    name: String,
+    kind: String,
+    doc: String,
+    period_ns: u64,
+    budget_ns: u64,
+    arbitrates: bool,
+    ports: Vec<PortData>,
+    children: Vec<ChildData>,
+}
+
+#[derive(Serialize)]
+struct PortData {
+    name: String,
+    #[serde(flatten)]
+    role: RoleData,
+    #[serde(rename = "type")]
+    value_type: String,
+    unit: String,
+    doc: String,
+    optional: bool,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "role", rename_all = "kebab-case")]
+enum RoleData {
+    Import {
+        trigger: bool,
+    },
+    Export,
+    Modulation {
+        default: serde_json::Value,
+        min: Option<f64>,
+        max: Option<f64>,
+        fixed: bool,
+    },
+    Command {
+        neutral: serde_json::Value,
+        validity_ns: u64,
+    },
+    Actuator,
+    ChildModulation {
+        child: String,
+    },
+}
+
+#[derive(Serialize)]
+struct ChildData {
+    role: String,
+    kind: &'static str,
+    group: String,
+    doc: String,
+    optional: bool,
+}
+
+impl PluginData {
+    /// What a plugin says of itself, and the file it came from.
+    pub(crate) fn of(plugin: &Plugin, path: Option<&Path>) -> Self {
+        Self {
+            name: plugin.name.clone(),
+            version: plugin.version.clone(),
+            doc: plugin.doc.clone(),
+            abi: format!("{}.{}", plugin.abi.0, plugin.abi.1),
+            path: path.map(Path::to_owned),
+            schemas: plugin.schemas.iter().map(schema).collect(),
+        }
+    }
+}
+
+fn schema(schema: &Schema) -> SchemaData {
+    SchemaData {
+        name: schema.name.clone(),
+        kind: schema.kind.to_string(),
+        doc: schema.doc.clone(),
+        period_ns: schema.period_ns,
+        budget_ns: schema.budget_ns,
+        arbitrates: schema.arbitrates,
+        ports: schema.ports.iter().map(|it| port(schema, it)).collect(),
+        children: schema.children.iter().map(child).collect(),
+    }
+}
+
+fn port(schema: &Schema, port: &Port) -> PortData {
+    let json = |bytes: &[u8]| value::json(&value::plain(&port.value_type, bytes));
+    PortData {
+        name: port.name.clone(),
+        role: match &port.role {
+            Role::Import { trigger } => RoleData::Import { trigger: *trigger },
+            Role::Export => RoleData::Export,
+            Role::Modulation {
+                default,
+                range,
+                fixed,
+            } => RoleData::Modulation {
+                default: json(default),
+                min: range.0,
+                max: range.1,
+                fixed: *fixed,
+            },
+            Role::Command { neutral, validity_ns } => RoleData::Command {
+                neutral: json(neutral),
+                validity_ns: *validity_ns,
+            },
+            Role::Actuator => RoleData::Actuator,
+            Role::ChildModulation { child } => RoleData::ChildModulation {
+                child: schema.children[*child].name.clone(),
+            },
+        },
+        value_type: port.value_type.name.clone(),
+        unit: port.unit.clone(),
+        doc: port.doc.clone(),
+        optional: port.optional,
+    }
+}
+
+fn child(child: &Child) -> ChildData {
+    ChildData {
+        role: child.name.clone(),
+        kind: if child.motor { "motor" } else { "perceptive" },
+        group: child.group.clone(),
+        doc: child.doc.clone(),
+        optional: child.optional,
+    }
+}

@@ -1,0 +1,175 @@
+//! What of the log is shown: `--log vff=debug,info`. Parses and decides; shows nothing.
+
+use std::str::FromStr;
+
+use tracing::Level;
+use tracing::level_filters::LevelFilter;
+
+/// Names that changes of state go by.
+const STATE: &str = "state";
+/// Their target.
+pub(crate) const STATE_TARGET: &str = "jde::state";
+/// Levels, the quietest first.
+const LEVELS: [(&str, LevelFilter); 6] = [
+    ("off", LevelFilter::OFF),
+    ("error", LevelFilter::ERROR),
+    ("warn", LevelFilter::WARN),
+    ("info", LevelFilter::INFO),
+    ("debug", LevelFilter::DEBUG),
+    ("trace", LevelFilter::TRACE),
+];
+
+/// Which lines of the log are shown: those of a level for everyone, others by schema.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Filter {
+    everyone: LevelFilter,
+    states: Option<LevelFilter>,
+    schemas: Vec<(String, LevelFilter)>,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self {
+            everyone: LevelFilter::WARN,
+            states: None,
+            schemas: Vec::new(),
+        }
+    }
+}
+
+impl Filter {
+    /// The level beyond which nothing is shown at all.
+    pub(crate) fn most(&self) -> LevelFilter {
+        let schemas = self.schemas.iter().map(|(_, level)| *level);
+        schemas.chain(self.states).fold(self.everyone, Ord::max)
+    }
+
+    /// Whether a line is shown.
+    pub(crate) fn shows(&self, target: &str, schema: Option<&str>, level: Level) -> bool {
+        let own = schema.and_then(|name| self.schemas.iter().find(|(known, _)| known == name));
+        let by_schema = own.map_or(self.everyone, |(_, level)| *level);
+        let by_state = self.states.filter(|_| target == STATE_TARGET);
+        by_state.map_or(by_schema, |state| {
+            state.max(own.map_or(LevelFilter::OFF, |(_, level)| *level))
+        }) >= level
+    }
+
+    /// Checks that every schema it names is there.
+    ///
+    /// # Errors
+    /// The first that is not, and the nearest that is.
+    pub(crate) fn check<'n>(
+        &self,
+        known: impl Iterator<Item = &'n str> + Clone,
+    ) -> Result<(), (String, String)> {
+        for (name, _) in &self.schemas {
+            if known.clone().any(|known| known == name) {
+                continue;
+            }
+            let near = known
+                .clone()
+                .map(|known| (strsim::damerau_levenshtein(known, name), known))
+                .filter(|(distance, known)| *distance <= (known.len() / 3).max(1))
+                .min();
+            let help = match near {
+                Some((_, near)) => format!("did you mean `{near}`?"),
+                None => format!("its schemas: {}", known.collect::<Vec<_>>().join(", ")),
+            };
+            return Err((
+                format!("--log names `{name}`, and the application has no such schema"),
+                help,
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for Filter {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut filter = Self::default();
+        for part in text.split(',').map(str::trim) {
+            match part.split_once('=') {
+                None => filter.everyone = level(part)?,
+                Some((STATE, wanted)) => filter.states = Some(level(wanted)?),
+                Some(("", _)) => return Err(format!("`{part}` names no schema; write schema=level")),
+                Some((schema, wanted)) => filter.schemas.push((schema.trim().to_owned(), level(wanted)?)),
+            }
+        }
+        Ok(filter)
+    }
+}
+
+fn level(text: &str) -> Result<LevelFilter, String> {
+    let text = text.trim();
+    let found = LEVELS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
+    found.map(|(_, level)| *level).ok_or_else(|| {
+        let names: Vec<_> = LEVELS.iter().map(|(name, _)| *name).collect();
+        format!(
+            "`{text}` is no level; write {}, or schema=level",
+            names.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filter(text: &str) -> Filter {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn a_schema_has_its_own_level_and_the_rest_the_common_one() {
+        let filter = filter("vff=debug,info");
+        assert!(filter.shows("jde::schema", Some("vff"), Level::DEBUG));
+        assert!(!filter.shows("jde::schema", Some("goon"), Level::DEBUG));
+        assert!(filter.shows("jde::schema", Some("goon"), Level::INFO));
+        assert_eq!(filter.most(), LevelFilter::DEBUG);
+    }
+
+    #[test]
+    fn changes_of_state_are_shown_when_asked_for() {
+        assert!(filter("state=trace").shows(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(!filter("state=trace").shows("jde::schema", Some("goon"), Level::TRACE));
+        assert!(!filter("info").shows(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(filter("goon=trace").shows(STATE_TARGET, Some("goon"), Level::TRACE));
+        assert!(!filter("goon=trace").shows(STATE_TARGET, Some("vff"), Level::TRACE));
+        assert!(filter("trace,state=off").shows("jde::schema", Some("goon"), Level::TRACE));
+        assert!(!filter("trace,state=off").shows(STATE_TARGET, Some("goon"), Level::TRACE));
+    }
+
+    #[test]
+    fn without_a_word_warnings_and_errors_are_shown() {
+        let filter = Filter::default();
+        assert!(filter.shows("jde_host", None, Level::WARN));
+        assert!(!filter.shows("jde_host", None, Level::INFO));
+        assert!(!self::filter("off").shows("jde_host", None, Level::ERROR));
+    }
+
+    #[test]
+    fn what_is_no_level_is_refused_with_the_levels_there_are() {
+        let error = "goon=dbug".parse::<Filter>().unwrap_err();
+        assert_eq!(
+            error,
+            "`dbug` is no level; write off, error, warn, info, debug, trace, or schema=level"
+        );
+        assert_eq!(
+            "=info".parse::<Filter>().unwrap_err(),
+            "`=info` names no schema; write schema=level"
+        );
+    }
+
+    #[test]
+    fn a_schema_that_is_not_there_is_refused_with_the_nearest_that_is() {
+        let known = ["goon", "vff"];
+        assert_eq!(filter("goon=debug").check(known.into_iter()), Ok(()));
+        let (message, help) = filter("gonn=debug").check(known.into_iter()).unwrap_err();
+        assert!(message.contains("`gonn`"), "{message}");
+        assert_eq!(help, "did you mean `goon`?");
+        let (_, help) = filter("wheels=debug").check(known.into_iter()).unwrap_err();
+        assert_eq!(help, "its schemas: goon, vff");
+    }
+}

@@ -1,0 +1,213 @@
+//! The log of host and schemas: lines on standard error, or kept for the oscilloscope while that has the screen.
+//!
+//! A line that nobody reads is dropped; logging never fails and never waits for a reader.
+
+mod filter;
+
+use std::collections::VecDeque;
+use std::fmt::{self, Write as _};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use anstyle::Style;
+use jde_host::Handle;
+use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
+use tracing::subscriber::Interest;
+use tracing::{Event, Level, Metadata, Subscriber, span};
+
+use crate::terminal::{self, BAD, FAINT, WARN};
+
+pub(crate) use filter::Filter;
+
+/// Lines kept while the oscilloscope has the screen: more than it can show.
+const KEPT: usize = 200;
+
+/// The log of this process.
+#[derive(Clone)]
+pub(crate) struct Log(Arc<Mutex<Sink>>);
+
+#[derive(Default)]
+struct Sink {
+    /// Whose time the lines carry.
+    clock: Option<Handle>,
+    /// Lines kept instead of written.
+    kept: Option<VecDeque<String>>,
+}
+
+struct Listener {
+    filter: Filter,
+    log: Log,
+}
+
+impl Log {
+    /// Hears everything in this process from now on that `filter` lets through.
+    pub(crate) fn start(filter: Filter) -> Self {
+        let log = Self(Arc::default());
+        let listener = Listener {
+            filter,
+            log: log.clone(),
+        };
+        // Another one is there only if this is called twice; the first stays.
+        let _ = tracing::subscriber::set_global_default(listener);
+        log
+    }
+
+    /// Gives lines the time of this application, until [`Self::forget`].
+    pub(crate) fn follow(&self, handle: &Handle) {
+        self.sink().clock = Some(handle.clone());
+    }
+
+    /// Lets go of the application.
+    pub(crate) fn forget(&self) {
+        self.sink().clock = None;
+    }
+
+    /// Keeps lines from now on, or writes those kept and all that follow.
+    pub(crate) fn keep(&self, keep: bool) {
+        let mut sink = self.sink();
+        let kept = std::mem::replace(&mut sink.kept, keep.then(VecDeque::new));
+        for line in kept.into_iter().flatten() {
+            write(&line);
+        }
+    }
+
+    /// The lines kept, oldest first.
+    pub(crate) fn kept(&self) -> Vec<String> {
+        self.sink().kept.iter().flatten().cloned().collect()
+    }
+
+    fn sink(&self) -> MutexGuard<'_, Sink> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn say(&self, level: Level, line: &Line) {
+        let mut sink = self.sink();
+        let time = sink
+            .clock
+            .as_ref()
+            .map_or(0.0, |handle| handle.now() as f64 / 1e9);
+        match &mut sink.kept {
+            Some(kept) => {
+                if kept.len() == KEPT {
+                    kept.pop_front();
+                }
+                kept.push_back(format!("{time:.3} {} {line}", name(level)));
+            }
+            None => {
+                let style = style(level);
+                write(&format!(
+                    "{time:>9.3} s  {style}{:<5}{style:#} {line}",
+                    name(level)
+                ));
+            }
+        }
+    }
+}
+
+impl Subscriber for Listener {
+    fn register_callsite(&self, metadata: &'static Metadata<'static>) -> Interest {
+        if self.enabled(metadata) {
+            Interest::always()
+        } else {
+            Interest::never()
+        }
+    }
+
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.is_event() && *metadata.level() <= self.filter.most()
+    }
+
+    fn max_level_hint(&self) -> Option<LevelFilter> {
+        Some(self.filter.most())
+    }
+
+    fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
+        span::Id::from_u64(1)
+    }
+
+    fn record(&self, _: &span::Id, _: &span::Record<'_>) {}
+
+    fn record_follows_from(&self, _: &span::Id, _: &span::Id) {}
+
+    fn event(&self, event: &Event<'_>) {
+        let metadata = event.metadata();
+        let mut line = Line::default();
+        event.record(&mut line);
+        if self
+            .filter
+            .shows(metadata.target(), line.schema.as_deref(), *metadata.level())
+        {
+            self.log.say(*metadata.level(), &line);
+        }
+    }
+
+    fn enter(&self, _: &span::Id) {}
+
+    fn exit(&self, _: &span::Id) {}
+}
+
+/// An event in words.
+#[derive(Default)]
+struct Line {
+    schema: Option<String>,
+    message: String,
+    rest: String,
+}
+
+impl Visit for Line {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        match field.name() {
+            "schema" => self.schema = Some(value.to_owned()),
+            "message" => self.message.push_str(value),
+            name => {
+                let _ = write!(self.rest, " {name}={value}");
+            }
+        }
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        let _ = match field.name() {
+            "message" => write!(self.message, "{value:?}"),
+            name => write!(self.rest, " {name}={value:?}"),
+        };
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(schema) = &self.schema {
+            write!(f, "{schema}: ")?;
+        }
+        let rest = if self.message.is_empty() {
+            self.rest.trim_start()
+        } else {
+            &self.rest
+        };
+        // One event is one line, whatever a schema says.
+        f.write_str(&self.message.replace('\n', "; "))?;
+        f.write_str(rest)
+    }
+}
+
+fn write(line: &str) {
+    let _ = writeln!(terminal::err(), "{line}");
+}
+
+fn name(level: Level) -> &'static str {
+    match level {
+        Level::ERROR => "error",
+        Level::WARN => "warn",
+        Level::INFO => "info",
+        Level::DEBUG => "debug",
+        Level::TRACE => "trace",
+    }
+}
+
+fn style(level: Level) -> Style {
+    match level {
+        Level::ERROR => BAD,
+        Level::WARN => WARN,
+        Level::INFO => Style::new(),
+        Level::DEBUG | Level::TRACE => FAINT,
+    }
+}

@@ -1,0 +1,201 @@
+//! Writes schemas, drivers and applications to begin with, from the templates beside this crate's sources.
+//!
+//! It never writes into a folder that is there already.
+
+mod name;
+
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use crate::failure::{self, Failure};
+use crate::places;
+use crate::terminal::{self, FAINT, TITLE};
+use name::Name;
+
+/// What can be begun.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A motor schema.
+    Schema,
+    /// A driver.
+    Driver,
+    /// An application of the schemas there are.
+    Application,
+}
+
+/// A file of a template: where it goes, and its text.
+type Template = (&'static str, &'static str);
+
+const SCHEMA: &[Template] = &[
+    (
+        "Cargo.toml",
+        include_str!("../../templates/schema/Cargo.toml.txt"),
+    ),
+    ("src/lib.rs", include_str!("../../templates/schema/src/lib.rs")),
+    ("app.toml", include_str!("../../templates/schema/app.toml")),
+    ("world.toml", include_str!("../../templates/schema/world.toml")),
+    ("README.md", include_str!("../../templates/schema/README.md")),
+    (".gitignore", "/target\n"),
+];
+const DRIVER: &[Template] = &[
+    (
+        "Cargo.toml",
+        include_str!("../../templates/driver/Cargo.toml.txt"),
+    ),
+    ("src/lib.rs", include_str!("../../templates/driver/src/lib.rs")),
+    ("app.toml", include_str!("../../templates/driver/app.toml")),
+    ("README.md", include_str!("../../templates/driver/README.md")),
+    (".gitignore", "/target\n"),
+];
+const APPLICATION: &[Template] = &[
+    ("app.toml", include_str!("../../templates/app/app.toml")),
+    ("world.toml", include_str!("../../templates/app/world.toml")),
+    ("README.md", include_str!("../../templates/app/README.md")),
+];
+
+impl Kind {
+    fn templates(self) -> &'static [Template] {
+        match self {
+            Self::Schema => SCHEMA,
+            Self::Driver => DRIVER,
+            Self::Application => APPLICATION,
+        }
+    }
+
+    /// What to type next, in the new folder.
+    fn next(self) -> &'static [&'static str] {
+        match self {
+            Self::Schema => &["cargo build", "cargo test", "__jde__ run app.toml"],
+            Self::Driver => &[
+                "cargo build",
+                "cargo test",
+                "__jde__ run app.toml --log exercise=info",
+            ],
+            Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
+        }
+    }
+}
+
+/// Writes it into a folder of its name, and says what to do next.
+///
+/// # Errors
+/// A name that cannot be one, a folder that is there already, or files that cannot be written.
+pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
+    let templates = kind.templates();
+    let taken = |word: &str| templates.iter().any(|(file, text)| is_taken(file, text, word));
+    let name = Name::new(name, taken).map_err(|wrong| {
+        Failure::usage(
+            wrong,
+            "write small letters and digits, with single hyphens between: follow-wall",
+        )
+    })?;
+    let folder = folder.join(&name.kebab);
+    make(&folder)?;
+    let jde = program();
+    for (file, text) in templates {
+        let path = folder.join(file);
+        let text = text
+            .replace("__name__", &name.kebab)
+            .replace("__Name__", &name.camel)
+            .replace("__sdk__", &sdk())
+            .replace("__jde__", &jde);
+        let made = path
+            .parent()
+            .map_or(Ok(()), fs::create_dir_all)
+            .and_then(|()| fs::write(&path, text));
+        made.map_err(Failure::file(&path))?;
+    }
+    let mut out = terminal::out();
+    let shown = failure::shown(&folder);
+    writeln!(
+        out,
+        "{TITLE}{shown}{TITLE:#} is made {FAINT}(its README.md says what is what){FAINT:#}; next:\n"
+    )?;
+    writeln!(out, "  cd {shown}")?;
+    for line in kind.next() {
+        writeln!(out, "  {}", line.replace("__jde__", &jde))?;
+    }
+    Ok(())
+}
+
+/// Makes the folder, which must not be there.
+fn make(folder: &Path) -> Result<(), Failure> {
+    let parent = folder.parent().map_or(Ok(()), fs::create_dir_all);
+    match parent.and_then(|()| fs::create_dir(folder)) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::usage(
+            format!("{} is there already", failure::shown(folder)),
+            "choose another name, or another folder with --path",
+        )),
+        Err(error) => Err(Failure::file(folder)(error)),
+    }
+}
+
+/// How a package depends on the SDK: on the checkout this program was built from, or on a published version.
+fn sdk() -> String {
+    let path = places::checkout().join("crates/schema");
+    if path.join("Cargo.toml").is_file() {
+        // Escaped as a TOML text, which is a debug text but for characters that no path of a checkout has.
+        format!("{{ path = {:?} }}", path.display().to_string())
+    } else {
+        format!("{:?}", env!("CARGO_PKG_VERSION"))
+    }
+}
+
+/// How the user calls this program: by its name if that finds it, else by its path.
+fn program() -> String {
+    let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("jde"));
+    let found = std::env::var_os("PATH").and_then(|path| {
+        std::env::split_paths(&path)
+            .map(|folder| folder.join("jde"))
+            .find(|file| file.is_file())
+    });
+    let same = |file: PathBuf| file.canonicalize().ok() == own.canonicalize().ok();
+    if found.is_some_and(same) {
+        "jde".to_owned()
+    } else {
+        own.display().to_string()
+    }
+}
+
+/// Whether a file of a template uses a name for something else: a type in Rust, an instance in an application.
+fn is_taken(file: &str, text: &str, name: &str) -> bool {
+    if !file.ends_with(".rs") {
+        return text.contains(&format!("[schemas.{name}]"));
+    }
+    let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let mut words = code.flat_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_'));
+    name.starts_with(char::is_uppercase) && words.any(|word| word == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_template_takes_its_types_and_its_instances_and_no_other_words() {
+        let taken = |kind: Kind, name| {
+            kind.templates()
+                .iter()
+                .any(|(file, text)| is_taken(file, text, name))
+        };
+        assert!(taken(Kind::Schema, "Twist"));
+        assert!(taken(Kind::Schema, "pioneer"));
+        assert!(taken(Kind::Driver, "Jaws"));
+        assert!(taken(Kind::Application, "guide"));
+        for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
+            assert!(!taken(Kind::Schema, name) && !taken(Kind::Driver, name), "{name}");
+        }
+    }
+
+    #[test]
+    fn templates_hold_no_mark_that_nobody_fills_in() {
+        for (file, text) in [SCHEMA, DRIVER, APPLICATION].concat() {
+            let filled = ["__name__", "__Name__", "__sdk__", "__jde__"]
+                .iter()
+                .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
+            assert!(!filled.contains("__"), "{file}");
+        }
+    }
+}

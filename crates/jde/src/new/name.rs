@@ -1,0 +1,92 @@
+//! Names for new things: one that a folder, a package, a schema and a Rust type can have.
+
+/// Longest name: it stands in every line of the oscilloscope.
+const LONGEST: usize = 32;
+/// What no Rust package can be called, and the plugins that are there already.
+const RESERVED: &str = "abstract alloc as async await become box break build carmen const continue core crate deps do dyn else \
+    enum example examples extern false family final fn for gen goon if impl in incremental jde-schema jde-types let loop \
+    macro match mod move mut override pair priv proc-macro pub ref return self sim static std stop struct super test trait \
+    true try type typeof unsafe unsized use vff virtual where while yield";
+
+/// A name in the two ways it is written.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Name {
+    /// "follow-wall".
+    pub(super) kebab: String,
+    /// "FollowWall".
+    pub(super) camel: String,
+}
+
+impl Name {
+    /// Checks a name; `taken` says whether the template has a word for something else.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn new(text: &str, taken: impl Fn(&str) -> bool) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split('-').collect();
+        let sound = |part: &&str| {
+            !part.is_empty() && part.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
+        };
+        let begins = text.starts_with(|c: char| c.is_ascii_lowercase());
+        if !begins || !parts.iter().all(sound) {
+            return Err(format!("`{}` cannot be a name", text.escape_debug()));
+        }
+        if text.len() > LONGEST {
+            return Err(format!(
+                "`{text}` is too long for a name; {LONGEST} letters is the most"
+            ));
+        }
+        let camel: String = parts
+            .iter()
+            .map(|part| part[..1].to_ascii_uppercase() + &part[1..])
+            .collect();
+        if RESERVED.split(' ').any(|word| word == text) || taken(text) || taken(&camel) {
+            return Err(format!("the name `{text}` is taken"));
+        }
+        Ok(Self {
+            kebab: text.to_owned(),
+            camel,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Name;
+
+    #[test]
+    fn a_name_is_written_with_hyphens_and_as_a_type() {
+        let name = Name::new("follow-wall-2", |_| false).unwrap();
+        assert_eq!(
+            (name.kebab.as_str(), name.camel.as_str()),
+            ("follow-wall-2", "FollowWall2")
+        );
+    }
+
+    #[test]
+    fn what_a_package_or_a_type_cannot_be_called_is_refused() {
+        for text in [
+            "",
+            "-",
+            "a--b",
+            "-a",
+            "a-",
+            "2a",
+            "Follow",
+            "follow_wall",
+            "../up",
+            "a b",
+            "ä",
+            "fn",
+            "stop",
+        ] {
+            assert!(Name::new(text, |_| false).is_err(), "{text}");
+        }
+        assert!(Name::new(&"a".repeat(33), |_| false).is_err());
+    }
+
+    #[test]
+    fn a_name_that_the_template_needs_is_refused() {
+        assert!(Name::new("twist", |word| word == "Twist").is_err());
+    }
+}

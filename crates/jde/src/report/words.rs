@@ -1,0 +1,131 @@
+//! The summary of a run in words.
+
+use std::io::{self, Write};
+
+use super::Summary;
+use super::summary::{Ending, GroupSummary, SchemaSummary};
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+
+/// Tells what came of a run.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(words)?;
+    headline(summary, words)?;
+    for group in summary.groups.iter().filter(|group| !group.winners.is_empty()) {
+        tell_group(group, words)?;
+    }
+    let sum = |of: fn(&SchemaSummary) -> u64| -> u64 { summary.schemas.iter().map(of).sum() };
+    let counts = [
+        ("faults", sum(|schema| schema.faults)),
+        ("overruns", sum(|schema| schema.overruns)),
+        ("refused", sum(|schema| schema.refused)),
+    ];
+    let words_of = counts.map(|(what, count)| {
+        if count == 0 {
+            format!("no {what}")
+        } else {
+            format!("{count} {what}")
+        }
+    });
+    writeln!(words, "\n{}", words_of.join(", "))?;
+    let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
+    for schema in summary.schemas.iter().filter(troubled) {
+        let SchemaSummary {
+            schema,
+            iterations,
+            overruns,
+            refused,
+            faults,
+        } = schema;
+        writeln!(
+            words,
+            "  {schema}: {faults} faults, {overruns} overruns, {refused} refused in {iterations} iterations"
+        )?;
+    }
+    Ok(())
+}
+
+fn headline(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
+    let (style, how) = match summary.outcome {
+        Ending::Done => (GOOD, "the mission is done"),
+        Ending::Failed => (BAD, "the mission failed"),
+        Ending::Broken => (BAD, "the application could not go on"),
+        Ending::TimeUp if summary.has_mission => (BAD, "the time was up before the mission was done"),
+        Ending::TimeUp => (TITLE, "the time is up"),
+        Ending::Stopped => (TITLE, "stopped"),
+    };
+    write!(
+        words,
+        "{TITLE}{}{TITLE:#}: {style}{how}{style:#}",
+        summary.application
+    )?;
+    if !summary.note.is_empty() {
+        write!(words, " ({})", summary.note)?;
+    }
+    if let (Some(reached), Some(targets)) = (summary.reached, summary.targets) {
+        write!(words, "; {reached} of {targets} targets")?;
+    }
+    writeln!(words, " in {:.1} s", summary.sim_seconds)?;
+    match summary.collisions {
+        None => {}
+        Some(0) => write!(words, "no collision")?,
+        Some(1) => write!(words, "{BAD}1 collision{BAD:#}")?,
+        Some(many) => write!(words, "{BAD}{many} collisions{BAD:#}")?,
+    }
+    if let Some(clearance) = summary.min_clearance_m {
+        write!(words, ", never nearer than {clearance:.2} m to anything")?;
+    }
+    if summary.collisions.is_some() {
+        writeln!(words)?;
+    }
+    Ok(())
+}
+
+fn tell_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
+    let width = group
+        .winners
+        .iter()
+        .map(|share| share.schema.len())
+        .max()
+        .unwrap_or(0)
+        .max("nobody".len());
+    writeln!(
+        words,
+        "\n{TITLE}{}{TITLE:#}{FAINT}, as WINNER{FAINT:#}",
+        group.group
+    )?;
+    for share in &group.winners {
+        writeln!(
+            words,
+            "  {:<width$}  {:>8.1} s  {:>5.1} %  {FAINT}{:>5} takeovers{FAINT:#}",
+            share.schema,
+            share.seconds,
+            share.share * 100.0,
+            share.takeovers
+        )?;
+    }
+    // Less than a cycle is the handovers themselves.
+    if group.nobody_seconds >= 0.05 {
+        writeln!(
+            words,
+            "  {FAINT}{:<width$}  {:>8.1} s{FAINT:#}",
+            "nobody", group.nobody_seconds
+        )?;
+    }
+    if let Some(worst) = group.worst_takeover_us {
+        let style = if worst > group.allowed_takeover_us {
+            WARN
+        } else {
+            FAINT
+        };
+        writeln!(
+            words,
+            "  {style}worst takeover {:.1} ms; its contract allows {:.1} ms{style:#}",
+            worst / 1e3,
+            group.allowed_takeover_us / 1e3
+        )?;
+    }
+    Ok(())
+}

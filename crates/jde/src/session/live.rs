@@ -1,0 +1,66 @@
+//! A running application as the oscilloscope sees it.
+
+use std::sync::{Mutex, PoisonError};
+
+use jde_host::Handle;
+use jde_host::event::Outcome;
+use jde_host::snapshot::Snapshot;
+
+use super::sight::Sight;
+use crate::log::Log;
+use crate::top::{Action, Application, RobotView};
+
+/// An application in this process.
+pub(crate) struct Live<'l> {
+    handle: Handle,
+    sight: Mutex<Sight>,
+    log: &'l Log,
+}
+
+impl<'l> Live<'l> {
+    /// Shows this application, and the lines that the log keeps.
+    pub(crate) fn new(handle: Handle, log: &'l Log) -> Self {
+        let sight = Mutex::new(Sight::new(&handle));
+        Self { handle, sight, log }
+    }
+}
+
+impl Application for Live<'_> {
+    fn snapshot(&self) -> Snapshot {
+        self.handle.snapshot()
+    }
+
+    fn robot(&self) -> Option<RobotView> {
+        let seen = self.sight.lock().unwrap_or_else(PoisonError::into_inner).look();
+        // The target is in the frame of the odometry, so the robot is shown in it too.
+        let pose = seen.odometry.or(seen.truth)?;
+        let mission = seen.mission;
+        Some(RobotView {
+            pose: (pose.x, pose.y, pose.theta),
+            target: mission
+                .as_ref()
+                .filter(|mission| mission.reached < mission.total)
+                .map(|mission| mission.target),
+            reached: mission.as_ref().map_or(0, |mission| mission.reached),
+            total: mission.as_ref().map_or(0, |mission| mission.total),
+        })
+    }
+
+    fn act(&self, action: Action) -> Result<(), String> {
+        match action {
+            Action::Play(schema) => self.handle.play(schema),
+            Action::Stop(schema) => self.handle.hold_asleep(schema),
+            Action::Force(schema) => self.handle.force(schema),
+            Action::Release(schema) => self.handle.release(schema),
+            Action::Period(schema, period) => self.handle.set_period(schema, period),
+        }
+    }
+
+    fn outcome(&self) -> Option<Outcome> {
+        self.handle.outcome()
+    }
+
+    fn log_lines(&self) -> Vec<String> {
+        self.log.kept()
+    }
+}

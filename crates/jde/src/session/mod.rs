@@ -1,0 +1,213 @@
+//! One run of an application, from start to rest: in real time under the oscilloscope or told line by line, or in lockstep.
+
+mod digest;
+mod interrupt;
+mod live;
+mod progress;
+mod recorder;
+mod sight;
+mod tally;
+mod trace;
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::Sender;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+use jde_host::app::Application;
+use jde_host::event::{Event, Outcome};
+use jde_host::plugin::Plugins;
+use jde_host::{Handle, Lockstep, Options, Running};
+
+use crate::failure::Failure;
+use crate::load::Loaded;
+use crate::log::Log;
+use crate::report::Summary;
+use crate::terminal::Words;
+use crate::{report, top};
+use digest::Digested;
+use interrupt::Interrupts;
+use live::Live;
+use progress::Progress;
+use recorder::{Recorder, SAMPLE};
+
+pub(crate) use progress::{Millis, Telling};
+pub(crate) use recorder::Kept;
+pub(crate) use trace::{Sample, Trace};
+
+/// How to run an application.
+pub(crate) struct How {
+    /// In virtual time.
+    pub(crate) lockstep: bool,
+    /// End when the application's time is this, ns.
+    pub(crate) limit: Option<Nanos>,
+    /// Seconds of the application in a second of the machine; real time only.
+    pub(crate) speed: f64,
+    /// What is shown meanwhile.
+    pub(crate) view: View,
+    /// Where words go.
+    pub(crate) words: Words,
+    /// Where to write the decisions.
+    pub(crate) decisions: Option<PathBuf>,
+    /// Where to draw the drive.
+    pub(crate) picture: Option<PathBuf>,
+}
+
+/// What is shown while an application runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum View {
+    /// The oscilloscope; real time only.
+    Screen,
+    /// Lines.
+    Lines(Telling),
+}
+
+/// A run that has ended.
+pub(crate) struct Finished {
+    /// What came of it.
+    pub(crate) summary: Summary,
+    /// Where words go.
+    pub(crate) words: Words,
+}
+
+/// Runs an application until it ends or is stopped, and brings it to rest.
+///
+/// # Errors
+/// It did not start, or what was to be told or written could not be.
+pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failure> {
+    let Loaded { application, plugins } = loaded;
+    // Before the start: nobody wants to hear after a long run that its files cannot be written.
+    let decisions = how.decisions.as_deref().map(create).transpose()?;
+    drop(how.picture.as_deref().map(create).transpose()?);
+    let world = report::world(&application);
+    let trace = how.picture.is_some().then(|| Trace::new(world.is_none()));
+    let telling = match how.view {
+        View::Screen => Telling::Nothing,
+        View::Lines(telling) => telling,
+    };
+    let progress = Progress::new(&application, how.words, telling);
+    let (mut recorder, tell) = Recorder::new(&application, Digested::new(decisions), trace, progress);
+    let options = Options {
+        observers: vec![observer(tell)],
+        limit: how.limit,
+        speed: how.speed,
+    };
+
+    let started = Instant::now();
+    let (outcome, handle) = if how.lockstep {
+        in_lockstep(application, &plugins, options, &mut recorder, log)
+    } else {
+        in_real_time(application, &plugins, options, how.view, &mut recorder, log)
+    }?;
+    let wall = started.elapsed();
+    log.forget();
+
+    let (kept, digest) = recorder.finish();
+    let file = how
+        .decisions
+        .as_deref()
+        .unwrap_or_else(|| "the decisions".as_ref());
+    let digest = digest.map_err(Failure::file(file))?;
+    let summary = Summary::new(&handle, &kept, &outcome, wall, digest);
+    if let Some(file) = &how.picture {
+        report::draw(&handle, &kept, world.as_deref(), file)?;
+    }
+    Ok(Finished {
+        summary,
+        words: kept.words,
+    })
+}
+
+/// Virtual time, on this thread.
+fn in_lockstep(
+    application: Application,
+    plugins: &Plugins,
+    options: Options,
+    recorder: &mut Recorder,
+    log: &Log,
+) -> Result<(Outcome, Handle), Failure> {
+    let mut lockstep = Lockstep::start(application, plugins, options)?;
+    let handle = lockstep.handle();
+    log.follow(&handle);
+    let _interrupts = Interrupts::stop(handle.clone())?;
+    recorder.watch(&handle);
+    recorder.catch_up(0)?;
+    let mut then = 0;
+    let outcome = loop {
+        then += SAMPLE;
+        let outcome = lockstep.run_until(then);
+        recorder.catch_up(handle.now())?;
+        if let Some(outcome) = outcome {
+            break outcome;
+        }
+    };
+    drop(lockstep);
+    recorder.catch_up(handle.now())?;
+    Ok((outcome, handle))
+}
+
+/// The machine's time, on threads of the application's own; this one has the screen, if there is one.
+fn in_real_time(
+    application: Application,
+    plugins: &Plugins,
+    options: Options,
+    view: View,
+    recorder: &mut Recorder,
+    log: &Log,
+) -> Result<(Outcome, Handle), Failure> {
+    let wait = Duration::from_nanos((SAMPLE as f64 / options.speed) as u64);
+    let title = application.name.clone();
+    let running = Running::start(application, plugins, options)?;
+    let handle = running.handle();
+    log.follow(&handle);
+    let _interrupts = Interrupts::stop(handle.clone())?;
+    recorder.watch(&handle);
+    let (outcome, told, shown) = thread::scope(|scope| {
+        // Whatever happens on this thread, the others are let go and the robot comes to rest before it goes on.
+        let stop = StopOnDrop(&handle);
+        let keeper = scope.spawn(|| recorder.keep(&handle, wait));
+        let waiter = scope.spawn(move || running.wait());
+        let mut shown = Ok(top::Left::Ended);
+        if view == View::Screen {
+            log.keep(true);
+            shown = top::run(&Live::new(handle.clone(), log), &title);
+            log.keep(false);
+            handle.stop();
+        }
+        let outcome = waiter.join();
+        let told = keeper.join();
+        drop(stop);
+        (outcome, told, shown)
+    });
+    let outcome = outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    told.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    shown?;
+    Ok((outcome, handle))
+}
+
+struct StopOnDrop<'h>(&'h Handle);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
+}
+
+/// Hears under the application's lock, so it only passes on.
+fn observer(tell: Sender<Event>) -> Box<dyn jde_host::event::Observer> {
+    Box::new(move |event: &Event| {
+        // Nobody listens any more once the run is over.
+        let _ = tell.send(event.clone());
+    })
+}
+
+/// Makes a file and the folders above it.
+fn create(path: &Path) -> Result<File, Failure> {
+    let made = path
+        .parent()
+        .map_or(Ok(()), fs::create_dir_all)
+        .and_then(|()| File::create(path));
+    made.map_err(Failure::file(path))
+}

@@ -1,0 +1,252 @@
+//! How a run is told while it goes on, line by line, where there is no oscilloscope.
+
+use std::io::{self, Write};
+
+use jde_core::{Health, Nanos, SchemaId};
+use jde_host::app::Application;
+use jde_host::event::{Event, OperatorAction};
+
+use super::sight::Seen;
+use super::tally::{Takeover, Tally};
+use crate::terminal::{BAD, FAINT, GOOD, WARN, Words};
+
+/// How much is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Telling {
+    /// Nothing: somebody else shows it.
+    Nothing,
+    /// Every takeover with its reason.
+    Takeovers,
+    /// Every so often who has won how much since, and no single takeover.
+    Status(Nanos),
+}
+
+/// Tells a run.
+pub(crate) struct Progress {
+    words: Words,
+    telling: Telling,
+    schemas: Vec<String>,
+    groups: Vec<String>,
+    reached: u32,
+    status: Status,
+}
+
+/// Where the last status line left off.
+#[derive(Default)]
+struct Status {
+    next: Nanos,
+    time: Nanos,
+    won: Vec<Nanos>,
+    takeovers: u64,
+}
+
+impl Progress {
+    /// Tells on `words`.
+    pub(crate) fn new(application: &Application, words: Words, telling: Telling) -> Self {
+        let mut status = Status {
+            won: vec![0; application.instances.len()],
+            ..Status::default()
+        };
+        if let Telling::Status(every) = telling {
+            status.next = every;
+        }
+        Self {
+            words,
+            telling,
+            schemas: application
+                .instances
+                .iter()
+                .map(|instance| instance.name.clone())
+                .collect(),
+            groups: application
+                .groups
+                .iter()
+                .map(|group| group.name.clone())
+                .collect(),
+            reached: 0,
+            status,
+        }
+    }
+
+    /// Gives back where it told.
+    pub(crate) fn into_words(self) -> Words {
+        self.words
+    }
+
+    /// Tells an event, if it is one to tell.
+    pub(crate) fn event(&mut self, event: &Event) -> io::Result<()> {
+        if self.telling == Telling::Nothing {
+            return Ok(());
+        }
+        let name = |schema: usize| &self.schemas[schema];
+        match event {
+            Event::Health {
+                time,
+                schema,
+                health: Health::Faulted(reason),
+            } => {
+                let text = format!("{BAD}{} faulted{BAD:#}: {reason}", name(*schema));
+                self.line(*time, &text)
+            }
+            Event::Health {
+                time,
+                schema,
+                health: Health::ArbitrationFailed(reason),
+            } => {
+                let text = format!(
+                    "{WARN}the arbitration of {} failed{WARN:#}: {reason}",
+                    name(*schema)
+                );
+                self.line(*time, &text)
+            }
+            Event::Hung { time, schema, since } => {
+                let long = time.saturating_sub(*since) as f64 / 1e9;
+                let text = format!(
+                    "{BAD}{} hangs{BAD:#}: a call has not returned for {long:.1} s",
+                    name(*schema)
+                );
+                self.line(*time, &text)
+            }
+            Event::Operator { time, action } => {
+                let text = self.operator(action);
+                self.line(*time, &text)
+            }
+            Event::Changed { .. }
+            | Event::Health {
+                health: Health::Ok | Health::Overrun,
+                ..
+            }
+            | Event::Decided(_)
+            | Event::Took { .. }
+            | Event::Overrun { .. }
+            | Event::Refused { .. }
+            | Event::Ended { .. } => Ok(()),
+        }
+    }
+
+    /// Tells a takeover, if every one is told.
+    pub(crate) fn takeover(&mut self, takeover: &Takeover) -> io::Result<()> {
+        if self.telling != Telling::Takeovers {
+            return Ok(());
+        }
+        let name = |schema: Option<usize>| schema.map_or("nobody", |schema| &self.schemas[schema]);
+        let took = match takeover.took {
+            Some((took, allowed)) if took > allowed => {
+                format!(
+                    ", {WARN}took {}, allowed {}{WARN:#}",
+                    Millis(took),
+                    Millis(allowed)
+                )
+            }
+            Some((took, _)) => format!("{FAINT}, took {}{FAINT:#}", Millis(took)),
+            None => String::new(),
+        };
+        let text = format!(
+            "{}: {} -> {GOOD}{}{GOOD:#}  {} {FAINT}({}){FAINT:#}{took}",
+            self.groups[takeover.group],
+            name(takeover.from),
+            name(takeover.to),
+            takeover.reason,
+            takeover.decider,
+        );
+        self.line(takeover.time, &text)
+    }
+
+    /// Tells what has come of the mission, and how things stand if it is time for that.
+    pub(crate) fn seen(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> io::Result<()> {
+        if self.telling == Telling::Nothing {
+            return Ok(());
+        }
+        if let Some(mission) = &seen.mission {
+            while self.reached < mission.reached {
+                self.reached += 1;
+                let text = format!(
+                    "{GOOD}target {} of {} reached{GOOD:#}",
+                    self.reached, mission.total
+                );
+                self.line(time, &text)?;
+            }
+        }
+        match self.telling {
+            Telling::Status(every) if time >= self.status.next => {
+                self.status.next = time - time % every + every;
+                let text = self.status(time, seen, tally);
+                self.line(time, &text)
+            }
+            Telling::Status(_) | Telling::Takeovers | Telling::Nothing => Ok(()),
+        }
+    }
+
+    fn line(&mut self, time: Nanos, text: &str) -> io::Result<()> {
+        writeln!(self.words, "{FAINT}{:>9.2} s{FAINT:#}  {text}", time as f64 / 1e9)
+    }
+
+    fn status(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> String {
+        let mut parts = Vec::new();
+        if let Some(pose) = seen.truth.or(seen.odometry) {
+            parts.push(format!("at ({:.2}, {:.2})", pose.x, pose.y));
+        }
+        if let Some(mission) = &seen.mission
+            && mission.reached < mission.total
+        {
+            parts.push(format!("to target {} of {}", mission.reached + 1, mission.total));
+        }
+        let passed = time.saturating_sub(self.status.time).max(1);
+        for actor in tally.actors() {
+            let won = tally.won(actor, time);
+            let share = won.saturating_sub(self.status.won[actor]) as f64 / passed as f64;
+            self.status.won[actor] = won;
+            if share >= 0.005 {
+                parts.push(format!("{} {:.0} %", self.schemas[actor], share * 100.0));
+            }
+        }
+        let takeovers = tally.all_takeovers();
+        match takeovers - self.status.takeovers {
+            0 => {}
+            1 => parts.push("1 takeover".to_owned()),
+            many => parts.push(format!("{many} takeovers")),
+        }
+        (self.status.time, self.status.takeovers) = (time, takeovers);
+        parts.join(", ")
+    }
+
+    fn operator(&self, action: &OperatorAction) -> String {
+        use jde_core::Operator;
+        let name = |id: &SchemaId| &self.schemas[id.index()];
+        match action {
+            OperatorAction::Hierarchy(Operator::Play(id)) => format!("an operator plays {}", name(id)),
+            OperatorAction::Hierarchy(Operator::Stop(id)) => format!("an operator stops {}", name(id)),
+            OperatorAction::Hierarchy(Operator::Force(id)) => format!("an operator forces {}", name(id)),
+            OperatorAction::Hierarchy(Operator::Release(id)) => format!("an operator releases {}", name(id)),
+            OperatorAction::Period { schema, period } => {
+                format!(
+                    "an operator gives {} a period of {}",
+                    self.schemas[*schema],
+                    Millis(*period)
+                )
+            }
+            OperatorAction::Modulate {
+                schema,
+                variable,
+                value,
+            } => {
+                format!("an operator sets {}.{variable} to {value}", self.schemas[*schema])
+            }
+        }
+    }
+}
+
+/// A time in ms, with as many digits as are of use.
+pub(crate) struct Millis(pub(crate) Nanos);
+
+impl std::fmt::Display for Millis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let millis = self.0 as f64 / 1e6;
+        let digits = match millis {
+            whole if whole.fract() == 0.0 => 0,
+            large if large >= 10.0 => 1,
+            _ => 2,
+        };
+        write!(f, "{millis:.digits$} ms")
+    }
+}

@@ -1,0 +1,214 @@
+//! What can be seen of a running application from its exports: the robot's place, the truth about it, its mission.
+//!
+//! It reads variables by their types, whoever exports them, and writes none.
+
+use jde_abi::describe::{Role, Type};
+use jde_board::Reader;
+use jde_board::value::{self, Value};
+use jde_host::Handle;
+use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Truth, Value as _};
+
+/// Reads the exports of one application that tell how it goes.
+pub(crate) struct Sight {
+    truths: Vec<Reader>,
+    odometry: Option<Reader>,
+    mission: Option<Reader>,
+    laser: Option<Reader>,
+    /// The same place in the frame of the truth and of the odometry, seen first.
+    anchor: Option<(Pose2D, Pose2D)>,
+}
+
+/// What was seen at one instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Seen {
+    /// Where the robot truly is, in the world.
+    pub(crate) truth: Option<Pose2D>,
+    /// Where it believes to be.
+    pub(crate) odometry: Option<Pose2D>,
+    /// Contacts of all robots so far; none without ground truth.
+    pub(crate) collisions: Option<u64>,
+    /// The least gap to anything so far, of all robots, m.
+    pub(crate) min_clearance: Option<f64>,
+    /// How far the mission is.
+    pub(crate) mission: Option<Progress>,
+}
+
+/// How far a mission is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Progress {
+    /// Targets reached.
+    pub(crate) reached: u32,
+    /// Targets in all.
+    pub(crate) total: u32,
+    /// The present target, in the frame of the odometry.
+    pub(crate) target: (f64, f64),
+    /// Its own words.
+    pub(crate) note: String,
+}
+
+impl Sight {
+    /// Finds the exports to read. Of several robots the first is followed, and all count for collisions.
+    pub(crate) fn new(handle: &Handle) -> Self {
+        let application = handle.application();
+        let exports = |name: &str| -> Vec<(usize, Reader)> {
+            let mut found = Vec::new();
+            for (number, instance) in application.instances.iter().enumerate() {
+                let ports = instance.schema.ports.iter();
+                for port in ports.filter(|port| port.role == Role::Export && port.value_type.name == name) {
+                    let variable = handle.board().find(&format!("{}.{}", instance.name, port.name));
+                    found.extend(variable.map(|variable| (number, variable.reader("jde"))));
+                }
+            }
+            found
+        };
+        let truths = exports(&Truth::describe().name);
+        let robot = truths.first().map(|(robot, _)| *robot);
+        // The robot that the truth is about, if it has one of these; else whoever has.
+        let of_robot = |name: &str| {
+            let mut found = exports(name);
+            let own = found
+                .iter()
+                .position(|(number, _)| Some(*number) == robot)
+                .unwrap_or(0);
+            (!found.is_empty()).then(|| found.swap_remove(own).1)
+        };
+        let mission = application.mission.and_then(|(number, port)| {
+            let instance = &application.instances[number];
+            let name = format!("{}.{}", instance.name, instance.schema.ports[port].name);
+            Some(handle.board().find(&name)?.reader("jde"))
+        });
+        Self {
+            odometry: of_robot(&Odometry::describe().name),
+            laser: of_robot(&LaserScan::describe().name),
+            truths: truths.into_iter().map(|(_, reader)| reader).collect(),
+            mission,
+            anchor: None,
+        }
+    }
+
+    /// Looks.
+    pub(crate) fn look(&mut self) -> Seen {
+        let mut seen = Seen::default();
+        for truth in &mut self.truths {
+            let _ = read(truth, |read| {
+                let pose = read.pose("pose")?;
+                seen.truth.get_or_insert(pose);
+                *seen.collisions.get_or_insert(0) += read.number("collisions")? as u64;
+                let least = seen.min_clearance.get_or_insert(f64::INFINITY);
+                *least = least.min(read.number("min_clearance")?);
+                Some(())
+            });
+        }
+        seen.odometry = self.odometry.as_mut().and_then(|odometry| {
+            read(odometry, |read| {
+                let part = |name: &str| read.number(&format!("pose.pose.orientation.{name}"));
+                let turned = Quaternion {
+                    x: part("x")?,
+                    y: part("y")?,
+                    z: part("z")?,
+                    w: part("w")?,
+                };
+                let place = |name: &str| read.number(&format!("pose.pose.position.{name}"));
+                Some(Pose2D::new(place("x")?, place("y")?, turned.yaw()))
+            })
+        });
+        seen.mission = self
+            .mission
+            .as_mut()
+            .and_then(|mission| read(mission, Progress::read));
+        if let (None, Some(truth), Some(odometry)) = (self.anchor, seen.truth, seen.odometry) {
+            self.anchor = Some((truth, odometry));
+        }
+        seen
+    }
+
+    /// A place given in the frame of the odometry, in the frame of the path: the world's where there is ground truth.
+    pub(crate) fn in_path(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let Some((truth, odometry)) = &self.anchor else {
+            return (x, y);
+        };
+        let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
+        (place.x, place.y)
+    }
+
+    /// Places that the laser sees now, in the frame of the path, taking the laser to be where the robot is.
+    pub(crate) fn scan(&mut self, robot: Pose2D) -> Vec<(f64, f64)> {
+        let points = self.laser.as_mut().and_then(|laser| {
+            read(laser, |read| {
+                let (first, step) = (read.number("angle_min")?, read.number("angle_increment")?);
+                let valid = read.number("range_min")?..=read.number("range_max")?;
+                let Value::List(ranges) = read.value("ranges")? else {
+                    return None;
+                };
+                let ranges = ranges.iter().filter_map(number).enumerate();
+                let valid = ranges.filter(|(_, range)| valid.contains(range));
+                let place = |(beam, range): (usize, f64)| {
+                    let (sin, cos) = (first + beam as f64 * step).sin_cos();
+                    let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
+                    (place.x, place.y)
+                };
+                Some(valid.map(place).collect())
+            })
+        });
+        points.unwrap_or_default()
+    }
+}
+
+impl Progress {
+    fn read(read: Read<'_>) -> Option<Self> {
+        let note = match read.value("note")? {
+            Value::Text(note) => note,
+            _ => String::new(),
+        };
+        Some(Self {
+            reached: read.number("reached")? as u32,
+            total: read.number("total")? as u32,
+            target: (read.number("target.x")?, read.number("target.y")?),
+            note,
+        })
+    }
+}
+
+/// A value being looked at.
+#[derive(Clone, Copy)]
+struct Read<'v> {
+    value_type: &'v Type,
+    bytes: &'v [u8],
+}
+
+impl Read<'_> {
+    fn value(self, path: &str) -> Option<Value> {
+        value::get_path(self.value_type, self.bytes, path).ok()
+    }
+
+    fn number(self, path: &str) -> Option<f64> {
+        number(&self.value(path)?)
+    }
+
+    fn pose(self, path: &str) -> Option<Pose2D> {
+        let part = |name: &str| self.number(&format!("{path}.{name}"));
+        Some(Pose2D::new(part("x")?, part("y")?, part("theta")?))
+    }
+}
+
+/// Looks at the newest value of a variable, and lets go of it.
+fn read<T>(reader: &mut Reader, look: impl FnOnce(Read<'_>) -> Option<T>) -> Option<T> {
+    let value_type = reader.variable().describe().value_type.clone();
+    let result = reader.latch().and_then(|latched| {
+        look(Read {
+            value_type: &value_type,
+            bytes: latched.bytes,
+        })
+    });
+    reader.release();
+    result
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(number) => Some(*number),
+        Value::Int(number) => Some(*number as f64),
+        Value::UInt(number) => Some(*number as f64),
+        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
+    }
+}

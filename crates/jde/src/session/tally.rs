@@ -1,0 +1,200 @@
+//! Counts what the events of an application tell: how long each schema was WINNER, and every takeover with its reason.
+//!
+//! It hears and adds up; it knows no clock and prints nothing.
+
+use std::collections::HashMap;
+
+use jde_core::{Nanos, Record, SchemaId, State};
+use jde_host::app::Application;
+use jde_host::decider_name;
+use jde_host::event::Event;
+
+/// The sums so far.
+pub(crate) struct Tally {
+    schemas: Vec<Schema>,
+    groups: Vec<Group>,
+    /// Choices whose winner has not begun yet, by group.
+    chosen: HashMap<usize, Record>,
+}
+
+#[derive(Clone, Default)]
+struct Schema {
+    /// The group in which it competes.
+    group: Option<usize>,
+    /// Groups of its children, in the application's order.
+    groups: Vec<usize>,
+    /// Since when it is WINNER.
+    since: Option<Nanos>,
+    /// How long it was before.
+    won: Nanos,
+    takeovers: u64,
+}
+
+#[derive(Clone, Default)]
+struct Group {
+    winner: Option<usize>,
+    worst: Option<Nanos>,
+}
+
+/// A change of winner.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Takeover {
+    /// When the new winner began, or when nobody was left.
+    pub(crate) time: Nanos,
+    /// In which group.
+    pub(crate) group: usize,
+    /// The winner before.
+    pub(crate) from: Option<usize>,
+    /// The winner since.
+    pub(crate) to: Option<usize>,
+    /// Who decided.
+    pub(crate) decider: &'static str,
+    /// Why.
+    pub(crate) reason: String,
+    /// Time from its cause to the winner's first iteration, and the longest by contract.
+    pub(crate) took: Option<(Nanos, Nanos)>,
+}
+
+impl Tally {
+    /// Nothing so far.
+    pub(crate) fn new(application: &Application) -> Self {
+        let instances = application.instances.iter();
+        let mut schemas: Vec<_> = instances
+            .map(|instance| Schema {
+                group: instance.group,
+                ..Schema::default()
+            })
+            .collect();
+        for (number, group) in application.groups.iter().enumerate() {
+            if let Some(father) = group.father {
+                schemas[father].groups.push(number);
+            }
+        }
+        Self {
+            schemas,
+            groups: vec![Group::default(); application.groups.len()],
+            chosen: HashMap::new(),
+        }
+    }
+
+    /// Hears an event; answers with the takeover that it completes.
+    pub(crate) fn hear(&mut self, event: &Event) -> Option<Takeover> {
+        match event {
+            Event::Changed {
+                time,
+                schema,
+                from,
+                to,
+            } => {
+                self.changed(*time, *schema, *from, *to);
+                None
+            }
+            Event::Decided(record) if record.changed => {
+                let group = record.group.index();
+                if record.choice.is_some() {
+                    self.chosen.insert(group, record.clone());
+                    return None;
+                }
+                // Nobody begins; a choice that was not carried out is none any more.
+                self.chosen.remove(&group);
+                Some(takeover(record, record.time, None))
+            }
+            Event::Took {
+                time,
+                group,
+                record,
+                schema,
+                latency,
+                allowed,
+            } => {
+                let worst = &mut self.groups[*group].worst;
+                *worst = (*worst).max(Some(*latency));
+                self.schemas[*schema].takeovers += 1;
+                let chosen = self
+                    .chosen
+                    .remove(group)
+                    .filter(|chosen| chosen.number == *record)?;
+                Some(takeover(&chosen, *time, Some((*latency, *allowed))))
+            }
+            Event::Decided(_)
+            | Event::Health { .. }
+            | Event::Overrun { .. }
+            | Event::Hung { .. }
+            | Event::Refused { .. }
+            | Event::Operator { .. }
+            | Event::Ended { .. } => None,
+        }
+    }
+
+    /// How long a schema was WINNER until `now`, ns.
+    pub(crate) fn won(&self, schema: usize, now: Nanos) -> Nanos {
+        let Schema { since, won, .. } = &self.schemas[schema];
+        won + since.map_or(0, |since| now.saturating_sub(since))
+    }
+
+    /// How often a schema became WINNER.
+    pub(crate) fn takeovers(&self, schema: usize) -> u64 {
+        self.schemas[schema].takeovers
+    }
+
+    /// How often any motor schema became WINNER.
+    pub(crate) fn all_takeovers(&self) -> u64 {
+        self.schemas.iter().map(|schema| schema.takeovers).sum()
+    }
+
+    /// The longest takeover of a group so far, ns.
+    pub(crate) fn worst(&self, group: usize) -> Option<Nanos> {
+        self.groups[group].worst
+    }
+
+    /// Who acts now: the winner of the roots, or of the first group of children below it that has one, and so on down; nobody
+    /// where a winner's children all stand by.
+    pub(crate) fn acting(&self) -> Option<usize> {
+        let mut acting = self.groups.first()?.winner?;
+        while !self.schemas[acting].groups.is_empty() {
+            acting = self.schemas[acting]
+                .groups
+                .iter()
+                .find_map(|group| self.groups[*group].winner)?;
+        }
+        Some(acting)
+    }
+
+    /// Motor schemas without motor children: those that can act.
+    pub(crate) fn actors(&self) -> impl Iterator<Item = usize> {
+        let schemas = self.schemas.iter().enumerate();
+        schemas
+            .filter(|(_, schema)| schema.group.is_some() && schema.groups.is_empty())
+            .map(|(number, _)| number)
+    }
+
+    fn changed(&mut self, time: Nanos, schema: usize, from: State, to: State) {
+        let sums = &mut self.schemas[schema];
+        if from == State::Winner {
+            sums.won += sums.since.take().map_or(0, |since| time.saturating_sub(since));
+        }
+        if to == State::Winner {
+            sums.since = Some(time);
+        }
+        let Some(group) = sums.group.map(|group| &mut self.groups[group]) else {
+            return;
+        };
+        if to == State::Winner {
+            group.winner = Some(schema);
+        } else if group.winner == Some(schema) {
+            group.winner = None;
+        }
+    }
+}
+
+fn takeover(record: &Record, time: Nanos, took: Option<(Nanos, Nanos)>) -> Takeover {
+    Takeover {
+        time,
+        group: record.group.index(),
+        from: record.before.map(SchemaId::index),
+        to: record.choice.map(SchemaId::index),
+        decider: decider_name(record.decider),
+        reason: record.reason.to_string(),
+        took,
+    }
+}

@@ -1,0 +1,102 @@
+//! What a picture of a drive needs: where the robot was, who acted there, and where its targets were.
+
+use jde_core::Nanos;
+use jde_types::Pose2D;
+
+use super::sight::{Seen, Sight};
+use super::tally::Takeover;
+
+/// Samples of the path between two scans that are kept: a scan a second is enough to show a building.
+const SAMPLES_A_SCAN: usize = 10;
+
+/// A drive, sampled.
+#[derive(Default)]
+pub(crate) struct Trace {
+    /// The path.
+    pub(crate) path: Vec<Sample>,
+    /// When somebody took over, and who.
+    pub(crate) takeovers: Vec<(Nanos, usize)>,
+    /// Targets in the order of the mission, as far as they were named.
+    pub(crate) targets: Vec<Option<(f64, f64)>>,
+    /// How many of them were reached.
+    pub(crate) reached: usize,
+    /// What the laser saw, if it is to be kept.
+    pub(crate) scans: Option<Vec<(f64, f64)>>,
+}
+
+/// Where the robot was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sample {
+    /// When.
+    pub(crate) time: Nanos,
+    /// Where, in the world, or in the frame of the odometry where there is no ground truth.
+    pub(crate) pose: Pose2D,
+    /// Who acted.
+    pub(crate) acting: Option<usize>,
+}
+
+impl Trace {
+    /// Nothing so far; `scans` if what the laser sees is to be kept, for want of a world.
+    pub(crate) fn new(scans: bool) -> Self {
+        Self {
+            scans: scans.then(Vec::new),
+            ..Self::default()
+        }
+    }
+
+    /// Adds what is seen now.
+    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: Option<usize>) {
+        if let Some(progress) = &seen.mission {
+            self.targets.resize(progress.total as usize, None);
+            self.reached = progress.reached as usize;
+            if let Some(target) = self.targets.get_mut(self.reached) {
+                *target = Some(sight.in_path(progress.target));
+            }
+        }
+        let Some(pose) = seen.truth.or(seen.odometry) else {
+            return;
+        };
+        if let Some(scans) = &mut self.scans
+            && self.path.len().is_multiple_of(SAMPLES_A_SCAN)
+        {
+            scans.extend(sight.scan(pose));
+        }
+        self.path.push(Sample { time, pose, acting });
+    }
+
+    /// Adds a takeover by a schema that acts.
+    pub(crate) fn took_over(&mut self, takeover: &Takeover) {
+        self.takeovers.extend(takeover.to.map(|to| (takeover.time, to)));
+    }
+
+    /// Where the robot was at a time, as far as is known.
+    pub(crate) fn place(&self, time: Nanos) -> Option<Pose2D> {
+        let after = self.path.partition_point(|sample| sample.time < time);
+        self.path
+            .get(after)
+            .or(self.path.last())
+            .map(|sample| sample.pose)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_of_a_takeover_is_the_next_sample_of_the_path() {
+        let sample = |time, x| Sample {
+            time,
+            pose: Pose2D::new(x, 0.0, 0.0),
+            acting: None,
+        };
+        let trace = Trace {
+            path: vec![sample(0, 0.0), sample(100, 1.0)],
+            ..Trace::default()
+        };
+        assert_eq!(trace.place(0).unwrap().x, 0.0);
+        assert_eq!(trace.place(40).unwrap().x, 1.0);
+        assert_eq!(trace.place(400).unwrap().x, 1.0);
+        assert_eq!(Trace::default().place(0), None);
+    }
+}
