@@ -56,10 +56,13 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
     let gap = format!(
         "`{ident}` has a gap that C leaves for alignment; put a `Padding<N>` field there, or order its fields by size"
     );
+    let covered = quote_spanned! { ident.span() =>
+        const _: () = assert!(::core::mem::size_of::<#ident>() == 0 #(+ #sizes)*, #gap);
+    };
     Ok(quote! {
         const _: () = {
+            #covered
             const FIELDS: &[#derived::raw::Field] = &[#(#tables),*];
-            const _: () = assert!(::core::mem::size_of::<#ident>() == 0 #(+ #sizes)*, #gap);
             // SAFETY: it is in C layout, its fields cover it without a gap by the assertion above, and every pattern of bytes
             // of a field is valid because each is a `Part`.
             unsafe impl #derived::Value for #ident {

@@ -167,7 +167,7 @@ impl<T> Deref for Sample<'_, T> {
 
 macro_rules! derived {
     ($($port:ident),*) => { $(
-        impl<T: Value> $port<T> {
+        impl<T> $port<T> {
             /// For derived code alone.
             ///
             /// # Safety

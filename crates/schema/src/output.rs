@@ -168,7 +168,7 @@ impl Outcome {
 
 macro_rules! derived {
     ($($port:ident),*) => { $(
-        impl<T: Value> $port<T> {
+        impl<T> $port<T> {
             /// For derived code alone.
             ///
             /// # Safety

@@ -155,12 +155,13 @@ impl Field {
             quote!(0 #(| derived::raw::#set)*)
         };
         let constant = |value: &Expr| {
+            let place = value.span();
             let value = if is_text(value) {
-                quote!(<#ty>::new(#value))
+                quote_spanned!(place => <#ty>::new(#value))
             } else {
                 quote!(#value)
             };
-            quote!({ const INITIAL: #ty = #value; &INITIAL })
+            quote_spanned!(place => { const INITIAL: #ty = #value; &INITIAL })
         };
         let bound = |bound: &Option<Expr>| match bound {
             Some(bound) => quote!((#bound) as f64),
