@@ -152,7 +152,8 @@ fn fmt(context: &Context) -> Result<Done> {
     if !shell::succeeds(&mut context.cargo(&["fmt", "--version"])) {
         return context.lacks("rustfmt", "rustup component add rustfmt");
     }
-    context.run(context.cargo(&["fmt", "--all", "--check"]))
+    // Names alone: the cure is the same whatever differs.
+    context.run(context.cargo(&["fmt", "--all", "--", "--check", "--files-with-diff"]))
 }
 
 fn tidy(context: &Context) -> Result<Done> {
