@@ -360,3 +360,81 @@ fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does
         "fathers before children"
     );
 }
+
+#[test]
+fn r4_an_answer_that_came_too_late_for_its_child_changes_nothing() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    effects(|out| {
+        h.checked(
+            2,
+            B,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    let answer = Answer::Chose {
+        child: Some(B),
+        reason: "b".into(),
+    };
+    let out = effects(|out| h.answered(3, CHILDREN, ticket, answer, out));
+    assert!(!out.contains(&Effect::Demoted(A)) && !out.contains(&Effect::Promoted(B)));
+    assert_eq!((h.winner(CHILDREN), h.health(FATHER)), (Some(A), &Health::Ok));
+}
+
+#[test]
+fn r5_a_fault_below_a_father_on_its_way_out_lets_it_go_at_once() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, B, READY, out));
+    assert!(h.begin(1, B, &mut Vec::new()));
+    effects(|out| {
+        h.checked(
+            2,
+            FATHER,
+            Check {
+                ready: false,
+                ..READY
+            },
+            out,
+        )
+    });
+    assert_eq!(h.state(FATHER), State::Winner);
+    effects(|out| h.faulted(3, B, "hung".into(), out));
+    assert_eq!(h.state(FATHER), State::Checking);
+}
+
+#[test]
+fn r1_a_place_that_was_promised_is_taken_when_the_loser_faults_while_the_father_thinks() {
+    let mut h = family(Policy::Father);
+    effects(|out| h.wake(0, FATHER, C, out).expect("authority"));
+    effects(|out| h.checked(1, A, READY, out));
+    assert!(h.begin(1, A, &mut Vec::new()));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.asked(CHILDREN).expect("a collision");
+    let answer = Answer::Chose {
+        child: Some(B),
+        reason: "b".into(),
+    };
+    effects(|out| h.answered(2, CHILDREN, ticket, answer, out));
+    effects(|out| h.checked(3, C, READY, out));
+    assert!(h.asked(CHILDREN).is_some() && h.handover(CHILDREN).is_some());
+    effects(|out| h.faulted(4, A, "hung".into(), out));
+    assert_eq!(h.winner(CHILDREN), Some(B));
+}
+
+#[test]
+fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.operator(2, Operator::Force(B), out).expect("healthy"));
+    assert_eq!(h.winner(CHILDREN), Some(B));
+    effects(|out| h.operator(3, Operator::Force(C), out).expect("healthy"));
+    assert_eq!((h.winner(CHILDREN), h.forced(CHILDREN)), (Some(A), Some(C)));
+    effects(|out| h.wake(4, FATHER, C, out).expect("authority"));
+    assert_eq!(h.winner(CHILDREN), Some(C));
+}

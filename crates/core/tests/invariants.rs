@@ -171,7 +171,10 @@ impl Run {
         for id in self.group_ids() {
             let spec = &self.h.spec().groups[id.index()];
             if let Some(handover) = self.h.handover(id) {
-                let armed = self.h.timers().any(|(_, timer)| timer == Timer::Patience(id));
+                let armed = self
+                    .h
+                    .timers()
+                    .any(|armed| armed == (handover.deadline, Timer::Patience(id)));
                 prop_assert!(armed, "R1: a handover without patience");
                 prop_assert!(
                     handover.to != self.h.winner(id),
