@@ -58,21 +58,29 @@ pub(crate) struct Takeover {
 impl Tally {
     /// Nothing so far.
     pub(crate) fn new(application: &Application) -> Self {
-        let instances = application.instances.iter();
-        let mut schemas: Vec<_> = instances
-            .map(|instance| Schema {
-                group: instance.group,
-                ..Schema::default()
-            })
-            .collect();
-        for (number, group) in application.groups.iter().enumerate() {
-            if let Some(father) = group.father {
+        let groups = application.groups.iter();
+        Self::shaped(
+            application.instances.len(),
+            groups.map(|group| (group.father, group.members.as_slice())),
+        )
+    }
+
+    /// Nothing so far, of that many schemas in these groups: father and members, the roots first.
+    fn shaped<'m>(schemas: usize, groups: impl Iterator<Item = (Option<usize>, &'m [usize])>) -> Self {
+        let mut schemas = vec![Schema::default(); schemas];
+        let mut count = 0;
+        for (number, (father, members)) in groups.enumerate() {
+            count = number + 1;
+            for member in members {
+                schemas[*member].group = Some(number);
+            }
+            if let Some(father) = father {
                 schemas[father].groups.push(number);
             }
         }
         Self {
             schemas,
-            groups: vec![Group::default(); application.groups.len()],
+            groups: vec![Group::default(); count],
             chosen: HashMap::new(),
         }
     }
@@ -198,3 +206,6 @@ fn takeover(record: &Record, time: Nanos, took: Option<(Nanos, Nanos)>) -> Takeo
         took,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,268 @@
+//! `jde run` as a user or a script meets it: lines, summaries, files, exit statuses, and being asked to stop.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::support::{app, jde_with_plugins, json, root, said};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+fn pair() -> String {
+    root().join("apps/pair.toml").display().to_string()
+}
+
+fn digest(file: &Path) -> String {
+    let digest = Sha256::digest(std::fs::read(file).expect("the file is there"));
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn r15_a_mission_is_told_with_every_takeover_and_its_reason() {
+    let run = said(&mut jde_with_plugins(&[
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--seed",
+        "1",
+    ]));
+    assert_eq!(run.status, Some(0), "{}\n{}", run.out, run.err);
+    for part in [
+        "guide/base: nobody -> goon",
+        "target 1 of 2 reached",
+        "room: the mission is done; 2 of 2 targets",
+        "no collision",
+    ] {
+        assert!(run.out.contains(part), "{part}: {}", run.out);
+    }
+    let takeover = run
+        .out
+        .lines()
+        .find(|line| line.contains("-> goon"))
+        .expect("goon wins");
+    assert!(
+        takeover.contains("(nobody)") || takeover.contains("(father)") || takeover.contains("(priority)"),
+        "{takeover}"
+    );
+    assert!(!run.out.contains('\u{1b}'), "no colours in a pipe");
+}
+
+#[test]
+fn r16_a_seed_decides_alike_each_time_and_another_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("deep/decisions.jsonl");
+    let run = |seed: &str| {
+        let app = app("room.toml");
+        let file = file.to_str().unwrap();
+        let args = [
+            "run",
+            &app,
+            "--lockstep",
+            "--json",
+            "--seed",
+            seed,
+            "--decisions",
+            file,
+        ];
+        json(&said(&mut jde_with_plugins(&args)).out)
+    };
+    let first = run("1");
+    assert_eq!(first["decisions_sha256"], digest(&file).as_str());
+    let again = run("1");
+    assert_eq!(first["decisions_sha256"], again["decisions_sha256"]);
+    assert_eq!(first["takeovers"], again["takeovers"]);
+    assert_ne!(first["decisions_sha256"], run("2")["decisions_sha256"]);
+    let decisions = std::fs::read_to_string(&file).unwrap();
+    for line in decisions.lines() {
+        let decision: Value = serde_json::from_str(line).expect("every line is JSON");
+        assert!(!decision["reason"].as_str().unwrap().is_empty(), "{line}");
+    }
+}
+
+#[test]
+fn json_is_the_last_line_and_words_go_to_standard_error() {
+    let run = said(&mut jde_with_plugins(&[
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--json",
+    ]));
+    assert_eq!(run.out.lines().count(), 1, "{}", run.out);
+    let summary = json(&run.out);
+    assert_eq!(
+        (&summary["outcome"], &summary["targets"], &summary["reached"]),
+        (&"done".into(), &2.into(), &2.into())
+    );
+    assert_eq!(summary["collisions"], 0);
+    assert!(summary["min_clearance_m"].as_f64().unwrap() > 0.0);
+    let base = summary["groups"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|group| group["group"] == "guide/base")
+        .unwrap();
+    let won: f64 = base["winners"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|share| share["seconds"].as_f64().unwrap())
+        .sum();
+    let total = won + base["nobody_seconds"].as_f64().unwrap();
+    let seconds = summary["sim_seconds"].as_f64().unwrap();
+    assert!(
+        (total - seconds).abs() < 0.1,
+        "{total} of {seconds} s are told of"
+    );
+    assert!(run.err.contains("the mission is done"), "{}", run.err);
+}
+
+#[test]
+fn an_unfinished_mission_fails_and_time_alone_does_not() {
+    let run = said(&mut jde_with_plugins(&[
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--for",
+        "1s",
+    ]));
+    assert_eq!(run.status, Some(1), "{}", run.err);
+    assert!(
+        run.out
+            .contains("the time was up before the mission was done; 0 of 2 targets in 1.0 s"),
+        "{}",
+        run.out
+    );
+    let run = said(&mut jde_with_plugins(&[
+        "run",
+        &pair(),
+        "--lockstep",
+        "--for",
+        "1s",
+    ]));
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    assert!(run.out.contains("the time is up in 1.0 s"), "{}", run.out);
+}
+
+#[test]
+fn a_drive_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("way.png");
+    let args = [
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--for",
+        "3s",
+        "--picture",
+        file.to_str().unwrap(),
+    ];
+    said(&mut jde_with_plugins(&args));
+    let picture = std::fs::read(&file).expect("the picture is there");
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 10_000);
+}
+
+#[test]
+fn a_value_given_on_the_command_line_counts() {
+    let args = [
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--json",
+        "--set",
+        "guide.tolerance=4 m",
+    ];
+    let run = json(&said(&mut jde_with_plugins(&args)).out);
+    assert!(
+        run["sim_seconds"].as_f64().unwrap() < 2.0,
+        "targets 4 m away are reached at once: {run}"
+    );
+}
+
+#[test]
+fn the_log_is_filtered_by_schema() {
+    let run = |filter| {
+        said(&mut jde_with_plugins(&[
+            "run",
+            &pair(),
+            "--lockstep",
+            "--for",
+            "1s",
+            "--log",
+            filter,
+        ]))
+    };
+    let listener = run("listener=info");
+    assert!(listener.err.contains("listener: heard 1"), "{}", listener.err);
+    assert!(!run("warn").err.contains("heard"));
+    assert!(
+        run("state=trace").err.contains("listener: from="),
+        "{}",
+        run("state=trace").err
+    );
+    let unknown = run("lisener=info");
+    assert_eq!(unknown.status, Some(2));
+    assert!(
+        unknown.err.contains("did you mean `listener`?"),
+        "{}",
+        unknown.err
+    );
+}
+
+#[test]
+fn a_signal_stops_it_in_order() {
+    let mut child = jde_with_plugins(&["run", &pair()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    out.read_line(&mut line).unwrap();
+    assert!(line.contains("-> listener"), "{line}");
+    let kill = Command::new("kill")
+        .args(["-TERM", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(kill.success());
+    let mut rest = String::new();
+    out.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{rest}");
+    assert!(rest.contains("pair: stopped"), "{rest}");
+}
+
+#[test]
+fn a_closed_pipe_ends_it_quietly() {
+    let mut command = jde_with_plugins(&["run", &pair()]);
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+#[test]
+fn real_time_and_lockstep_say_the_same_of_a_short_mission() {
+    let args = [
+        "run",
+        &app("room.toml"),
+        "--json",
+        "--speed",
+        "4x",
+        "--set",
+        "guide.tolerance=1.8 m",
+    ];
+    let run = said(&mut jde_with_plugins(&args));
+    let summary = json(&run.out);
+    assert_eq!(
+        (&summary["outcome"], &summary["reached"]),
+        (&"done".into(), &2.into()),
+        "{}",
+        run.err
+    );
+}

@@ -1,0 +1,104 @@
+//! Runs the executable as a user would, in a folder of its own, with the plugins of the workspace.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+/// Plugins that the tests use.
+const PLUGINS: [&str; 8] = [
+    "sim", "carmen", "example", "goon", "vff", "stop", "pair", "family",
+];
+
+/// What the executable said, and how it ended.
+#[derive(Debug)]
+pub(crate) struct Said {
+    /// Exit status; none if a signal ended it.
+    pub(crate) status: Option<i32>,
+    /// Standard output.
+    pub(crate) out: String,
+    /// Standard error.
+    pub(crate) err: String,
+}
+
+/// An application of these tests.
+pub(crate) fn app(name: &str) -> String {
+    format!("{}/tests/apps/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The object of JSON in the last line.
+pub(crate) fn json(out: &str) -> Value {
+    let line = out.lines().last().expect("there is output");
+    serde_json::from_str(line).expect("the last line is JSON")
+}
+
+/// The root of the checkout.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .nth(2)
+        .expect("crates/jde is two folders down")
+}
+
+/// The executable, without plugins but those beside it; no colours, no settings of the one who runs the tests.
+pub(crate) fn jde(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_jde"));
+    command
+        .args(args)
+        .env_remove("NO_COLOR")
+        .env_remove("JDE_PLUGIN_PATH");
+    command
+}
+
+/// The executable with the plugins of the workspace.
+pub(crate) fn jde_with_plugins(args: &[&str]) -> Command {
+    let mut command = jde(args);
+    command.env("JDE_PLUGIN_PATH", plugins());
+    command
+}
+
+/// Runs it to its end.
+pub(crate) fn said(command: &mut Command) -> Said {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = command.output().expect("the executable starts");
+    let text = |bytes| String::from_utf8(bytes).expect("what it says is UTF-8");
+    Said {
+        status: status.code(),
+        out: text(stdout),
+        err: text(stderr),
+    }
+}
+
+/// The folder of the plugins, built if need be. Depends on nothing that another test left behind.
+pub(crate) fn plugins() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]).current_dir(root());
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        for plugin in PLUGINS {
+            cargo.args(["-p", plugin]);
+        }
+        let output = cargo.output().expect("cargo starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let messages = String::from_utf8(output.stdout).expect("cargo says UTF-8");
+        let libraries = messages.lines().filter_map(|line| {
+            let message: Value = serde_json::from_str(line).ok()?;
+            let kinds = message["target"]["crate_types"].as_array()?;
+            let is_plugin = kinds.iter().any(|kind| kind == "cdylib");
+            let file = is_plugin.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.last().expect("cargo names the libraries it made")
+    })
+}
