@@ -81,6 +81,7 @@ fn calls_about_nobody_are_refused_or_have_no_effect() {
     });
     assert_eq!(out, []);
     assert_eq!(h, before);
+    assert!(!h.is_taking(NOBODY) && !h.is_awake(NOBODY) && !h.has_authority(NOBODY));
     assert_eq!(
         (h.state(NOBODY), h.father(NOBODY), h.winner(GroupId(99))),
         (State::Slept, None, None)
@@ -437,4 +438,13 @@ fn r14_forcing_a_sleeper_takes_back_the_force_on_its_sibling() {
     assert_eq!((h.winner(CHILDREN), h.forced(CHILDREN)), (Some(A), Some(C)));
     effects(|out| h.wake(4, FATHER, C, out).expect("authority"));
     assert_eq!(h.winner(CHILDREN), Some(C));
+}
+
+#[test]
+fn a_new_winner_is_taking_its_place_until_it_begins() {
+    let mut h = family(Policy::Priority);
+    effects(|out| h.checked(1, A, READY, out));
+    assert!(h.is_taking(A) && !h.is_taking(B));
+    assert!(h.begin(2, A, &mut Vec::new()));
+    assert!(!h.is_taking(A));
 }

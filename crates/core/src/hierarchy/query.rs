@@ -78,10 +78,10 @@ impl Hierarchy {
         self.nodes.get(id.index()).map_or(0, |n| n.restarts)
     }
 
-    /// Whether it was chosen and has not begun to iterate since: it should, at once.
+    /// Whether a motor schema became WINNER and has not begun an iteration since: it should, at once.
     #[must_use]
     pub fn is_taking(&self, id: SchemaId) -> bool {
-        self.plan.group_of(id).is_some_and(|group| {
+        self.group_of(id).is_some_and(|group| {
             let group = self.group(group);
             group.winner == Some(id) && group.taking.is_some()
         })
