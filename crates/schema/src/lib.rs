@@ -74,7 +74,8 @@ pub mod prelude {
     pub use crate::types::{
         BatteryState, Bumpers, Flag, Frame, Header, Image, LaserPoint, LaserScan, Mission, Odometry, Padding,
         PanTilt, Path, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Range, RangeRing,
-        Route, Seq, SonarEcho, Text, Time, Truth, Twist, TwistWithCovariance, Vector3, normalize_angle,
+        Route, Seq, SonarEcho, Target, Text, Time, Truth, Twist, TwistWithCovariance, Vector3,
+        normalize_angle,
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Hysteresis,
