@@ -19,16 +19,19 @@ thread_local! {
 pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     listen();
     let outer = GUARDED.replace(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(call));
-    GUARDED.set(outer);
-    result.map_err(|payload| {
+    let result = panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
         let said = SAID
             .take()
             .unwrap_or_else(|| format!("panicked: {}", words(&*payload)));
-        // The payload is the author's, and so is its drop, which may panic again.
-        std::mem::forget(payload);
+        // The payload is the author's, and so is its drop, which may panic again; that one's is let go of.
+        if let Err(again) = panic::catch_unwind(AssertUnwindSafe(|| drop(payload))) {
+            std::mem::forget(again);
+            SAID.take();
+        }
         said
-    })
+    });
+    GUARDED.set(outer);
+    result
 }
 
 /// Keeps the words of panics that are caught here off the standard error, and leaves others as they were. Hooks belong to a
