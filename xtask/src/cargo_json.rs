@@ -32,13 +32,18 @@ struct Target {
     name: String,
 }
 
-/// Builds the integration test of a name.
-pub(crate) fn build_test(context: &Context, name: &str) -> Result<Program> {
+/// Builds integration tests, each named by the folder of its package and its own name.
+pub(crate) fn build_tests(context: &Context, tests: &[(&str, &str)]) -> Result<Vec<Program>> {
     // For the whole workspace, or cargo would choose other features of the libraries and build them again.
-    let mut cargo = context.cargo(&["test", "--workspace", "--no-run", "--test", name]);
+    let mut cargo = context.cargo(&["test", "--workspace", "--no-run"]);
+    cargo.args(tests.iter().flat_map(|(_, name)| ["--test", name]));
     cargo.args(["--message-format", "json-render-diagnostics"]);
     shell::show(&cargo, context.paint);
-    program(&shell::read(&mut cargo)?, name)
+    let messages = shell::read(&mut cargo)?;
+    tests
+        .iter()
+        .map(|(folder, name)| program(&messages, folder, name))
+        .collect()
 }
 
 impl Program {
@@ -52,12 +57,19 @@ impl Program {
     }
 }
 
-fn program(messages: &str, name: &str) -> Result<Program> {
+fn program(messages: &str, folder: &str, name: &str) -> Result<Program> {
     let messages = messages
         .lines()
         .filter_map(|line| serde_json::from_str::<Message>(line).ok());
-    let mut built =
-        messages.filter(|message| message.target.as_ref().is_some_and(|target| target.name == name));
+    let wanted = |message: &Message| {
+        let named = message.target.as_ref().is_some_and(|target| target.name == name);
+        named
+            && message
+                .manifest_path
+                .parent()
+                .is_some_and(|of_package| of_package.ends_with(folder))
+    };
+    let mut built = messages.filter(wanted);
     built
         .find_map(|message| {
             Some(Program {
@@ -65,7 +77,7 @@ fn program(messages: &str, name: &str) -> Result<Program> {
                 manifest: message.manifest_path,
             })
         })
-        .with_context(|| format!("cargo built no test called {name}; is it still there?"))
+        .with_context(|| format!("{folder} has no test called {name} any more"))
 }
 
 #[cfg(test)]
@@ -73,31 +85,26 @@ mod tests {
     use super::*;
 
     const MESSAGES: &str = r#"
-{"reason":"compiler-artifact","target":{"name":"torture"},"executable":null}
-{"reason":"compiler-artifact","target":{"name":"other"},"executable":"a/other"}
-{"reason":"compiler-artifact","target":{"name":"torture"},"executable":"a/torture-12","manifest_path":"b/Cargo.toml"}
+{"reason":"compiler-artifact","target":{"name":"torture"},"executable":null,"manifest_path":"b/Cargo.toml"}
+{"reason":"compiler-artifact","target":{"name":"other"},"executable":"x/other","manifest_path":"b/Cargo.toml"}
+{"reason":"compiler-artifact","target":{"name":"torture"},"executable":"x/a","manifest_path":"a/Cargo.toml"}
+{"reason":"compiler-artifact","target":{"name":"torture"},"executable":"x/b","manifest_path":"b/Cargo.toml"}
 {"reason":"build-finished","success":true}
 "#;
 
     #[test]
-    fn the_program_of_a_test_is_found() {
-        let found = program(MESSAGES, "torture").unwrap();
-        assert_eq!(
-            found,
-            Program {
-                path: "a/torture-12".into(),
-                manifest: "b/Cargo.toml".into()
-            }
-        );
+    fn the_program_of_a_test_is_found_and_runs_in_the_folder_of_its_package() {
+        let found = program(MESSAGES, "b", "torture").unwrap();
         let mut command = Command::new("valgrind");
         found.run_by(&mut command);
-        assert_eq!(command.get_args().collect::<Vec<_>>(), ["a/torture-12"]);
+        assert_eq!(command.get_args().collect::<Vec<_>>(), ["x/b"]);
         assert_eq!(command.get_current_dir(), Some("b".as_ref()));
     }
 
     #[test]
     fn a_test_that_is_not_there_is_an_error() {
-        let error = program(MESSAGES, "gone").unwrap_err().to_string();
-        assert_eq!(error, "cargo built no test called gone; is it still there?");
+        let error = program(MESSAGES, "b", "gone").unwrap_err().to_string();
+        assert_eq!(error, "b has no test called gone any more");
+        assert!(program(MESSAGES, "c", "torture").is_err());
     }
 }

@@ -74,14 +74,14 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "loom",
-        title: "every interleaving of the cells of variables",
+        title: "the cells of variables, in every interleaving of their threads",
         help: "see above; the trace names the interleaving that breaks a cell",
         needs: &["build"],
         run: loom,
     },
     Step {
         name: "valgrind",
-        title: "memory errors in the cells and the loader",
+        title: "memory errors in tables, plugins and the cells of variables",
         help: "see the stack above; each line of it is in a test",
         needs: &["build"],
         run: valgrind::run,

@@ -11,35 +11,33 @@ use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
-/// A test, how strictly to look at it, and what makes it short enough: memcheck takes some 30 times as long.
-struct Subject {
-    test: &'static str,
-    options: &'static [&'static str],
-    variables: &'static [(&'static str, &'static str)],
-}
+/// The tests, by folder and name.
+const TESTS: &[(&str, &str)] = &[
+    ("crates/abi", "read"),
+    ("crates/board", "torture"),
+    ("crates/schema", "conformance"),
+];
 
-const SUBJECTS: &[Subject] = &[Subject {
-    test: "torture",
-    options: &[
-        "--leak-check=full",
-        "--show-leak-kinds=definite",
-        "--errors-for-leak-kinds=definite",
-    ],
-    variables: &[("JDE_TORTURE", "1")],
-}];
+/// What leaks for certain is an error. Without fair scheduling a spinning thread may keep the others from running.
+const OPTIONS: &[&str] = &[
+    "--quiet",
+    "--error-exitcode=1",
+    "--fair-sched=try",
+    "--leak-check=full",
+    "--show-leak-kinds=definite",
+    "--errors-for-leak-kinds=definite",
+];
+
+/// Percent of the rounds of the cells' torture: memcheck takes some 30 times as long.
+const ROUNDS: (&str, &str) = ("JDE_TORTURE", "1");
 
 pub(crate) fn run(context: &Context) -> Result<Done> {
     if !shell::succeeds(Command::new("valgrind").args(["--quiet", "true"])) {
         return context.lacks("valgrind", INSTALL_VALGRIND);
     }
-    for subject in SUBJECTS {
-        let program = cargo_json::build_test(context, subject.test)?;
+    for program in cargo_json::build_tests(context, TESTS)? {
         let mut valgrind = Command::new("valgrind");
-        // Without fair scheduling a spinning thread may keep the others from running at all.
-        valgrind
-            .args(["--quiet", "--error-exitcode=1", "--fair-sched=try"])
-            .args(subject.options);
-        valgrind.envs(subject.variables.iter().copied());
+        valgrind.args(OPTIONS).envs([ROUNDS]);
         program.run_by(&mut valgrind);
         shell::run(&mut valgrind, context.paint)?;
     }
