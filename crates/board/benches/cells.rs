@@ -52,7 +52,12 @@ fn reads(bench: &mut Criterion) {
         let mut writer = TypedWriter::<[f64; SMALL]>::open(&small, 1, "w").expect("it fits");
         let mut reader = TypedReader::<[f64; SMALL]>::open(&small, "r").expect("it fits");
         writer.write([1.0; SMALL], 0, 0).expect("it is finite");
-        group.bench_function(name, |bench| bench.iter(|| black_box(reader.get())));
+        group.bench_function(format!("{name}, in place"), |bench| {
+            bench.iter(|| black_box(reader.borrow().map(|value| value[0] + value[SMALL - 1])));
+        });
+        group.bench_function(format!("{name}, a copy"), |bench| {
+            bench.iter(|| black_box(reader.get()))
+        });
     }
     let mutex = Mutex::new([1.0; SMALL]);
     group.bench_function("mutex", |bench| {

@@ -1,4 +1,4 @@
-//! Wakes the threads that wait for the next value. Costs the writer a fence and a load while nobody waits.
+//! Wakes the threads that wait for the next value. Costs the writer a load while nobody waits.
 
 use std::sync::atomic::{AtomicU32, Ordering, fence};
 use std::time::{Duration, Instant};
@@ -14,11 +14,10 @@ pub(crate) struct Bell {
 }
 
 impl Bell {
-    /// Wakes everybody who waits. To be called after what they wait for has been made visible.
+    /// Wakes everybody who waits. To be called after what they wait for has been written, sequentially consistent.
     pub(crate) fn ring(&self) {
-        // Pairs with the fence in `wait`: either this thread sees that somebody waits, or that one sees the new value.
-        fence(Ordering::SeqCst);
-        if self.waiting.load(Ordering::Relaxed) != 0 {
+        // With the fence in `wait`: either this thread sees that somebody waits, or that one sees the new value.
+        if self.waiting.load(Ordering::SeqCst) != 0 {
             self.rung.fetch_add(1, Ordering::Release);
             // Fails only for a bad address, which this is not.
             let _ = futex::wake(&self.rung, futex::Flags::PRIVATE, u32::MAX >> 1);

@@ -14,6 +14,8 @@ pub struct Reader {
     ticket: usize,
     hold: Hold,
     stamp: Option<Stamp>,
+    /// Bytes of a value.
+    bytes: usize,
 }
 
 /// A value that stays as it is until it is released.
@@ -40,6 +42,7 @@ impl Reader {
             Cell::Ring(_) | Cell::Pinned(_) => Hold::Copy(Aligned::new(variable.bytes())),
         };
         Self {
+            bytes: variable.bytes(),
             variable,
             ticket,
             hold,
@@ -55,27 +58,24 @@ impl Reader {
 
     /// The newest value at the first call; the same value, at the same address, until `release`. None while nothing was
     /// published and there is no initial value; that is not kept, the next call looks again.
+    #[inline]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
-        if self.stamp.is_none() {
-            self.take();
-        }
-        self.latched()
+        let stamp = match self.stamp {
+            Some(stamp) => stamp,
+            None => self.take()?,
+        };
+        Some(self.show(stamp))
     }
 
     /// The value that is latched, if one is.
+    #[inline]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
-        let stamp = self.stamp?;
-        let bytes = match (&self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), _) => copy.bytes(self.variable.bytes()),
-            // SAFETY: pinned in this cell.
-            (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
-            (Hold::Pin(_), _) => return None,
-        };
-        Some(Latched { bytes, stamp })
+        self.stamp.map(|stamp| self.show(stamp))
     }
 
     /// Lets go of the latched value, so that the next latch takes the newest.
+    #[inline]
     pub fn release(&mut self) {
         self.stamp = None;
         if let (Hold::Pin(pin), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
@@ -91,33 +91,47 @@ impl Reader {
         self.variable.newest()
     }
 
-    fn take(&mut self) {
-        let bytes = self.variable.bytes();
-        let stamp: Stamp = match (&mut self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), Cell::Ring(ring)) => ring.read(copy.words_mut(bytes.div_ceil(8))).into(),
+    /// Gets hold of the newest value, if there is one.
+    #[inline]
+    fn take(&mut self) -> Option<Stamp> {
+        let mark = match (&mut self.hold, &self.variable.cell) {
+            (Hold::Copy(copy), Cell::Ring(ring)) => ring.read(copy.words_mut(self.bytes.div_ceil(8))),
             (Hold::Copy(copy), Cell::Pinned(pinned)) => {
                 let _one_at_a_time = lock(&self.variable.copying);
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
-                copy.bytes_mut(bytes)
+                copy.bytes_mut(self.bytes)
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
-                let stamp = pinned.mark(&pin).into();
+                let mark = pinned.mark(&pin);
                 pinned.unpin(pin);
-                stamp
+                mark
             }
             (Hold::Pin(held), Cell::Pinned(pinned)) => {
                 let pin = pinned.pin();
-                let stamp = pinned.mark(&pin).into();
+                let mark = pinned.mark(&pin);
                 *held = Some(pin);
-                stamp
+                mark
             }
             (Hold::Pin(_), Cell::Ring(_)) => unreachable!("small values are copied"),
         };
-        if self.variable.shows(stamp.sequence) {
-            self.stamp = Some(stamp);
-        } else {
+        if !self.variable.shows(mark.sequence) {
             self.release();
+            return None;
         }
+        self.stamp = Some(mark.into());
+        Some(mark.into())
+    }
+
+    /// What is held: a value whenever there is a stamp.
+    #[inline]
+    fn show(&self, stamp: Stamp) -> Latched<'_> {
+        let bytes = match (&self.hold, &self.variable.cell) {
+            (Hold::Copy(copy), _) => copy.bytes(self.bytes),
+            // SAFETY: pinned in this cell.
+            (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
+            (Hold::Pin(_), _) => unreachable!("a stamp is kept as long as the value"),
+        };
+        Latched { bytes, stamp }
     }
 }
 

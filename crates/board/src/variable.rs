@@ -290,6 +290,7 @@ impl Variable {
     }
 
     /// Whether readers get a value: one was published, or there is an initial one.
+    #[inline]
     pub(crate) fn shows(&self, sequence: u64) -> bool {
         sequence > 0 || self.declaration.initial.is_some()
     }
@@ -401,6 +402,7 @@ impl Register {
 }
 
 impl From<Mark> for Stamp {
+    #[inline]
     fn from(mark: Mark) -> Self {
         Self {
             time: mark.time,

@@ -35,11 +35,13 @@ impl Aligned {
     }
 
     /// The first byte. Outlives moves of this owner.
+    #[inline]
     pub fn base(&self) -> *mut u8 {
         self.base.as_ptr()
     }
 
     /// The first `bytes` bytes.
+    #[inline]
     pub fn bytes(&self, bytes: usize) -> &[u8] {
         assert!(bytes <= self.layout.size());
         // SAFETY: inside the allocation, initialised since it was made, and borrowed with it.
@@ -47,6 +49,7 @@ impl Aligned {
     }
 
     /// The first `bytes` bytes.
+    #[inline]
     pub fn bytes_mut(&mut self, bytes: usize) -> &mut [u8] {
         assert!(bytes <= self.layout.size());
         // SAFETY: as in `bytes`, and borrowed alone.
@@ -54,6 +57,7 @@ impl Aligned {
     }
 
     /// The first `words` words.
+    #[inline]
     pub fn words(&self, words: usize) -> &[u64] {
         assert!(words <= self.layout.size() / 8);
         // SAFETY: as in `bytes`; a line is aligned for words, and any bits are one.
@@ -61,6 +65,7 @@ impl Aligned {
     }
 
     /// The first `words` words.
+    #[inline]
     pub fn words_mut(&mut self, words: usize) -> &mut [u64] {
         assert!(words <= self.layout.size() / 8);
         // SAFETY: as in `words`, and borrowed alone.

@@ -103,9 +103,9 @@ impl Pinned {
             slots,
         };
         // The head, which is 0, names slot 0 and owns it.
-        cell.word(0, USE).store(OWNED, Ordering::Relaxed);
-        cell.word(0, WRITER).store(u64::from(u32::MAX), Ordering::Relaxed);
-        cell.word(0, VALID_UNTIL).store(u64::MAX, Ordering::Relaxed);
+        cell.line(0)[USE].store(OWNED, Ordering::Relaxed);
+        cell.line(0)[WRITER].store(u64::from(u32::MAX), Ordering::Relaxed);
+        cell.line(0)[VALID_UNTIL].store(u64::MAX, Ordering::Relaxed);
         cell
     }
 
@@ -113,7 +113,7 @@ impl Pinned {
     pub fn claim(&self) -> Claim {
         loop {
             for slot in 0..self.slots {
-                let word = self.word(slot, USE);
+                let word = &self.line(slot)[USE];
                 // Acquire: what readers and the last owner did with the slot comes before what the new owner does.
                 if word.load(Ordering::Relaxed) == FREE
                     && word
@@ -141,10 +141,10 @@ impl Pinned {
     ) -> Result<u64, Withdrawn> {
         let slot = claim.0;
         // Release, for `newest`, which looks without a pin.
-        self.word(slot, TIME).store(time, Ordering::Release);
-        self.word(slot, WRITER)
-            .store(u64::from(writer), Ordering::Release);
-        self.word(slot, VALID_UNTIL).store(valid_until, Ordering::Release);
+        let line = self.line(slot);
+        line[TIME].store(time, Ordering::Release);
+        line[WRITER].store(u64::from(writer), Ordering::Release);
+        line[VALID_UNTIL].store(valid_until, Ordering::Release);
         let mut head = self.head().load(Ordering::Acquire);
         loop {
             // After the head was read: see "The gate".
@@ -154,15 +154,15 @@ impl Pinned {
             }
             let newest = slot_of(head);
             // Right if the swap succeeds: then the slot was the newest all the time, and its sequence stood.
-            let sequence = self
-                .word(newest, SEQUENCE)
+            let sequence = self.line(newest)[SEQUENCE]
                 .load(Ordering::Relaxed)
                 .wrapping_add(1);
-            self.word(slot, SEQUENCE).store(sequence, Ordering::Release);
+            line[SEQUENCE].store(sequence, Ordering::Release);
+            // Sequentially consistent, for `Bell::ring`, which then asks whether anybody waits.
             match self.head().compare_exchange_weak(
                 head,
                 successor(head, slot),
-                Ordering::AcqRel,
+                Ordering::SeqCst,
                 Ordering::Acquire,
             ) {
                 Ok(_) => {
@@ -180,11 +180,12 @@ impl Pinned {
     }
 
     /// Pins the newest value. Tries again only after a writer has published.
+    #[inline]
     pub fn pin(&self) -> Pin {
         // Relaxed: only a guess, which the second look confirms or corrects.
         let mut slot = slot_of(self.head().load(Ordering::Relaxed));
         loop {
-            self.word(slot, USE).fetch_add(PIN, Ordering::Acquire);
+            self.line(slot)[USE].fetch_add(PIN, Ordering::Acquire);
             let newest = slot_of(self.head().load(Ordering::Acquire));
             if newest == slot {
                 return Pin(slot);
@@ -195,11 +196,13 @@ impl Pinned {
     }
 
     /// Lets go of a value.
+    #[inline]
     pub fn unpin(&self, pin: Pin) {
-        self.word(pin.0, USE).fetch_sub(PIN, Ordering::Release);
+        self.line(pin.0)[USE].fetch_sub(PIN, Ordering::Release);
     }
 
     /// Number and stamp of a pinned value.
+    #[inline]
     pub fn mark(&self, pin: &Pin) -> Mark {
         self.mark_of(pin.0)
     }
@@ -235,24 +238,30 @@ impl Pinned {
         self.region.word(SEATS + seat).load(Ordering::Acquire) == 1
     }
 
+    #[inline]
     fn head(&self) -> &AtomicU64 {
         self.region.word(HEAD)
     }
 
-    fn word(&self, slot: usize, word: usize) -> &AtomicU64 {
-        self.region.word(self.first_slot + slot * LINE_WORDS + word)
+    #[inline]
+    fn line(&self, slot: usize) -> &[AtomicU64; LINE_WORDS] {
+        let first = self.first_slot + slot * LINE_WORDS;
+        let line = self.region.words(first..first + LINE_WORDS).first_chunk();
+        line.expect("a line has so many words")
     }
 
     fn let_go(&self, slot: usize) {
-        self.word(slot, USE).fetch_sub(OWNED, Ordering::Release);
+        self.line(slot)[USE].fetch_sub(OWNED, Ordering::Release);
     }
 
+    #[inline]
     fn mark_of(&self, slot: usize) -> Mark {
+        let line = self.line(slot);
         Mark {
-            sequence: self.word(slot, SEQUENCE).load(Ordering::Acquire),
-            time: self.word(slot, TIME).load(Ordering::Acquire),
-            writer: self.word(slot, WRITER).load(Ordering::Acquire) as u32,
-            valid_until: self.word(slot, VALID_UNTIL).load(Ordering::Acquire),
+            sequence: line[SEQUENCE].load(Ordering::Acquire),
+            time: line[TIME].load(Ordering::Acquire),
+            writer: line[WRITER].load(Ordering::Acquire) as u32,
+            valid_until: line[VALID_UNTIL].load(Ordering::Acquire),
         }
     }
 }
@@ -280,6 +289,7 @@ impl Pinned {
     ///
     /// # Safety
     /// The pin is of this cell.
+    #[inline]
     pub unsafe fn bytes<'a>(&'a self, pin: &'a Pin) -> &'a [u8] {
         // SAFETY: the block has this many initialised bytes; nobody writes to it while it is pinned.
         unsafe { std::slice::from_raw_parts(self.region.block(pin.0), self.region.block_bytes()) }
@@ -299,6 +309,7 @@ impl Pinned {
     }
 }
 
+#[inline]
 fn slot_of(head: u64) -> usize {
     (head & SLOT_MASK) as usize
 }

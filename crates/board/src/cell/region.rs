@@ -53,23 +53,31 @@ mod machine {
         }
 
         /// Word number `index`.
+        #[inline]
         pub fn word(&self, index: usize) -> &AtomicU64 {
-            &self.words(index..index + 1)[0]
+            &self.all()[index]
         }
 
         /// The words of a range.
+        #[inline]
         pub fn words(&self, range: Range<usize>) -> &[AtomicU64] {
+            &self.all()[range]
+        }
+
+        #[inline]
+        fn all(&self) -> &[AtomicU64] {
             // SAFETY: the words are inside the memory, aligned, initialised, and touched as atomics only.
-            let words = unsafe { std::slice::from_raw_parts(self.memory.base().cast(), self.words) };
-            &words[range]
+            unsafe { std::slice::from_raw_parts(self.memory.base().cast(), self.words) }
         }
 
         /// Bytes of a block.
+        #[inline]
         pub fn block_bytes(&self) -> usize {
             self.block_bytes
         }
 
         /// The first byte of block number `index`, on a line's boundary.
+        #[inline]
         pub fn block(&self, index: usize) -> *mut u8 {
             assert!(index < self.blocks, "block {index} of {}", self.blocks);
             // SAFETY: inside the memory, by the assertion and the size it was made with.

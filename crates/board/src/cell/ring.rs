@@ -49,6 +49,7 @@ impl Ring {
     }
 
     /// Number of the newest value.
+    #[inline]
     pub fn newest(&self) -> u64 {
         self.region.word(NEWEST).load(Ordering::Acquire)
     }
@@ -65,11 +66,13 @@ impl Ring {
         for (word, value) in slot[STAMP..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
-        newest.store(next, Ordering::Release);
+        // A swap for its order only: sequentially consistent, for `Bell::ring`, which then asks whether anybody waits.
+        newest.swap(next, Ordering::SeqCst);
         next
     }
 
     /// Copies the newest value. Tries again only after the writer has published `slots - 1` values during one copy.
+    #[inline]
     pub fn read(&self, into: &mut [u64]) -> Mark {
         debug_assert_eq!(into.len(), self.value_words);
         loop {
@@ -116,6 +119,7 @@ impl Ring {
         }
     }
 
+    #[inline]
     fn slot(&self, sequence: u64) -> &[AtomicU64] {
         let first = SLOTS + (sequence & (self.slots - 1)) as usize * self.slot_words;
         self.region.words(first..first + STAMP + self.value_words)
