@@ -29,6 +29,9 @@ pub struct Vff {
     /// How far ahead of the laser that area reaches.
     #[modulation(default = 3.0, unit = "m", min = 0.0)]
     ahead: Modulation<f64>,
+    /// How much larger the area is once an obstacle stands in it: above 0 it cures chattering at the area's edge.
+    #[modulation(default = 0.0, unit = "m", min = 0.0)]
+    margin: Modulation<f64>,
     /// Speed when the force points straight ahead.
     #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
     fast: Modulation<f64>,
@@ -62,6 +65,7 @@ pub struct Vff {
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
+    obstacle: bool,
 }
 
 impl Schema for Vff {
@@ -69,9 +73,10 @@ impl Schema for Vff {
         let (Some(laser), Some(heading)) = (self.laser.get(cx), self.heading(cx)) else {
             return Ok(false.into());
         };
-        let nearest = laser.nearest_ahead(self.half_width.get(cx));
-        let obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx));
-        Ok(Precondition::from(obstacle).urgency(heading.abs()))
+        let margin = if self.obstacle { self.margin.get(cx) } else { 0.0 };
+        let nearest = laser.nearest_ahead(self.half_width.get(cx) + margin);
+        self.obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx) + margin);
+        Ok(Precondition::from(self.obstacle).urgency(heading.abs()))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
