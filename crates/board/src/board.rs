@@ -56,10 +56,13 @@ impl Board {
     /// [`Error::Unknown`], which names the nearest there is.
     pub fn get(&self, full_name: &str) -> Result<Arc<Variable>, Error> {
         self.find(full_name).ok_or_else(|| {
-            let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
+            let names: Vec<String> = self
+                .list()
+                .map(|variable| variable.describe().full_name())
+                .collect();
             Error::Unknown {
                 name: full_name.to_owned(),
-                nearest: nearest(full_name, variables.by_name.keys().map(String::as_str)).map(str::to_owned),
+                nearest: nearest(full_name, names.iter().map(String::as_str)).map(str::to_owned),
             }
         })
     }

@@ -4,6 +4,10 @@ use std::sync::Arc;
 
 use jde_abi::describe::Type;
 
+use crate::Error;
+use crate::finite::Finite;
+use crate::store::Cell;
+
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
 
@@ -67,5 +71,39 @@ impl Declaration {
     #[must_use]
     pub fn full_name(&self) -> String {
         format!("{}.{}", self.owner, self.name)
+    }
+
+    /// Refuses what no variable can be; `finite` knows the floats of the type where they must be finite.
+    pub(crate) fn check(&self, finite: Option<&Finite>) -> Result<(), Error> {
+        let variable = self.full_name();
+        if self.owner.is_empty() || self.name.is_empty() {
+            return Err(Error::Nameless {
+                owner: self.owner.clone(),
+                name: self.name.clone(),
+            });
+        }
+        if self.writers.saturating_add(self.readers) > Cell::MOST_USERS {
+            return Err(Error::TooMany {
+                variable,
+                writers: self.writers,
+                readers: self.readers,
+                most: Cell::MOST_USERS,
+            });
+        }
+        let Some(initial) = &self.initial else {
+            return Ok(());
+        };
+        if initial.len() != self.value_type.bytes {
+            return Err(Error::InitialSize {
+                variable,
+                value_type: self.value_type.name.clone(),
+                expected: self.value_type.bytes,
+                got: initial.len(),
+            });
+        }
+        match finite.and_then(|finite| finite.first_not_finite(initial)) {
+            Some(field) => Err(Error::InitialNotFinite { variable, field }),
+            None => Ok(()),
+        }
     }
 }

@@ -27,6 +27,10 @@ mod rate;
 #[cfg(not(loom))]
 mod reader;
 #[cfg(not(loom))]
+mod register;
+#[cfg(not(loom))]
+mod store;
+#[cfg(not(loom))]
 pub mod typed;
 #[cfg(not(loom))]
 pub mod value;

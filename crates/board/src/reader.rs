@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use crate::cell::{Aligned, Pin};
-use crate::variable::{Cell, lock};
+use crate::store::Cell;
+use crate::variable::lock;
 use crate::{Stamp, Variable};
 
 /// Reads a variable. Dropped, it lets go of its value.
@@ -13,7 +14,7 @@ pub struct Reader {
     variable: Arc<Variable>,
     ticket: usize,
     hold: Hold,
-    stamp: Option<Stamp>,
+    seen: Seen,
     /// Bytes of a value.
     bytes: usize,
 }
@@ -25,6 +26,17 @@ pub struct Latched<'a> {
     pub bytes: &'a [u8],
     /// When, which and whose.
     pub stamp: Stamp,
+}
+
+/// What the first latch after a release saw.
+#[derive(Clone, Copy)]
+enum Seen {
+    /// There was none yet.
+    NotLooked,
+    /// There is no value to see.
+    Nothing,
+    /// A value, which is held.
+    Value(Stamp),
 }
 
 /// How the latched value is kept.
@@ -46,7 +58,7 @@ impl Reader {
             variable,
             ticket,
             hold,
-            stamp: None,
+            seen: Seen::NotLooked,
         }
     }
 
@@ -56,13 +68,14 @@ impl Reader {
         &self.variable
     }
 
-    /// The newest value at the first call; the same value, at the same address, until `release`. None while nothing was
-    /// published and there is no initial value; that is not kept, the next call looks again.
+    /// The newest value at the first call; the same value, at the same address, until `release`. None if then nothing was
+    /// published and there is no initial value: that, too, stays so until `release`.
     #[inline]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
-        let stamp = match self.stamp {
-            Some(stamp) => stamp,
-            None => self.take()?,
+        let stamp = match self.seen {
+            Seen::Value(stamp) => stamp,
+            Seen::Nothing => return None,
+            Seen::NotLooked => self.take()?,
         };
         Some(self.show(stamp))
     }
@@ -71,18 +84,17 @@ impl Reader {
     #[inline]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
-        self.stamp.map(|stamp| self.show(stamp))
+        match self.seen {
+            Seen::Value(stamp) => Some(self.show(stamp)),
+            Seen::Nothing | Seen::NotLooked => None,
+        }
     }
 
     /// Lets go of the latched value, so that the next latch takes the newest.
     #[inline]
     pub fn release(&mut self) {
-        self.stamp = None;
-        if let (Hold::Pin(pin), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
-            && let Some(pin) = pin.take()
-        {
-            pinned.unpin(pin);
-        }
+        self.seen = Seen::NotLooked;
+        self.let_go();
     }
 
     /// Number of the newest value, without latching it; 0 before the first.
@@ -115,21 +127,31 @@ impl Reader {
             (Hold::Pin(_), Cell::Ring(_)) => unreachable!("small values are copied"),
         };
         if !self.variable.shows(mark.sequence) {
-            self.release();
+            self.let_go();
+            self.seen = Seen::Nothing;
             return None;
         }
-        self.stamp = Some(mark.into());
+        self.seen = Seen::Value(mark.into());
         Some(mark.into())
     }
 
-    /// What is held: a value whenever there is a stamp.
+    #[inline]
+    fn let_go(&mut self) {
+        if let (Hold::Pin(pin), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
+            && let Some(pin) = pin.take()
+        {
+            pinned.unpin(pin);
+        }
+    }
+
+    /// What is held, with its stamp.
     #[inline]
     fn show(&self, stamp: Stamp) -> Latched<'_> {
         let bytes = match (&self.hold, &self.variable.cell) {
             (Hold::Copy(copy), _) => copy.bytes(self.bytes),
             // SAFETY: pinned in this cell.
             (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
-            (Hold::Pin(_), _) => unreachable!("a stamp is kept as long as the value"),
+            (Hold::Pin(_), _) => unreachable!("a stamp is kept only with its value"),
         };
         Latched { bytes, stamp }
     }

@@ -1,22 +1,17 @@
 //! A shared variable: its cell, who opened it, who is granted, and how it is doing. Opens readers and writers.
 
-use std::collections::BTreeSet;
+#![allow(unsafe_code, reason = "a claimed slot is written in place")]
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
 use crate::bell::Bell;
-use crate::cell::{Aligned, Claim, Mark, Pinned, Ring};
 use crate::finite::Finite;
 use crate::rate::Rate;
-use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Stamp, Writer};
-
-/// Largest value that readers copy rather than borrow, bytes: two cache lines.
-const MOST_COPIED: usize = 128;
-/// Slots of a small value's ring: a reader tries again only when three values are published while it copies one.
-const RING_SLOTS: u64 = 4;
-/// Slots beside the declared ones: one for values that the host puts, one for all readers beyond the declared number.
-const SPARE: usize = 2;
+use crate::register::Register;
+use crate::store::Cell;
+use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Writer};
 
 type Subscriber = Arc<dyn Fn() + Send + Sync>;
 
@@ -62,31 +57,8 @@ pub struct VariableStatus {
     pub not_finite_at: Option<String>,
 }
 
-pub(crate) enum Cell {
-    Ring(Ring),
-    Pinned(Pinned),
-}
-
-#[derive(Default)]
-struct Register {
-    /// By seat; grants in the cell have the same numbers.
-    writers: Vec<Option<(u32, String)>>,
-    /// Ids that hold a grant, open or not.
-    granted: BTreeSet<u32>,
-    /// By ticket; those past the declared number copy.
-    readers: Vec<Option<String>>,
-}
-
 impl Variable {
     pub(crate) fn new(mut declaration: Declaration) -> Result<Self, Error> {
-        let variable = declaration.full_name();
-        if declaration.owner.is_empty() || declaration.name.is_empty() {
-            return Err(Error::Nameless {
-                owner: declaration.owner,
-                name: declaration.name,
-            });
-        }
-        let bytes = declaration.value_type.bytes;
         let finite = match declaration.access {
             Access::Export => {
                 declaration.writers = 1;
@@ -94,36 +66,9 @@ impl Variable {
             }
             Access::Modulation | Access::Command { .. } => Some(Finite::new(&declaration.value_type)),
         };
-        if let Some(initial) = &declaration.initial {
-            if initial.len() != bytes {
-                return Err(Error::InitialSize {
-                    variable,
-                    value_type: declaration.value_type.name.clone(),
-                    expected: bytes,
-                    got: initial.len(),
-                });
-            }
-            if let Some(field) = finite
-                .as_ref()
-                .and_then(|finite| finite.first_not_finite(initial))
-            {
-                return Err(Error::InitialNotFinite { variable, field });
-            }
-        }
-        let most = Pinned::MOST_SLOTS - 1 - SPARE;
-        if declaration.writers.saturating_add(declaration.readers) > most {
-            return Err(Error::TooMany {
-                variable,
-                writers: declaration.writers,
-                readers: declaration.readers,
-                most,
-            });
-        }
+        declaration.check(finite.as_ref())?;
         let cell = Cell::new(&declaration);
-        let register = Register {
-            writers: vec![None; declaration.writers],
-            ..Register::default()
-        };
+        let register = Register::new(declaration.writers);
         Ok(Self {
             declaration,
             cell,
@@ -159,13 +104,8 @@ impl Variable {
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
             last_writer: written.then_some(mark.writer),
-            writers: register
-                .writers
-                .iter()
-                .flatten()
-                .map(|(_, name)| name.clone())
-                .collect(),
-            readers: register.readers.iter().flatten().cloned().collect(),
+            writers: register.writers(),
+            readers: register.readers(),
             refused: self.refused.load(Ordering::Relaxed),
             not_finite: self.not_finite.load(Ordering::Relaxed),
             not_finite_at: lock(&self.not_finite_at).clone(),
@@ -187,20 +127,14 @@ impl Variable {
     /// [`Error::WritersTaken`]: an export has one writer at a time, others as many as were declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
         let mut register = lock(&self.register);
-        let Some(seat) = register.writers.iter().position(Option::is_none) else {
+        let Some(seat) = register.open_writer(id, name) else {
             return Err(Error::WritersTaken {
                 variable: self.declaration.full_name(),
                 name: name.to_owned(),
                 most: self.declaration.writers,
-                taken: register
-                    .writers
-                    .iter()
-                    .flatten()
-                    .map(|(_, name)| name.clone())
-                    .collect(),
+                taken: register.writers(),
             });
         };
-        register.writers[seat] = Some((id, name.to_owned()));
         if let Cell::Pinned(pinned) = &self.cell
             && register.granted.contains(&id)
         {
@@ -212,15 +146,7 @@ impl Variable {
     /// Opens it for reading, as `name` in what people see.
     #[must_use]
     pub fn reader(self: &Arc<Self>, name: &str) -> Reader {
-        let mut register = lock(&self.register);
-        let ticket = match register.readers.iter().position(Option::is_none) {
-            Some(ticket) => ticket,
-            None => {
-                register.readers.push(None);
-                register.readers.len() - 1
-            }
-        };
-        register.readers[ticket] = Some(name.to_owned());
+        let ticket = lock(&self.register).open_reader(name);
         Reader::new(self.clone(), ticket)
     }
 
@@ -283,7 +209,8 @@ impl Variable {
         self.check_finite(bytes)?;
         let putting = lock(&self.putting);
         let mut claim = pinned.claim();
-        fill(pinned, &mut claim, bytes);
+        // SAFETY: claimed from this cell; the slice ends with the copy.
+        unsafe { pinned.bytes_mut(&mut claim) }.copy_from_slice(bytes);
         let published = pinned.publish(claim, None, time, writer, valid_until);
         drop(putting);
         self.settle(published.map_err(|_| Refused::NoAuthority), time)
@@ -351,72 +278,15 @@ impl Variable {
 
     pub(crate) fn close_writer(&self, seat: usize) {
         let mut register = lock(&self.register);
-        register.writers[seat] = None;
+        register.close_writer(seat);
         if let Cell::Pinned(pinned) = &self.cell {
             pinned.withdraw(seat);
         }
     }
 
     pub(crate) fn close_reader(&self, ticket: usize) {
-        lock(&self.register).readers[ticket] = None;
+        lock(&self.register).close_reader(ticket);
     }
-}
-
-impl Cell {
-    fn new(declaration: &Declaration) -> Self {
-        let bytes = declaration.value_type.bytes;
-        match declaration.access {
-            Access::Export if bytes <= MOST_COPIED => {
-                let words = bytes.div_ceil(8);
-                let mut initial = Aligned::new(bytes);
-                if let Some(value) = &declaration.initial {
-                    initial.bytes_mut(bytes).copy_from_slice(value);
-                }
-                Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words)))
-            }
-            Access::Export | Access::Modulation | Access::Command { .. } => {
-                let (claims, pins) = (declaration.writers + 1, declaration.readers + 1);
-                let mut pinned = Pinned::new(bytes, declaration.writers, claims, pins);
-                if let Some(value) = &declaration.initial {
-                    pinned.set_initial(value);
-                }
-                Self::Pinned(pinned)
-            }
-        }
-    }
-
-    fn newest(&self) -> Mark {
-        match self {
-            Self::Ring(ring) => ring.mark(),
-            Self::Pinned(pinned) => pinned.newest(),
-        }
-    }
-}
-
-impl Register {
-    fn seats_of(&self, id: u32) -> impl Iterator<Item = usize> {
-        let writers = self.writers.iter().enumerate();
-        writers
-            .filter_map(move |(seat, writer)| writer.as_ref().filter(|(open, _)| *open == id).map(|_| seat))
-    }
-}
-
-impl From<Mark> for Stamp {
-    #[inline]
-    fn from(mark: Mark) -> Self {
-        Self {
-            time: mark.time,
-            sequence: mark.sequence,
-            writer: mark.writer,
-            valid_until: mark.valid_until,
-        }
-    }
-}
-
-#[allow(unsafe_code, reason = "a claimed slot is written in place")]
-fn fill(pinned: &Pinned, claim: &mut Claim, bytes: &[u8]) {
-    // SAFETY: the caller claimed from this cell, and holds no slice of it.
-    unsafe { pinned.bytes_mut(claim) }.copy_from_slice(bytes);
 }
 
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::cell::{Aligned, Claim};
-use crate::variable::Cell;
+use crate::store::Cell;
 use crate::{Nanos, Refused, Variable};
 
 /// Writes a variable. Its methods never block. Dropped, it makes room for another writer.

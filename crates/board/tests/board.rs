@@ -109,6 +109,7 @@ fn a_value_comes_with_its_stamp() {
         let mut writer = variable.writer(7, "driver").unwrap();
         let mut reader = variable.reader("view");
         assert_eq!(latch(&mut reader), None, "nothing was published");
+        reader.release();
         assert_eq!(write(&mut writer, 1.5, 100), Ok(1));
         let (value, stamp) = latch(&mut reader).unwrap();
         assert_eq!(value, 1.5);
@@ -143,6 +144,20 @@ fn r8_a_latched_value_stays_until_it_is_released() {
 }
 
 #[test]
+fn r8_that_there_is_no_value_stays_so_until_the_release() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "driver").unwrap();
+        let mut reader = variable.reader("goon");
+        assert_eq!(latch(&mut reader), None);
+        write(&mut writer, 1.0, 1).unwrap();
+        assert_eq!(latch(&mut reader), None, "a check and its iteration see the same");
+        assert!(reader.latched().is_none());
+        reader.release();
+        assert_eq!(latch(&mut reader).unwrap().0, 1.0);
+    }
+}
+
+#[test]
 fn an_initial_value_is_number_0_and_nobodys() {
     for access in [Access::Export, Access::Modulation, COMMAND] {
         let mut with = declaration("gain", &float64(), access);
@@ -170,6 +185,7 @@ fn what_is_loaned_is_seen_by_nobody_before_it_is_published() {
         assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
         writer.loan().fill(1);
         assert!(reader.latch().is_none());
+        reader.release();
         writer.discard();
         assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
         assert_eq!(write(&mut writer, 2.0, 0), Ok(1));

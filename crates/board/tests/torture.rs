@@ -88,9 +88,11 @@ fn read(variable: &Arc<Variable>, done: &AtomicBool) -> u64 {
         let finished = done.load(Ordering::Acquire);
         let sequence = check(&mut reader);
         assert!(sequence >= last, "value {sequence} after value {last}");
-        if sequence > 0 {
-            assert_eq!(check(&mut reader), sequence, "a latched value stays");
-        }
+        assert_eq!(
+            check(&mut reader),
+            sequence,
+            "a latched value stays, and so does its absence"
+        );
         reader.release();
         last = sequence;
         if finished {
