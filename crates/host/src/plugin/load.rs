@@ -4,7 +4,6 @@
 
 #![allow(unsafe_code)]
 
-use std::io::Write;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +11,9 @@ use std::sync::Arc;
 use jde_abi::{describe, raw, read};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
-use super::elf;
+use tempfile::TempPath;
+
+use super::{copy, elf};
 
 /// A plugin whose tables were read and found right.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ pub struct Loaded {
     /// The file it came from; `None` if it is linked in.
     pub path: Option<PathBuf>,
     table: &'static raw::Plugin,
+    /// The file that is really mapped.
+    _copy: Option<Arc<TempPath>>,
 }
 
 /// Why a file could not be loaded as a plugin.
@@ -55,6 +58,7 @@ impl Loaded {
             description: Arc::new(description),
             path: None,
             table,
+            _copy: None,
         })
     }
 
@@ -70,12 +74,10 @@ impl Loaded {
         }
         let bytes = std::fs::read(path)?;
         elf::check(&bytes, raw::ENTRY_SYMBOL).map_err(LoadError::Foreign)?;
-        let mut copy = tempfile::Builder::new().prefix("jde-").suffix(".so").tempfile()?;
-        copy.write_all(&bytes)?;
-        copy.flush()?;
+        let copy = copy::of(path, &bytes)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
-        let library = unsafe { Library::open(Some(copy.path()), RTLD_NOW | RTLD_LOCAL) }
-            .map_err(|error| LoadError::System(cause(&error, copy.path(), path)))?;
+        let library = unsafe { Library::open(Some(&*copy), RTLD_NOW | RTLD_LOCAL) }
+            .map_err(|error| LoadError::System(cause(&error, &copy, path)))?;
         // SAFETY: the symbol is there; its type is checked below before it is used as a table.
         let table = unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL.as_bytes()) }
             .map_err(|error| LoadError::System(error.to_string()))?
@@ -98,6 +100,7 @@ impl Loaded {
             description: Arc::new(description),
             path: Some(path.to_owned()),
             table,
+            _copy: Some(Arc::new(copy)),
         })
     }
 
@@ -127,5 +130,14 @@ fn cause(error: &libloading::Error, copy: &Path, path: &Path) -> String {
         Some(source) => source.to_string(),
         None => error.to_string(),
     };
-    text.replace(&copy.display().to_string(), &path.display().to_string())
+    let text = text.replace(&copy.display().to_string(), &path.display().to_string());
+    match copy.parent() {
+        Some(folder) if text.contains("failed to map segment") => {
+            format!(
+                "{text} (its copy is in {}; if no program may run there, set TMPDIR to a folder where one may)",
+                folder.display()
+            )
+        }
+        _ => text,
+    }
 }

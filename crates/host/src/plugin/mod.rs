@@ -2,6 +2,7 @@
 //!
 //! A library is never unmapped: threads, thread-locals and panics may still need its code (docs/architecture.md, hazards).
 
+mod copy;
 mod elf;
 mod load;
 mod search;
