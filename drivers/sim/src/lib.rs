@@ -4,10 +4,10 @@
 mod sense;
 mod worlds;
 
-use std::sync::{Arc, Mutex};
-
 use jde_schema::prelude::*;
-use jde_sim::{LaserConfig, OdometryOrigin, RobotConfig, RobotId, SonarConfig, Twist2, World};
+use jde_sim::{LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2};
+
+use worlds::Hold;
 
 /// A Pioneer P3-DX with a laser in a simulated world; several in one application share the world.
 ///
@@ -69,8 +69,7 @@ pub struct Pioneer {
 
 /// A robot that stands in a world.
 struct Body {
-    world: Arc<Mutex<World>>,
-    robot: RobotId,
+    hold: Hold,
     lasers: LaserConfig,
     ring: SonarConfig,
 }
@@ -84,24 +83,25 @@ impl Schema for Pioneer {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
+        // Not there while it senses: a driver that fails lets go of its robot, which then stands still.
         let Some(body) = self.body.take() else {
             return Err("it is in no world".into());
         };
         let twist = *self.velocity.get(cx).value();
-        let mut world = worlds::lock(&body.world);
+        let mut world = body.hold.world();
         // The command counts from now on: what was before was driven by the last one.
         world.advance_to(cx.now().as_nanos() as u64);
-        world.command(body.robot, Twist2::new(twist.linear.x, twist.angular.z))?;
-        let sensed = self.sense(cx, &world, &body);
+        world.command(body.hold.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
+        self.sense(cx, &world, &body)?;
         drop(world);
         self.body = Some(body);
-        sensed
+        Ok(())
     }
 
     fn sleep(&mut self, _: &Context) {
         if let Some(body) = &self.body {
             // Standing still is finite, which is all that a command must be.
-            let _ = worlds::lock(&body.world).command(body.robot, Twist2::default());
+            let _ = body.hold.world().command(body.hold.robot(), Twist2::default());
         }
     }
 }
@@ -115,7 +115,6 @@ impl Pioneer {
                 "it has no world; give it one in the application: world = \"worlds/office.toml\"".into(),
             );
         }
-        let world = worlds::open(cx.application(), path.as_str(), cx.seed())?;
         let named = self.robot.get(cx);
         let name = if named.is_empty() {
             cx.name()
@@ -142,13 +141,8 @@ impl Pioneer {
             sigma: self.sonar_noise.get(cx),
             ..SonarConfig::default()
         };
-        let robot = worlds::lock(&world).add_robot(name, config)?;
-        Ok(Body {
-            world,
-            robot,
-            lasers,
-            ring,
-        })
+        let hold = Hold::take((cx.application(), path.as_str(), cx.seed()), name, config)?;
+        Ok(Body { hold, lasers, ring })
     }
 }
 

@@ -10,7 +10,7 @@ impl Pioneer {
     pub(crate) fn sense(&mut self, cx: &Context, world: &World, body: &Body) -> Result {
         self.scan(cx, world, body)?;
         self.ping(cx, world, body)?;
-        let (now, robot) = (cx.now(), body.robot);
+        let (now, robot) = (cx.now(), body.hold.robot());
         let odometry = world.odometry(robot);
         let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
         self.odometry
@@ -55,7 +55,7 @@ impl Pioneer {
         scan.range_min = lasers.range_min as f32;
         scan.range_max = lasers.range_max as f32;
         scan.intensities.clear();
-        world.laser(body.robot, lasers, scan.ranges.resize(lasers.beams))?;
+        world.laser(body.hold.robot(), lasers, scan.ranges.resize(lasers.beams))?;
         scan.publish();
         Ok(())
     }
@@ -77,7 +77,7 @@ impl Pioneer {
         {
             *pose = self::pose(*mount);
         }
-        world.sonars(body.robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
+        world.sonars(body.hold.robot(), ring, sonars.ranges.resize(ring.mounts.len()))?;
         sonars.publish();
         Ok(())
     }

@@ -1,1 +1,400 @@
-//! Tests.
+//! The robot as schemas see it: units, axes, orders and times of what it senses, and what it says when its world is wrong.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+use std::fs;
+
+use jde_schema::bench::Bench;
+use tempfile::TempDir;
+
+use super::*;
+
+/// A room of 6 x 5 m; `bench` is what the bench calls the schemas on it.
+const ROOM: &str = r#"
+walls = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
+
+[robots.bench]
+start = { x = 2, y = 3, heading_deg = 0 }
+"#;
+
+const PERIOD: Duration = Duration::from_millis(50);
+
+/// A robot without noise on the bench, with a command that is given again before each iteration.
+struct Robot {
+    bench: Bench<Pioneer>,
+    now: Duration,
+}
+
+impl Robot {
+    fn asleep(world: &str, name: &str) -> Self {
+        let mut bench = Bench::new();
+        bench.set("world", Text::<1024>::new(world));
+        bench.set("robot", Text::<60>::new(name));
+        for noise in ["laser_noise", "sonar_noise", "wheel_error"] {
+            bench.set(noise, 0.0);
+        }
+        Self {
+            bench,
+            now: Duration::ZERO,
+        }
+    }
+
+    fn awake(world: &str, name: &str) -> Self {
+        let mut robot = Self::asleep(world, name);
+        robot.bench.awake().expect("it finds its place in the world");
+        robot
+    }
+
+    /// Iterates up to a time, commanding nothing.
+    fn idle(&mut self, seconds: f64) {
+        let end = self.now + Duration::from_secs_f64(seconds);
+        while self.now < end {
+            self.now += PERIOD;
+            self.bench.set_now(self.now);
+            self.bench.iterate().expect("it drives and senses");
+        }
+    }
+
+    /// Keeps a command for a time, and then brakes until it stands.
+    fn drive(&mut self, linear: f64, angular: f64, seconds: f64) {
+        for (twist, seconds) in [(Twist::planar(linear, angular), seconds), (Twist::ZERO, 2.0)] {
+            let end = self.now + Duration::from_secs_f64(seconds);
+            while self.now < end {
+                self.bench.command("velocity", &twist);
+                self.bench.iterate().expect("it drives and senses");
+                self.now += PERIOD;
+                self.bench.set_now(self.now);
+            }
+        }
+        self.bench.iterate().expect("it drives and senses");
+    }
+
+    fn truth(&self) -> Truth {
+        self.bench.exported("truth").expect("it has iterated")
+    }
+
+    fn odometry(&self) -> Odometry {
+        self.bench.exported("odometry").expect("it has iterated")
+    }
+
+    fn laser(&self) -> Box<LaserScan> {
+        Box::new(self.bench.exported("laser").expect("it has iterated"))
+    }
+}
+
+/// A file of a world, in a folder that goes with the first of the two.
+fn file(text: &str) -> (TempDir, String) {
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("place.toml");
+    fs::write(&path, text).expect("a file");
+    let path = path.to_str().expect("a path in UTF-8").to_owned();
+    (folder, path)
+}
+
+#[track_caller]
+fn near(is: f64, wanted: f64, tolerance: f64) {
+    assert!(
+        (is - wanted).abs() <= tolerance,
+        "{is} is not {wanted} ± {tolerance}"
+    );
+}
+
+#[test]
+fn a_square_of_metres_and_radians_ends_where_it_began() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    let corners = [(3.0, 3.0), (3.0, 4.0), (2.0, 4.0), (2.0, 3.0)];
+    for (x, y) in corners {
+        robot.drive(0.25, 0.0, 4.0);
+        near(robot.truth().pose.x, x, 0.01);
+        near(robot.truth().pose.y, y, 0.01);
+        robot.drive(0.0, FRAC_PI_2 / 2.0, 2.0);
+    }
+    near(normalize_angle(robot.truth().pose.theta), 0.0, 0.01);
+    assert_eq!(robot.truth().collisions, 0);
+}
+
+#[test]
+fn a_positive_turn_is_to_the_left_and_on_the_spot() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.drive(0.0, 0.5, 2.0);
+    let pose = robot.truth().pose;
+    near(pose.theta, 1.0, 0.01);
+    near(pose.x, 2.0, 0.001);
+    near(pose.y, 3.0, 0.001);
+    near(robot.odometry().pose2d().theta, 1.0, 0.01);
+}
+
+#[test]
+fn what_the_wheels_tell_is_the_speed_of_the_moment_in_the_robots_frame() {
+    let (_folder, path) = file(&ROOM.replace("heading_deg = 0", "heading_deg = 90"));
+    let mut robot = Robot::awake(&path, "bench");
+    for _ in 0..30 {
+        robot.bench.command("velocity", &Twist::planar(0.2, 0.0));
+        robot.idle(0.05);
+    }
+    let twist = robot.odometry().twist.twist;
+    near(twist.linear.x, 0.2, 0.005);
+    near(twist.linear.y, 0.0, 0.0);
+    // The wheels slip a little, each by itself.
+    near(twist.angular.z, 0.0, 0.05);
+}
+
+#[test]
+fn odometry_starts_at_the_start_pose_so_that_its_frame_is_the_worlds() {
+    let (_folder, path) = file(&ROOM.replace("heading_deg = 0", "heading_deg = 90"));
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.05);
+    let odometry = robot.odometry();
+    assert_eq!(odometry.header.frame_id.as_str(), "odom");
+    assert_eq!(odometry.child_frame_id.as_str(), "base_link");
+    near(
+        odometry.pose2d().distance_to(&Pose2D::new(2.0, 3.0, 0.0)),
+        0.0,
+        1e-9,
+    );
+    near(odometry.pose2d().theta, FRAC_PI_2, 1e-9);
+}
+
+#[test]
+fn the_laser_sees_walls_where_they_are_from_right_to_left() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.05);
+    let scan = robot.laser();
+    assert_eq!((scan.ranges.len(), scan.header.frame_id.as_str()), (180, "laser"));
+    assert_eq!(robot.bench.exported_at("laser"), Some(PERIOD));
+    near(scan.angle(0), -FRAC_PI_2, 1e-6);
+    near(f64::from(scan.angle_increment), PI / 180.0, 1e-6);
+    // The laser sits 18 mm ahead of the base.
+    near(f64::from(scan.ranges[0]), 3.0, 0.001);
+    near(f64::from(scan.ranges[90]), 6.0 - 2.018, 0.001);
+    near(f64::from(scan.ranges[179]), 2.0 / scan.angle(179).sin(), 0.001);
+    near(scan.nearest_ahead(0.3).expect("a wall"), 6.0 - 2.018, 0.001);
+}
+
+#[test]
+fn a_beam_that_meets_nothing_is_infinite() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::asleep(&path, "bench");
+    robot.bench.set("laser_range", 3.5);
+    robot.bench.set("laser_beams", 4_u32);
+    robot.bench.set("laser_view", 2.0 * PI);
+    robot.bench.awake().expect("it finds its place in the world");
+    robot.idle(0.05);
+    let scan = robot.laser();
+    let [behind, right, ahead, left] = scan.ranges.as_slice() else {
+        panic!("{} beams", scan.ranges.len())
+    };
+    near(f64::from(*behind), 2.018, 0.001);
+    near(f64::from(*right), 3.0, 0.001);
+    assert_eq!(
+        *ahead,
+        f32::INFINITY,
+        "the wall is 3.98 m away, and it sees 3.5 m"
+    );
+    near(f64::from(*left), 2.0, 0.001);
+}
+
+#[test]
+fn sonars_go_from_left_to_right_ahead_and_back_behind() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.05);
+    let ring: RangeRing = robot.bench.exported("sonars").expect("it has iterated");
+    let looks: Vec<f64> = ring
+        .poses
+        .iter()
+        .map(|pose| pose.theta.to_degrees().round())
+        .collect();
+    let ahead = [90.0, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0];
+    let behind = [-90.0, -130.0, -150.0, -170.0, 170.0, 150.0, 130.0, 90.0];
+    assert_eq!(looks, [ahead, behind].concat());
+    // The outer ones face the walls at the sides, and sit 136 mm from the middle.
+    for (sonar, range) in [(0, 2.0), (7, 3.0), (8, 3.0), (15, 2.0)] {
+        near(f64::from(ring.ranges[sonar]), range - 0.136, 0.001);
+    }
+}
+
+#[test]
+fn bumpers_say_where_it_is_touched_and_that_the_wheels_are_held() {
+    let (_folder, path) = file(&ROOM.replace("x = 2", "x = 5.6"));
+    let mut robot = Robot::awake(&path, "bench");
+    for _ in 0..60 {
+        robot.bench.command("velocity", &Twist::planar(0.2, 0.0));
+        robot.idle(0.05);
+    }
+    let bumpers: Bumpers = robot.bench.exported("bumpers").expect("it has iterated");
+    let pressed = |ring: &Seq<Flag, 8>| ring.iter().map(|flag| flag.get()).collect::<Vec<_>>();
+    assert_eq!(pressed(&bumpers.front), [false, false, true, false, false]);
+    assert_eq!(pressed(&bumpers.rear), [false; 5]);
+    assert!(bumpers.stalled.get());
+    assert_eq!(robot.truth().collisions, 1);
+    assert_eq!(robot.odometry().child_frame_id, bumpers.header.frame_id);
+}
+
+#[test]
+fn bumpers_behind_count_from_left_to_right_as_one_looks_ahead() {
+    // It backs into the wall at x = 6, which it touches with its right half: it looks 30 degrees to the right of straight away.
+    let (_folder, path) = file(
+        &ROOM
+            .replace("x = 2", "x = 5.6")
+            .replace("heading_deg = 0", "heading_deg = 150"),
+    );
+    let mut robot = Robot::awake(&path, "bench");
+    for _ in 0..60 {
+        robot.bench.command("velocity", &Twist::planar(-0.2, 0.0));
+        robot.idle(0.05);
+    }
+    let bumpers: Bumpers = robot.bench.exported("bumpers").expect("it has iterated");
+    let rear: Vec<bool> = bumpers.rear.iter().map(|flag| flag.get()).collect();
+    assert_eq!(rear, [false, false, false, true, false]);
+}
+
+#[test]
+fn a_command_that_is_not_given_again_ends_with_its_validity() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.bench.command("velocity", &Twist::planar(0.3, 0.0));
+    robot.idle(0.5);
+    assert!(robot.truth().twist.linear.x > 0.1, "it is in force");
+    robot.idle(1.5);
+    assert_eq!(robot.truth().twist, Twist::ZERO);
+}
+
+#[test]
+fn it_brakes_as_it_goes_to_sleep() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.bench.command("velocity", &Twist::planar(0.3, 0.0));
+    robot.idle(0.5);
+    let before = robot.truth().pose;
+    robot.bench.sleep().expect("it sleeps");
+    robot.now += Duration::from_secs(5);
+    robot.bench.awake().expect("it wakes where it is");
+    robot.idle(0.05);
+    // From 0.15 m/s to nothing at 0.3 m/s².
+    near(robot.truth().pose.x - before.x, 0.0375, 0.01);
+}
+
+/// Two robots that look at each other from 3 m.
+const DUEL: &str = r#"
+walls = [{ name = "hall", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]
+
+[robots.left]
+start = { x = 1.5, y = 2, heading_deg = 0 }
+
+[robots.right]
+start = { x = 4.5, y = 2, heading_deg = 180 }
+"#;
+
+#[test]
+fn robots_of_one_application_share_the_world_of_a_file() {
+    let (_folder, path) = file(DUEL);
+    let (mut left, mut right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
+    left.idle(0.05);
+    near(f64::from(left.laser().ranges[90]), 3.0 - 0.018 - 0.25, 0.001);
+    right.now = left.now;
+    for _ in 0..240 {
+        left.bench.command("velocity", &Twist::planar(0.3, 0.0));
+        left.idle(0.05);
+        right.idle(0.05);
+    }
+    near(left.truth().pose.distance_to(&right.truth().pose), 0.5, 0.002);
+    assert_eq!((left.truth().collisions, right.truth().collisions), (1, 1));
+}
+
+#[test]
+fn a_driver_that_starts_again_finds_its_robot_where_it_was_left() {
+    let (_folder, path) = file(DUEL);
+    let (mut left, _right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
+    left.drive(0.25, 0.0, 4.0);
+    let now = left.now;
+    drop(left);
+    let mut again = Robot::awake(&path, "left");
+    again.now = now;
+    again.idle(0.05);
+    near(again.truth().pose.x, 2.5, 0.01);
+    near(again.odometry().pose2d().x, 2.5, 0.01);
+}
+
+#[test]
+fn a_driver_that_is_let_go_of_while_it_moves_leaves_a_robot_that_stands() {
+    let (_folder, path) = file(DUEL);
+    let (mut left, mut right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
+    left.bench.command("velocity", &Twist::planar(0.3, 0.0));
+    left.idle(0.5);
+    right.now = left.now;
+    drop(left);
+    right.idle(10.0);
+    let distance = f64::from(right.laser().ranges[90]);
+    assert!(distance > 2.5, "it came on to {distance} m");
+}
+
+#[test]
+fn a_world_is_new_once_nobody_is_in_it() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.drive(0.25, 0.0, 4.0);
+    drop(robot);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.05);
+    near(robot.truth().pose.x, 2.0, 1e-9);
+}
+
+#[test]
+fn a_robot_without_a_name_has_that_of_its_schema() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "");
+    robot.idle(0.05);
+    near(robot.truth().pose.x, 2.0, 1e-9);
+}
+
+#[track_caller]
+fn refused(world: &str, name: &str, words: &[&str]) {
+    let reason = Robot::asleep(world, name)
+        .bench
+        .awake()
+        .expect_err("it has no place")
+        .reason;
+    for word in words {
+        assert!(reason.contains(word), "`{word}` is not in: {reason}");
+    }
+}
+
+#[test]
+fn without_a_place_in_a_world_it_says_what_to_do() {
+    refused("", "", &["it has no world", "world = \"worlds/office.toml\""]);
+    let (_folder, path) = file(ROOM);
+    refused(
+        &path.replace("place", "palace"),
+        "bench",
+        &["palace.toml", "cannot read the world"],
+    );
+    refused(&path, "bnech", &["no robot `bnech`", "did you mean `bench`?"]);
+    let (_folder, path) = file(&ROOM.replace("x = 2,", "x = two,"));
+    refused(&path, "bench", &["place.toml:5"]);
+    let (_folder, path) = file(&ROOM.replace("x = 2,", "x = 0.1,"));
+    refused(&path, "bench", &["place.toml:5", "starts on `room`"]);
+}
+
+#[test]
+fn a_robot_has_one_driver() {
+    let (_folder, path) = file(ROOM);
+    let _first = Robot::awake(&path, "bench");
+    refused(
+        &path,
+        "bench",
+        &["robot `bench` has a driver already", "robot = "],
+    );
+}
+
+#[test]
+fn numbers_that_cannot_work_are_named() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::asleep(&path, "bench");
+    robot.bench.set("laser_range", 0.01);
+    robot.bench.awake().expect("only a scan shows it");
+    let reason = robot.bench.iterate().expect_err("no scan").reason;
+    assert!(reason.contains("laser range_max is 0.01"), "{reason}");
+}

@@ -1,33 +1,104 @@
-//! The worlds of this process, shared by the robots of one application. It opens and lends; it steps nothing.
+//! The worlds of this process, shared by the robots of one application. It opens, lends and keeps one driver to a robot; it
+//! steps nothing.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use jde_sim::{World, WorldError};
+use jde_sim::{RobotConfig, RobotId, Twist2, World, WorldError};
+
+/// Worlds that some robot is in; the last to leave one takes it along. Applications do not see each other's.
+static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
 
 /// Which application opened which file.
 type Key = (u64, String);
 
-/// Worlds that some robot is in. Applications do not see each other's.
-static OPEN: Mutex<Vec<(Key, Weak<Mutex<World>>)>> = Mutex::new(Vec::new());
+/// A world, and the robots in it that have a driver now.
+struct Shared {
+    world: Mutex<World>,
+    driven: Mutex<Vec<RobotId>>,
+}
 
-/// The application's world of that file: the one that is open, or a new one at time 0.
-pub(crate) fn open(application: u64, path: &str, seed: u64) -> Result<Arc<Mutex<World>>, WorldError> {
-    let mut open = lock(&OPEN);
-    open.retain(|(_, world)| world.strong_count() > 0);
-    let key = (application, path.to_owned());
-    if let Some(world) = open
-        .iter()
-        .find(|(known, _)| *known == key)
-        .and_then(|(_, world)| world.upgrade())
-    {
-        return Ok(world);
+/// The one driver's hold on a robot. Let go of, the robot stands still where it is, until another takes it.
+pub(crate) struct Hold {
+    shared: Arc<Shared>,
+    robot: RobotId,
+}
+
+/// Why a robot has no driver.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum HoldError {
+    #[error(transparent)]
+    World(#[from] WorldError),
+    #[error(
+        "robot `{0}` has a driver already: give each driver its own, by its name or by `robot = \"...\"`"
+    )]
+    Driven(String),
+}
+
+impl Hold {
+    /// Takes a robot of the application's world of that file: the world that is open, or a new one at time 0.
+    ///
+    /// A robot that another driver left in it, as one that faulted does, is found where it was left.
+    pub(crate) fn take(
+        (application, path, seed): (u64, &str, u64),
+        name: &str,
+        config: RobotConfig,
+    ) -> Result<Self, HoldError> {
+        let shared = open(application, path, seed)?;
+        // Held until the end, so that of two who want one robot the second sees the first.
+        let mut driven = lock(&shared.driven);
+        let robot = enter(&mut lock(&shared.world), name, config)?;
+        if driven.contains(&robot) {
+            return Err(HoldError::Driven(name.to_owned()));
+        }
+        driven.push(robot);
+        drop(driven);
+        Ok(Self { shared, robot })
     }
-    let world = Arc::new(Mutex::new(World::load(path, seed)?));
-    open.push((key, Arc::downgrade(&world)));
-    Ok(world)
+
+    /// The world, for as long as no other robot needs it.
+    pub(crate) fn world(&self) -> MutexGuard<'_, World> {
+        lock(&self.shared.world)
+    }
+
+    /// The robot in it.
+    pub(crate) fn robot(&self) -> RobotId {
+        self.robot
+    }
+}
+
+impl Drop for Hold {
+    fn drop(&mut self) {
+        // Standing still is finite, which is all that a command must be.
+        let _ = self.world().command(self.robot, Twist2::default());
+        lock(&self.shared.driven).retain(|robot| *robot != self.robot);
+    }
+}
+
+fn open(application: u64, path: &str, seed: u64) -> Result<Arc<Shared>, WorldError> {
+    let mut open = lock(&OPEN);
+    open.retain(|(_, shared)| shared.strong_count() > 0);
+    let key = (application, path.to_owned());
+    let known = open.iter().find(|(known, _)| *known == key);
+    if let Some(shared) = known.and_then(|(_, shared)| shared.upgrade()) {
+        return Ok(shared);
+    }
+    let shared = Arc::new(Shared {
+        world: Mutex::new(World::load(path, seed)?),
+        driven: Mutex::default(),
+    });
+    open.push((key, Arc::downgrade(&shared)));
+    Ok(shared)
+}
+
+fn enter(world: &mut World, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
+    let there = world.robots().find(|(_, known)| *known == name);
+    match there.map(|(robot, _)| robot) {
+        Some(robot) => Ok(robot),
+        None => world.add_robot(name, config),
+    }
 }
 
 /// A world is never left half stepped: a panic inside one is as good a reason as any to go on with what is there.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
