@@ -58,6 +58,14 @@ impl Clock {
         }
     }
 
+    /// The application's time in which that much passes on this machine.
+    pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
+        match self {
+            Self::Real { speed, .. } => (time.as_nanos() as f64 * speed) as Nanos,
+            Self::Virtual(_) => 0,
+        }
+    }
+
     /// Whether calls take time: in lockstep they do not.
     pub(crate) fn is_real(&self) -> bool {
         matches!(self, Self::Real { .. })

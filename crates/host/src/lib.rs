@@ -7,6 +7,7 @@ pub mod decisions;
 mod engine;
 pub mod event;
 mod exec;
+mod inbox;
 mod instance;
 mod meter;
 mod mission;

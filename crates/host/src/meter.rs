@@ -1,6 +1,6 @@
 //! Counts and times of one instance, written by whoever runs it and read by anyone. It judges nothing.
 
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
 use jde_core::Nanos;
 
@@ -16,6 +16,8 @@ pub(crate) struct Meter {
     pub(crate) faults: AtomicU64,
     pub(crate) longest: AtomicU64,
     pub(crate) period: AtomicU64,
+    /// An iteration went well.
+    pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none does.
     running_since: AtomicU64,
     last_cycle: AtomicU64,

@@ -1,7 +1,7 @@
 //! Ends an application when the variable that it names as its mission says so.
 
 use std::mem::offset_of;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 
 use jde_types::Mission;
 
@@ -13,27 +13,25 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
     let Some((instance, port)) = engine.application.mission else {
         return;
     };
-    let variable = Arc::clone(
-        engine
-            .variables
-            .of(instance, port)
-            .expect("a mission is an export"),
-    );
-    let reader = Mutex::new(variable.reader("mission"));
+    let Some(variable) = engine.variables.of(instance, port) else {
+        unreachable!("a mission is an export");
+    };
+    // A reader kept in the subscription would keep the variable that keeps the subscription.
     let engine: Weak<Engine> = Arc::downgrade(engine);
     variable.subscribe(Arc::new(move || {
-        let mut reader = reader.lock().unwrap_or_else(PoisonError::into_inner);
-        let state = reader
+        let Some(engine) = engine.upgrade() else { return };
+        let Some(variable) = engine.variables.of(instance, port) else {
+            return;
+        };
+        let state = variable
+            .reader("mission")
             .latch()
             .and_then(|latched| latched.bytes.get(offset_of!(Mission, state)).copied());
-        reader.release();
         let outcome = match state {
             Some(Mission::DONE) => Outcome::Done,
             Some(Mission::FAILED) => Outcome::Failed,
             _ => return,
         };
-        if let Some(engine) = engine.upgrade() {
-            engine.conclude(outcome);
-        }
+        engine.conclude(outcome);
     }));
 }

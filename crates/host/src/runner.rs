@@ -9,20 +9,10 @@ use jde_abi::describe::Kind;
 use jde_abi::raw;
 use jde_core::{Answer, Check, GroupId, Level, Nanos};
 
-use crate::engine::{Engine, Signal};
-use crate::event::{Event, Outcome};
+use crate::engine::Engine;
+use crate::event::Event;
+use crate::inbox::Inbox;
 use crate::instance::{Instance, Ports};
-
-/// What awaits an instance until its next turn.
-#[derive(Debug, Default)]
-pub(crate) struct Inbox {
-    /// Awake and asleep, in the order in which they came.
-    life: Vec<bool>,
-    promoted: bool,
-    triggered: bool,
-    retimed: bool,
-    asked: Vec<(GroupId, u64, Level)>,
-}
 
 /// An instance and where it is in its life.
 pub(crate) struct Runner {
@@ -36,14 +26,14 @@ pub(crate) struct Runner {
     last_check: Nanos,
     /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
     last_iteration: Nanos,
-    last_triggered: Nanos,
     late: bool,
-    started: bool,
 }
 
 /// Which iterations a turn asks leave for.
 enum Leave {
     Any,
+    /// Any, and in lockstep also a second one at the same instant: what it acts on came after the first.
+    Again,
     /// Only the first since it became WINNER.
     First,
 }
@@ -58,26 +48,6 @@ enum Life {
     },
     /// Between two of the others, within a turn.
     Changing,
-}
-
-impl Inbox {
-    pub(crate) fn put(&mut self, signal: Signal) {
-        match signal {
-            Signal::Awake => self.life.push(true),
-            Signal::Asleep => {
-                self.life.push(false);
-                self.promoted = false;
-            }
-            Signal::Promoted => self.promoted = true,
-            Signal::Triggered => self.triggered = true,
-            Signal::Retimed => self.retimed = true,
-            Signal::Asked { group, ticket, level } => self.asked.push((group, ticket, level)),
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.life.is_empty() && self.asked.is_empty() && !self.promoted && !self.triggered && !self.retimed
-    }
 }
 
 impl Runner {
@@ -97,9 +67,7 @@ impl Runner {
             period: instance.period_ns,
             last_check: 0,
             last_iteration: 0,
-            last_triggered: 0,
             late: false,
-            started: false,
         }
     }
 
@@ -138,8 +106,7 @@ impl Runner {
             let now = self.engine.clock.now();
             if now >= due {
                 self.cycle(now, due);
-            } else if inbox.triggered && self.last_triggered != now + 1 {
-                self.last_triggered = now + 1;
+            } else if inbox.triggered {
                 self.react(now);
             } else if inbox.promoted {
                 self.act(now, Leave::First);
@@ -178,7 +145,7 @@ impl Runner {
     /// iterates only if that made it WINNER; a driver carries out what was commanded.
     fn react(&mut self, now: Nanos) {
         if self.kind != Kind::Motor {
-            self.act(now, Leave::Any);
+            self.act(now, Leave::Again);
         } else if self.check(now) {
             self.act(now, Leave::First);
         }
@@ -216,9 +183,9 @@ impl Runner {
             return;
         };
         let may = match leave {
-            _ if again_this_instant => false,
-            Leave::Any => self.engine.begin(self.number),
-            Leave::First => self.engine.begin_first(self.number),
+            Leave::Again => self.engine.begin(self.number),
+            Leave::Any => !again_this_instant && self.engine.begin(self.number),
+            Leave::First => !again_this_instant && self.engine.begin_first(self.number),
         };
         if !may {
             return;
@@ -232,7 +199,7 @@ impl Runner {
         meter.longest.fetch_max(took, Relaxed);
         match result {
             Ok(()) => {
-                self.started = true;
+                meter.started.store(true, Relaxed);
                 self.engine.end(self.number);
             }
             Err(reason) => {
@@ -282,45 +249,53 @@ impl Runner {
         if let Err(reason) = self.create() {
             return self.fault(reason);
         }
-        let now = self.engine.clock.now();
-        let Life::Slept(mut instance) = std::mem::replace(&mut self.life, Life::Changing) else {
-            return;
-        };
-        self.last_check = now;
-        let result = instance.awake();
-        self.life = Life::Awake { instance, due: now };
-        if let Err(reason) = result {
-            self.fault(reason);
+        match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Slept(mut instance) => {
+                let now = self.engine.clock.now();
+                self.last_check = now;
+                let result = instance.awake();
+                self.life = Life::Awake { instance, due: now };
+                if let Err(reason) = result {
+                    self.fault(reason);
+                }
+            }
+            // It slept and woke while the application was closing, when nobody told it of the first.
+            other => self.life = other,
         }
     }
 
     fn fall_asleep(&mut self) {
+        if let Err(reason) = self.lie_down() {
+            self.engine.faulted(self.number, reason);
+            self.dismiss();
+        }
+    }
+
+    fn lie_down(&mut self) -> Result<(), String> {
         match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Awake { mut instance, .. } => {
-                if let Err(reason) = instance.sleep() {
-                    tracing::error!(
-                        schema = self.engine.name(self.number),
-                        "failed while going to sleep: {reason}"
-                    );
-                }
+                let result = instance.sleep();
                 self.engine.meters[self.number].pause();
                 self.life = Life::Slept(instance);
+                result
             }
-            other => self.life = other,
+            other => {
+                self.life = other;
+                Ok(())
+            }
         }
     }
 
     /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one.
     fn fault(&mut self, reason: String) {
-        if self.kind == Kind::Driver && !self.started {
-            let name = self.engine.name(self.number);
-            self.engine.conclude(Outcome::Broken(format!(
-                "driver `{name}` could not start: {reason}"
-            )));
-        }
         // The level selects again before anything else is tried with what is broken.
         self.engine.faulted(self.number, reason);
-        self.fall_asleep();
+        if let Err(reason) = self.lie_down() {
+            tracing::error!(
+                schema = self.engine.name(self.number),
+                "also failed while going to sleep: {reason}"
+            );
+        }
         self.dismiss();
     }
 
@@ -341,7 +316,9 @@ impl Runner {
             return;
         };
         if let Life::Awake { due, .. } = &mut self.life {
-            *due = due.saturating_sub(self.period).saturating_add(period);
+            // What would be over by the new period is due now, and not late.
+            let next = due.saturating_sub(self.period).saturating_add(period);
+            *due = next.max(self.engine.clock.now());
         }
         self.period = period;
         self.engine.retimed(self.number, period);

@@ -114,13 +114,17 @@ impl Running {
         };
         engine.attach(&bells);
         mission::follow(&engine);
-        engine.start();
-        let (watched, ears) = (Arc::clone(&engine), Arc::clone(&alarm));
-        let watch =
-            move || supervisor::guarded(&watched, || supervisor::watch(&watched, &ears, options.limit));
+        let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
+        let watch = move || {
+            supervisor::guarded(&watched, || {
+                supervisor::watch(&watched, &*watched_crew, &ears, options.limit);
+            });
+        };
         let watcher = std::thread::Builder::new()
             .name(String::from("supervisor"))
-            .spawn(watch)?;
+            .spawn(watch)
+            .inspect_err(|_| drop(crew.dismiss()))?;
+        engine.start();
         Ok(Self {
             engine,
             crew,

@@ -72,15 +72,19 @@ impl Commands {
         drivers
     }
 
-    /// Keeps the last command of `instances` in force until then.
+    /// Keeps the last command of `instances` in force until then; one whose validity is over stays over.
     pub(super) fn hold(&mut self, instances: &[usize], now: Nanos, until: Nanos) {
         for command in &mut self.commands {
             if !command.last_from(instances) {
                 continue;
             }
-            if let Some(last) = command.newest.latch() {
-                let (writer, bytes) = (last.stamp.writer, last.bytes.to_vec());
-                command.newest.release();
+            let last = command
+                .newest
+                .latch()
+                .filter(|last| last.stamp.valid_until >= now)
+                .map(|last| (last.stamp.writer, last.bytes.to_vec()));
+            command.newest.release();
+            if let Some((writer, bytes)) = last {
                 command
                     .variable
                     .put(writer, &bytes, now, until)

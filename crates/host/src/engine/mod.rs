@@ -10,11 +10,13 @@ mod operate;
 mod services;
 mod wiring;
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
+use jde_abi::describe::Kind;
 use jde_board::Board;
-use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, contract};
+use jde_core::{Answer, Check, Effect, GroupId, Health, Hierarchy, Level, Nanos, SchemaId};
 
 use crate::app::Application;
 use crate::clock::Clock;
@@ -24,6 +26,7 @@ use crate::meter::Meter;
 use authority::Commands;
 use observe::Groups;
 pub use observe::{decider_name, policy_name};
+use operate::Held;
 pub(crate) use wiring::Variables;
 
 /// Tells the runner of an instance that something awaits it.
@@ -67,8 +70,8 @@ pub(crate) struct Engine {
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
     ended: Condvar,
-    /// Worst takeover of every group (R17).
-    allowed: Vec<Nanos>,
+    /// What operators wrote over and did not let go of. Its lock is taken after that of the rules, or alone.
+    held: Mutex<Held>,
 }
 
 /// What changes only in transactions.
@@ -78,6 +81,8 @@ pub(crate) struct Rules {
     observers: Vec<Box<dyn Observer>>,
     commands: Commands,
     groups: Groups,
+    /// Fathers and roles whose last wake or sleep was refused: a row of refusals is told once.
+    unheard: BTreeSet<(usize, usize)>,
     /// While it is `Some`, nobody gains authority, and those put to sleep are listed here instead of rung for.
     closing: Option<Vec<usize>>,
 }
@@ -90,12 +95,7 @@ impl Engine {
         observers: Vec<Box<dyn Observer>>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
-        let spec = application.spec();
-        let allowed = contract(&spec)
-            .iter()
-            .map(jde_core::GroupContract::total)
-            .collect();
-        let hierarchy = Hierarchy::new(spec).map_err(|errors| {
+        let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
             errors
                 .iter()
                 .map(ToString::to_string)
@@ -109,13 +109,14 @@ impl Engine {
         for (meter, instance) in meters.iter().zip(&application.instances) {
             meter.period.store(instance.period_ns, Ordering::Relaxed);
         }
-        let groups = Groups::new(application.groups.len());
+        let groups = Groups::new(application.groups.len(), &hierarchy);
         let rules = Rules {
             hierarchy,
             effects: Vec::new(),
             observers,
             commands,
             groups,
+            unheard: BTreeSet::new(),
             closing: None,
         };
         let engine = Arc::new(Self {
@@ -129,7 +130,7 @@ impl Engine {
             bells: OnceLock::new(),
             outcome: Mutex::new(None),
             ended: Condvar::new(),
-            allowed,
+            held: Mutex::default(),
         });
         Ok((engine, ports))
     }
@@ -177,11 +178,35 @@ impl Engine {
         self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
     }
 
-    /// A call into the instance failed.
+    /// A call into the instance failed. A driver that never worked ends the application: nothing can be done without it.
     pub(crate) fn faulted(&self, instance: usize, reason: String) {
-        self.meters[instance].faults.fetch_add(1, Ordering::Relaxed);
+        let meter = &self.meters[instance];
+        meter.faults.fetch_add(1, Ordering::Relaxed);
         tracing::error!(schema = self.name(instance), "faulted: {reason}");
+        let kind = self.application.instances[instance].schema.kind;
+        if kind == Kind::Driver && !meter.started.load(Ordering::Relaxed) {
+            let name = self.name(instance);
+            self.conclude(Outcome::Broken(format!(
+                "driver `{name}` could not start: {reason}"
+            )));
+        }
         self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
+    }
+
+    /// A call does not return: the level selects again as if it had failed. A restart that finds it there still fails too.
+    pub(crate) fn hung(&self, instance: usize, reason: String) {
+        let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
+        if !known {
+            self.faulted(instance, reason);
+        }
+    }
+
+    /// The host itself panicked: brakes all actuators and ends the application.
+    pub(crate) fn panicked(&self) {
+        self.brake_all();
+        self.conclude(Outcome::Broken(String::from(
+            "the host itself panicked; this is a fault of jde, please report it",
+        )));
     }
 
     /// The father answered.

@@ -17,13 +17,24 @@ pub(crate) struct Groups {
 struct Group {
     switches: u64,
     worst: Nanos,
+    /// Worst takeover by its contract (R17).
+    allowed: Nanos,
     last: Option<(u64, Switch)>,
 }
 
 impl Groups {
-    pub(super) fn new(count: usize) -> Self {
-        Self {
+    pub(super) fn new(count: usize, hierarchy: &Hierarchy) -> Self {
+        let mut groups = Self {
             groups: vec![Group::default(); count],
+        };
+        groups.agree(hierarchy);
+        groups
+    }
+
+    /// Takes over the contract with the periods and policies that are in force now.
+    pub(super) fn agree(&mut self, hierarchy: &Hierarchy) {
+        for contract in hierarchy.contract() {
+            self.groups[contract.group.index()].allowed = contract.total();
         }
     }
 
@@ -64,7 +75,7 @@ impl Engine {
         latency: Nanos,
     ) {
         rules.groups.took(group, record, latency);
-        let allowed = self.allowed[group.index()];
+        let allowed = rules.groups.groups[group.index()].allowed;
         if latency > allowed {
             tracing::warn!(
                 group = self.application.groups[group.index()].name,
@@ -136,7 +147,7 @@ impl Engine {
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
-            operator: operator_hold(&rules.hierarchy, schema(number)),
+            operator: operator_hold(&rules.hierarchy, schema(number)).or_else(|| self.overwritten(number)),
         }
     }
 
@@ -153,7 +164,7 @@ impl Engine {
             switches: kept.switches,
             last: kept.last.as_ref().map(|(_, switch)| switch.clone()),
             worst: kept.worst,
-            allowed: self.allowed[number],
+            allowed: kept.allowed,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use jde_abi::describe::Role;
 use jde_abi::raw;
 use jde_board::Refused;
 use jde_core::{Policy, State};
@@ -24,9 +25,13 @@ impl Engine {
             }
         });
         match result {
-            Ok(()) => raw::OK,
+            Ok(()) => {
+                self.lock().unheard.remove(&(father, role));
+                raw::OK
+            }
             Err(refused) => {
-                self.count_refusal(father, refused.to_string());
+                let first = self.lock().unheard.insert((father, role));
+                self.count_refusal(father, first, || refused.to_string());
                 raw::REFUSED
             }
         }
@@ -48,22 +53,27 @@ impl Engine {
         let changed = self.transact(|hierarchy, now, out| {
             hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
         });
-        if changed.is_ok() {
-            raw::OK
-        } else {
-            raw::BAD_ARGUMENT
+        if changed.is_err() {
+            return raw::BAD_ARGUMENT;
         }
+        self.renew_contract();
+        raw::OK
     }
 
-    /// A command was refused (R7), or was not finite.
-    pub(crate) fn command_refused(&self, instance: usize, port: usize, why: &Refused, first: bool) {
-        let port = &self.application.instances[instance].schema.ports[port].name;
-        let what = format!("command `{port}` refused: {why}");
-        if first {
-            self.count_refusal(instance, what);
-        } else {
-            self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
-        }
+    /// A command was refused (R7), or a command or a child's modulation was not finite.
+    pub(crate) fn write_refused(&self, instance: usize, port: usize, why: &Refused, first: bool) {
+        self.count_refusal(instance, first, || {
+            let port = &self.application.instances[instance].schema.ports[port];
+            let kind = match port.role {
+                Role::ChildModulation { .. } => "modulation",
+                Role::Import { .. }
+                | Role::Export
+                | Role::Modulation { .. }
+                | Role::Command { .. }
+                | Role::Actuator => "command",
+            };
+            format!("{kind} `{}` refused: {why}", port.name)
+        });
     }
 
     /// A number of the application's seed and the instance's name alone (FNV-1a, Fowler, Noll, Vo).
@@ -89,8 +99,13 @@ impl Engine {
         }
     }
 
-    fn count_refusal(&self, instance: usize, what: String) {
+    /// Counts a refusal, and tells of the first of a row.
+    fn count_refusal(&self, instance: usize, first: bool, what: impl FnOnce() -> String) {
         self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
+        if !first {
+            return;
+        }
+        let what = what();
         tracing::debug!(schema = self.name(instance), "{what}");
         let mut rules = self.lock();
         let time = self.clock.now();

@@ -133,6 +133,12 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
     let id = number as u32;
     let variable =
         |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
+    let wish = |variable: &Arc<Variable>| -> Result<Port, Error> {
+        Ok(Port::Wish {
+            writer: variable.writer(id, &instance.name)?,
+            refused: false,
+        })
+    };
     let mut ports = Vec::new();
     for (place, binding) in instance.bindings.iter().enumerate() {
         ports.push(match binding {
@@ -151,19 +157,17 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
                 Port::Command {
                     reader,
                     neutral: Aligned::new(neutral),
+                    in_force: None,
                 }
             }
             Binding::Export => Port::Output(variable((number, place)).writer(id, &instance.name)?),
-            Binding::Actuator { target: Some(target) } => Port::Actuator {
-                writer: variable(*target).writer(id, &instance.name)?,
-                refused: false,
-            },
+            Binding::Actuator { target: Some(target) } => wish(variable(*target))?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Port(child, port)),
-            } => Port::Output(variable((*child, *port)).writer(id, &instance.name)?),
+            } => wish(variable((*child, *port)))?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Period(child)),
-            } => Port::Output(variables.period(*child).writer(id, &instance.name)?),
+            } => wish(variables.period(*child))?,
         });
     }
     Ok(Ports::new(ports))

@@ -9,7 +9,8 @@ use jde_core::Nanos;
 
 use crate::engine::{Bells, Engine, Signal};
 use crate::event::Outcome;
-use crate::runner::{Inbox, Runner};
+use crate::inbox::Inbox;
+use crate::runner::Runner;
 
 /// Signals in the order in which they came.
 #[derive(Default)]
@@ -23,16 +24,21 @@ pub(crate) struct Lockstep {
     queue: Arc<Queue>,
     runners: Vec<Runner>,
     due: Vec<Option<Nanos>>,
+    /// The last instant at which each was triggered, and how often then.
+    triggered: Vec<(Nanos, usize)>,
     /// Who runs first when several are due: drivers and perceptive schemas, then motor schemas, fathers before children.
     order: Vec<usize>,
 }
 
 impl Bells for Queue {
+    /// Several values that come before their reader has looked trigger it once, as in real time.
     fn ring(&self, instance: usize, signal: Signal) {
-        self.signals
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push_back((instance, signal));
+        let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
+        let waits =
+            |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
+        if !(matches!(signal, Signal::Triggered) && signals.iter().any(waits)) {
+            signals.push_back((instance, signal));
+        }
     }
 
     fn alarm(&self, _: Option<Nanos>) {}
@@ -54,11 +60,13 @@ impl Lockstep {
         engine.attach(&bells);
         let order = order(&engine);
         let due = vec![None; runners.len()];
+        let triggered = vec![(0, 0); runners.len()];
         Self {
             engine,
             queue,
             runners,
             due,
+            triggered,
             order,
         }
     }
@@ -119,10 +127,25 @@ impl Lockstep {
     /// Carries out all that the last call led to, at this same instant.
     fn settle(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
+            if matches!(signal, Signal::Triggered) && self.goes_round(number) {
+                continue;
+            }
             let mut inbox = Inbox::default();
             inbox.put(signal);
             self.turn(number, inbox);
         }
+    }
+
+    /// Whether an instance was triggered more often at this instant than any chain of schemas is long: then they trigger
+    /// each other in a circle, which in virtual time would never end.
+    fn goes_round(&mut self, number: usize) -> bool {
+        let now = self.engine.clock.now();
+        let (instant, times) = &mut self.triggered[number];
+        if *instant != now {
+            (*instant, *times) = (now, 0);
+        }
+        *times += 1;
+        *times > self.runners.len()
     }
 
     fn turn(&mut self, number: usize, inbox: Inbox) {

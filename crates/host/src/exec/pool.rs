@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -10,13 +10,15 @@ use jde_core::Nanos;
 
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
-use crate::runner::{Inbox, Runner};
+use crate::inbox::Inbox;
+use crate::runner::Runner;
 
-/// Fewest workers: so that a schema that hangs, and a second one, leave some for the others.
+/// Fewest workers: so that slow schemas leave some for the others. One that hangs is made up for.
 const FEWEST: usize = 4;
 
 /// Workers that share all runners.
 pub(crate) struct Pool {
+    own: Weak<Self>,
     desk: Mutex<Desk>,
     work: Condvar,
     idle: Condvar,
@@ -66,7 +68,8 @@ impl Pool {
             due: vec![None; count],
             leave: false,
         };
-        let pool = Arc::new(Self {
+        let pool = Arc::new_cyclic(|own| Self {
+            own: Weak::clone(own),
             desk: Mutex::new(desk),
             work: Condvar::new(),
             idle: Condvar::new(),
@@ -77,16 +80,25 @@ impl Pool {
         let workers = std::thread::available_parallelism()
             .map_or(FEWEST, usize::from)
             .max(FEWEST);
-        for number in 0..workers {
-            let (engine, own) = (Arc::clone(engine), Arc::clone(&pool));
-            let worker = Builder::new().name(format!("worker-{number}"));
-            let handle = worker.spawn(move || guarded(&engine, || own.run(&engine)))?;
-            pool.workers
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .push(handle);
+        for _ in 0..workers {
+            if let Err(error) = pool.hire(engine) {
+                pool.dismiss();
+                return Err(error);
+            }
         }
         Ok(pool)
+    }
+
+    /// One worker more.
+    fn hire(&self, engine: &Arc<Engine>) -> std::io::Result<()> {
+        let Some(own) = self.own.upgrade() else {
+            return Ok(());
+        };
+        let mut workers = self.workers.lock().unwrap_or_else(PoisonError::into_inner);
+        let engine = Arc::clone(engine);
+        let worker = Builder::new().name(format!("worker-{}", workers.len()));
+        workers.push(worker.spawn(move || guarded(&engine, || own.run(&engine)))?);
+        Ok(())
     }
 
     fn run(&self, engine: &Engine) {
@@ -110,6 +122,10 @@ impl Pool {
             if let Some(number) = desk.take(engine.clock.now()) {
                 desk.busy[number] = true;
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
+                if !desk.ready.is_empty() || !desk.calendar.is_empty() {
+                    // Whoever waited for the next deadline may be this worker, which is now gone for as long as a call takes.
+                    self.work.notify_one();
+                }
                 return Some((number, inbox));
             }
             desk = match desk
@@ -180,6 +196,12 @@ impl Crew for Pool {
             .wait_timeout_while(desk, within, waiting)
             .unwrap_or_else(PoisonError::into_inner);
         !waiting(&mut desk)
+    }
+
+    fn relieve(&self, engine: &Arc<Engine>) {
+        if let Err(error) = self.hire(engine) {
+            tracing::error!("the system refuses a thread to make up for one that hangs: {error}");
+        }
     }
 
     fn dismiss(&self) -> Vec<usize> {

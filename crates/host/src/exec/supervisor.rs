@@ -1,7 +1,7 @@
 //! Real time's caretaker: fires the rules' timers, notices calls that do not return, and brings everything to rest at the end.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
@@ -9,8 +9,10 @@ use jde_core::Nanos;
 use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 
-/// A call that runs this many times its budget is reported as hung: far beyond a slow iteration on a loaded machine.
+/// A call that runs this many times its budget hangs, if it also takes
 const HUNG_BUDGETS: u64 = 10;
+/// this long: a loaded machine may well hold up a thread for some tenths of a second.
+const HUNG_LEAST: Duration = Duration::from_secs(1);
 /// How often calls are looked at: often enough to tell within a quarter of a second.
 const LOOK: Nanos = 250_000_000;
 /// How long an instance may take to go to sleep at the end before it is left behind.
@@ -27,6 +29,8 @@ pub(crate) struct Alarm {
 pub(crate) trait Crew: Send + Sync {
     /// Waits until an instance has nothing to do; false if it still had after `within`.
     fn settled(&self, instance: usize, within: Duration) -> bool;
+    /// Makes up for an instance that hangs and holds a thread that others need.
+    fn relieve(&self, engine: &Arc<Engine>);
     /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
     fn dismiss(&self) -> Vec<usize>;
 }
@@ -53,7 +57,7 @@ impl Alarm {
 }
 
 /// Watches until the alarm is stopped.
-pub(crate) fn watch(engine: &Engine, alarm: &Alarm, limit: Option<Nanos>) {
+pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit: Option<Nanos>) {
     sharpen_timers();
     let mut reported = vec![None; engine.meters.len()];
     loop {
@@ -64,7 +68,7 @@ pub(crate) fn watch(engine: &Engine, alarm: &Alarm, limit: Option<Nanos>) {
         if engine.next_timer().is_some_and(|timer| timer <= now) {
             engine.tick();
         }
-        look_for_hung(engine, now, &mut reported);
+        look_for_hung(engine, crew, now, &mut reported);
         let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.1 {
             return;
@@ -95,7 +99,14 @@ pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
             );
         }
     }
-    for instance in engine.put_to_sleep() {
+    let order = engine.put_to_sleep();
+    // Those who were put to sleep before may still be on their way there.
+    for instance in (0..engine.meters.len()).rev() {
+        if !order.contains(&instance) {
+            crew.settled(instance, REST);
+        }
+    }
+    for instance in order {
         engine.send_to_sleep(instance);
         if !crew.settled(instance, REST) {
             tracing::error!(
@@ -109,16 +120,19 @@ pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
             schema = engine.name(instance),
             "never returned from its last call"
         );
+        let time = engine.clock.now();
+        engine.report(&Event::Hung {
+            time,
+            schema: instance,
+            since: engine.meters[instance].running_since().unwrap_or(time),
+        });
     }
 }
 
 /// Runs a thread's body; a panic in it is the host's own: it brakes all actuators and ends the application.
 pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
     if catch_unwind(AssertUnwindSafe(body)).is_err() {
-        engine.brake_all();
-        engine.conclude(Outcome::Broken(String::from(
-            "the host itself panicked; this is a fault of jde, please report it",
-        )));
+        engine.panicked();
     }
 }
 
@@ -129,26 +143,26 @@ pub(crate) fn sharpen_timers() {
     }
 }
 
-fn look_for_hung(engine: &Engine, now: Nanos, reported: &mut [Option<Nanos>]) {
+fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &mut [Option<Nanos>]) {
+    let least = engine.clock.of_machine(HUNG_LEAST);
     for (number, meter) in engine.meters.iter().enumerate() {
         let Some(since) = meter.running_since() else {
             continue;
         };
         let budget = engine.application.instances[number].budget_ns;
-        let hung = now.saturating_sub(since) > budget.saturating_mul(HUNG_BUDGETS);
-        if hung && reported[number] != Some(since) {
-            reported[number] = Some(since);
-            engine.deadline(number, false);
-            tracing::error!(
-                schema = engine.name(number),
-                "has not returned from a call for {:.1} s; it holds up nobody else",
-                (now - since) as f64 / 1e9
-            );
+        let took = now.saturating_sub(since);
+        if took <= budget.saturating_mul(HUNG_BUDGETS).max(least) {
+            continue;
+        }
+        if reported[number].replace(since) != Some(since) {
             engine.report(&Event::Hung {
                 time: now,
                 schema: number,
                 since,
             });
+            crew.relieve(engine);
         }
+        let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
+        engine.hung(number, reason);
     }
 }

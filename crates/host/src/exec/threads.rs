@@ -8,7 +8,8 @@ use jde_core::Nanos;
 
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
-use crate::runner::{Inbox, Runner};
+use crate::inbox::Inbox;
+use crate::runner::Runner;
 
 /// One mailbox and one thread an instance.
 pub(crate) struct Threads {
@@ -49,18 +50,24 @@ impl Threads {
         runners: Vec<Runner>,
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
-        let seats: Vec<Arc<Seat>> = runners
-            .into_iter()
-            .map(|runner| Arc::new(Seat::new(runner)))
-            .collect();
-        for (number, seat) in seats.iter().enumerate() {
+        let seats = runners.into_iter().map(|runner| Arc::new(Seat::new(runner)));
+        let threads = Arc::new(Self {
+            seats: seats.collect(),
+            alarm,
+        });
+        for (number, seat) in threads.seats.iter().enumerate() {
             let (engine, own) = (Arc::clone(engine), Arc::clone(seat));
             // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
             let thread = Builder::new().name(engine.name(number).to_owned());
-            let handle = thread.spawn(move || guarded(&engine, || own.run(&engine)))?;
-            *lock(&seat.thread) = Some(handle);
+            match thread.spawn(move || guarded(&engine, || own.run(&engine))) {
+                Ok(handle) => *lock(&seat.thread) = Some(handle),
+                Err(error) => {
+                    threads.dismiss();
+                    return Err(error);
+                }
+            }
         }
-        Ok(Arc::new(Self { seats, alarm }))
+        Ok(threads)
     }
 }
 
@@ -75,6 +82,9 @@ impl Crew for Threads {
             .unwrap_or_else(PoisonError::into_inner);
         !waiting(&mut mail)
     }
+
+    /// Everybody has a thread of its own.
+    fn relieve(&self, _: &Arc<Engine>) {}
 
     fn dismiss(&self) -> Vec<usize> {
         for seat in &self.seats {

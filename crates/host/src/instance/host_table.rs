@@ -52,7 +52,10 @@ pub(super) static HOST: Host = Host {
 unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut Call<'_>) -> R) -> R {
     // SAFETY: by the contract of `Host`, the context is the one `Instance::call` made, and nothing else uses it meanwhile.
     let call = unsafe { &mut *context.cast::<Call<'_>>() };
-    catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or(broken)
+    catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or_else(|_| {
+        call.engine.panicked();
+        broken
+    })
 }
 
 fn status(error: &PortError) -> i32 {
@@ -121,8 +124,7 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
                 Ok(()) => raw::OK,
                 Err(error) => {
                     if let PortError::Refused { why, first } = &error {
-                        call.engine
-                            .command_refused(call.number, port as usize, why, *first);
+                        call.engine.write_refused(call.number, port as usize, why, *first);
                     }
                     status(&error)
                 }

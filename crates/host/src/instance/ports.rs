@@ -16,11 +16,16 @@ pub(crate) enum Port {
     /// An import or a modulation.
     Input(Reader),
     /// A driver's command, with the value that is in force when nobody's is.
-    Command { reader: Reader, neutral: Aligned },
-    /// An export or a child's modulation.
+    Command {
+        reader: Reader,
+        neutral: Aligned,
+        /// Whether the latched command was in force when it was first looked at: it counts that long (R8).
+        in_force: Option<bool>,
+    },
+    /// An export.
     Output(Writer),
-    /// A driver's command.
-    Actuator {
+    /// A driver's command or a child's modulation.
+    Wish {
         writer: Writer,
         /// Refused the last time: so that a row of refusals is told once.
         refused: bool,
@@ -60,7 +65,7 @@ impl Ports {
     pub(crate) fn read(&mut self, port: usize, now: Nanos) -> Result<View<'_>, PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
-            Port::Output(_) | Port::Actuator { .. } => Err(PortError::WrongPort),
+            Port::Output(_) | Port::Wish { .. } => Err(PortError::WrongPort),
             Port::Input(reader) => {
                 let latched = reader.latch().ok_or(PortError::NoValue)?;
                 Ok(View {
@@ -71,14 +76,23 @@ impl Ports {
                     neutral: false,
                 })
             }
-            Port::Command { reader, neutral } => match reader.latch() {
-                Some(latched) if latched.stamp.sequence > 0 && latched.stamp.valid_until >= now => Ok(View {
-                    bytes: latched.bytes,
-                    time: latched.stamp.time,
-                    sequence: latched.stamp.sequence,
-                    writer: latched.stamp.writer,
-                    neutral: false,
-                }),
+            Port::Command {
+                reader,
+                neutral,
+                in_force,
+            } => match reader.latch() {
+                Some(latched)
+                    if latched.stamp.sequence > 0
+                        && *in_force.get_or_insert(latched.stamp.valid_until >= now) =>
+                {
+                    Ok(View {
+                        bytes: latched.bytes,
+                        time: latched.stamp.time,
+                        sequence: latched.stamp.sequence,
+                        writer: latched.stamp.writer,
+                        neutral: false,
+                    })
+                }
                 _ => Ok(View {
                     bytes: neutral.bytes(),
                     time: now,
@@ -95,7 +109,7 @@ impl Ports {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Command { .. } => Err(PortError::WrongPort),
-            Port::Output(writer) | Port::Actuator { writer, .. } => Ok(writer.loan()),
+            Port::Output(writer) | Port::Wish { writer, .. } => Ok(writer.loan()),
         }
     }
 
@@ -109,7 +123,7 @@ impl Ports {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Command { .. } => Err(PortError::WrongPort),
             Port::Output(writer) => writer.publish(time, now).map(drop).map_err(failed),
-            Port::Actuator { writer, refused } => match writer.publish(time, now) {
+            Port::Wish { writer, refused } => match writer.publish(time, now) {
                 Ok(_) => {
                     *refused = false;
                     Ok(())
@@ -127,8 +141,12 @@ impl Ports {
     pub(crate) fn release(&mut self) {
         for port in &mut self.ports {
             match port {
-                Port::Input(reader) | Port::Command { reader, .. } => reader.release(),
-                Port::Unbound | Port::Output(_) | Port::Actuator { .. } => {}
+                Port::Input(reader) => reader.release(),
+                Port::Command { reader, in_force, .. } => {
+                    reader.release();
+                    *in_force = None;
+                }
+                Port::Unbound | Port::Output(_) | Port::Wish { .. } => {}
             }
         }
     }
@@ -137,7 +155,7 @@ impl Ports {
     pub(crate) fn discard_loans(&mut self) {
         for port in &mut self.ports {
             match port {
-                Port::Output(writer) | Port::Actuator { writer, .. } => writer.discard(),
+                Port::Output(writer) | Port::Wish { writer, .. } => writer.discard(),
                 Port::Unbound | Port::Input(_) | Port::Command { .. } => {}
             }
         }
@@ -149,7 +167,7 @@ impl Ports {
             Port::Input(reader) | Port::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.stamp.time)
             }
-            Port::Unbound | Port::Output(_) | Port::Actuator { .. } => None,
+            Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
     }

@@ -86,15 +86,23 @@ impl Loaded {
             .cast_const();
         // Never unmapped: whatever came of it may have left threads, thread-locals or hooks behind.
         std::mem::forget(library);
-        if elf::symbol_size(&bytes, raw::ENTRY_SYMBOL)
-            .is_some_and(|size| size < offset_of!(raw::Plugin, size) as u64)
-        {
+        let held = elf::symbol_size(&bytes, raw::ENTRY_SYMBOL).unwrap_or(0);
+        if held < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
         }
-        if !table.is_aligned() {
-            return Err(read::Refusal::NotAPlugin.into());
+        // SAFETY: the symbol has at least the bytes of the head; the version is looked at before anything behind it.
+        let ours = unsafe {
+            (&raw const (*table).magic).read() == raw::MAGIC
+                && (&raw const (*table).abi_major).read() == raw::ABI_MAJOR
+        };
+        if ours && held < size_of::<raw::Plugin>() as u64 {
+            return Err(LoadError::Foreign(format!(
+                "its symbol `{}` has {held} bytes, and a plugin's has {}: declare it as the structure of jde.h",
+                raw::ENTRY_SYMBOL,
+                size_of::<raw::Plugin>()
+            )));
         }
-        // SAFETY: the symbol has at least the bytes of the head, and its library stays mapped.
+        // SAFETY: the symbol has the bytes of a table if it is of our version, else of its head; its library stays mapped.
         let (description, table) = unsafe { (read::plugin(table)?, &*table) };
         Ok(Self {
             description: Arc::new(description),

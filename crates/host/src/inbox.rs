@@ -1,0 +1,108 @@
+//! What awaits an instance until its next turn. It stays small however long the instance hangs in a call.
+
+use jde_core::{GroupId, Level};
+
+use crate::engine::Signal;
+
+/// What awaits an instance until its next turn.
+#[derive(Debug, Default)]
+pub(crate) struct Inbox {
+    /// Awake and asleep, in the order in which they came: at most two, the last of which is how things are.
+    pub(crate) life: Vec<bool>,
+    pub(crate) promoted: bool,
+    pub(crate) triggered: bool,
+    pub(crate) retimed: bool,
+    /// At most one question a group.
+    pub(crate) asked: Vec<(GroupId, u64, Level)>,
+}
+
+impl Inbox {
+    pub(crate) fn put(&mut self, signal: Signal) {
+        match signal {
+            Signal::Awake => self.live(true),
+            Signal::Asleep => {
+                self.live(false);
+                self.promoted = false;
+            }
+            Signal::Promoted => self.promoted = true,
+            Signal::Triggered => self.triggered = true,
+            Signal::Retimed => self.retimed = true,
+            Signal::Asked { group, ticket, level } => {
+                // An older question is closed by now: a group has one at a time.
+                self.asked.retain(|(asked, ..)| *asked != group);
+                self.asked.push((group, ticket, level));
+            }
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.life.is_empty() && self.asked.is_empty() && !self.promoted && !self.triggered && !self.retimed
+    }
+
+    /// Sleeping and waking again are two calls; to do that twice in a row would tell the instance nothing more.
+    fn live(&mut self, awake: bool) {
+        if self.life.last() == Some(&awake) {
+            return;
+        }
+        if self.life.len() == 2 {
+            self.life.pop();
+        } else {
+            self.life.push(awake);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jde_core::Case;
+
+    fn asked(group: u32, ticket: u64) -> Signal {
+        let level = Level {
+            group: GroupId(group),
+            case: Case::Absence,
+            candidates: Vec::new(),
+            winner: None,
+        };
+        Signal::Asked {
+            group: GroupId(group),
+            ticket,
+            level,
+        }
+    }
+
+    #[test]
+    fn any_row_of_sleeps_and_wakes_comes_to_two_at_most_and_ends_the_same() {
+        for row in 0..1_u32 << 8 {
+            let mut inbox = Inbox::default();
+            let signals: Vec<bool> = (0..8).map(|bit| row >> bit & 1 == 1).collect();
+            for awake in &signals {
+                inbox.put(if *awake { Signal::Awake } else { Signal::Asleep });
+            }
+            assert!((1..=2).contains(&inbox.life.len()), "{signals:?}");
+            assert_eq!(inbox.life.last(), signals.last(), "{signals:?}");
+            assert_eq!(inbox.life.first(), signals.first(), "{signals:?}");
+        }
+    }
+
+    #[test]
+    fn r4_a_father_that_hangs_finds_one_question_a_group_and_the_newest() {
+        let mut inbox = Inbox::default();
+        for ticket in 0..1000 {
+            inbox.put(asked(0, 2 * ticket));
+            inbox.put(asked(1, 2 * ticket + 1));
+        }
+        let tickets: Vec<u64> = inbox.asked.iter().map(|(_, ticket, _)| *ticket).collect();
+        assert_eq!(tickets, [1998, 1999]);
+    }
+
+    #[test]
+    fn r5_who_is_put_to_sleep_no_longer_takes_up_its_promotion() {
+        let mut inbox = Inbox::default();
+        inbox.put(Signal::Promoted);
+        inbox.put(Signal::Asleep);
+        inbox.put(Signal::Awake);
+        assert!(!inbox.promoted);
+        assert!(!inbox.is_empty());
+    }
+}
