@@ -70,7 +70,7 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
             text: format!("{} {}", name(winner), share(Some(winner))),
         })
         .collect();
-    if drive.path.iter().any(|at| at.winner.is_none()) {
+    if times.iter().any(|(winner, time)| winner.is_none() && *time > 0.0) {
         entries.push(Entry {
             sign: Sign::Way(None),
             text: format!("nobody {}", share(None)),

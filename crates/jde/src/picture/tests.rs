@@ -148,6 +148,22 @@ fn a_reached_target_is_full_and_another_is_not() {
 }
 
 #[test]
+fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
+    let mut drive = room();
+    drive.targets = vec![Target {
+        x: 9.0,
+        y: 2.7,
+        reached: true,
+    }];
+    // The robot ended at (9, 3), right above, and came from below: the two lower diagonals are free of the robot.
+    let frame = frame(&drive);
+    let (x, y) = frame.at(9.0, 2.7);
+    let picture = draw(&drive);
+    assert_eq!(color(&picture, (x + 19.0 - 9.0, y + 19.0)), INK);
+    assert_ne!(color(&picture, (x + 19.0 - 9.0, y - 19.0)), INK);
+}
+
+#[test]
 fn the_legend_names_the_winners_with_their_share_and_only_what_is_shown() {
     let drive = room();
     let texts = |drive: &Drive| -> Vec<String> {

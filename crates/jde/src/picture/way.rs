@@ -49,22 +49,22 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, drive: &Drive, palette: &
         cross(canvas, frame.at(at.x, at.y));
     }
     let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
-    for (at, which) in [
+    let ends = [
         (drive.path.first(), Robot::Start),
         (drive.path.last(), Robot::End),
-    ] {
+    ];
+    let robots: Vec<(f32, f32)> = ends
+        .iter()
+        .filter_map(|(at, _)| at.map(|at| frame.at(at.x, at.y)))
+        .collect();
+    for (at, which) in ends {
         if let Some(at) = at {
             robot(canvas, frame.at(at.x, at.y), radius, at.heading, which);
         }
     }
     for (number, at) in drive.targets.iter().enumerate() {
-        let (x, y) = frame.at(at.x, at.y);
-        badge(
-            canvas,
-            (x + BESIDE, y - BESIDE),
-            &(number + 1).to_string(),
-            at.reached,
-        );
+        let place = beside(frame.at(at.x, at.y), &runs, &robots, radius);
+        badge(canvas, place, &(number + 1).to_string(), at.reached);
     }
 }
 
@@ -128,6 +128,25 @@ fn cross(canvas: &mut Canvas, (x, y): (f32, f32)) {
         canvas.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], &line);
         canvas.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], &line);
     }
+}
+
+/// Gives the diagonal of a target on which its badge hides no robot and least of the way.
+fn beside((x, y): (f32, f32), runs: &[Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
+    let places = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
+    let hidden = |(x, y): (f32, f32)| {
+        let within = |reach: f32| move |(to_x, to_y): &&(f32, f32)| (to_x - x).hypot(to_y - y) < reach;
+        let way = runs
+            .iter()
+            .flat_map(|(_, points)| points)
+            .filter(within(BADGE + WAY))
+            .count();
+        (robots.iter().filter(within(BADGE + radius)).count(), way)
+    };
+    places
+        .into_iter()
+        .min_by_key(|place| hidden(*place))
+        .unwrap_or(places[0])
 }
 
 type Run = (Option<usize>, Vec<(f32, f32)>);

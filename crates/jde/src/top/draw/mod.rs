@@ -57,17 +57,18 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut Screen) {
 
 fn panels_below(frame: &mut Frame, mut area: Rect, screen: &Screen) {
     let switches = if area.width >= SIDE_BY_SIDE {
-        let half = area.width / 2;
-        let left = Rect {
-            width: half - 1,
+        // A switch has more to say than a line of the log.
+        let log = area.width * 2 / 5;
+        let switches = Rect {
+            width: area.width - log - 2,
             ..area
         };
         area = Rect {
-            x: area.x + half,
-            width: area.width - half,
+            x: area.right() - log,
+            width: log,
             ..area
         };
-        left
+        switches
     } else if area.height >= 5 {
         let more_than_half = area.height.div_ceil(2);
         take_top(&mut area, more_than_half)

@@ -134,7 +134,11 @@ fn switch_line(screen: &Screen, group: usize, switch: &Switch, width: usize) -> 
         .groups
         .get(group)
         .map_or("?", |group| group.name.as_str());
-    let why = format!("  {}: {}", switch.decider, switch.reason);
+    let why = match switch.decider.as_str() {
+        // Where there was nothing to decide, the reason says it all.
+        "nobody" => format!("  {}", switch.reason),
+        decider => format!("  {decider}: {}", switch.reason),
+    };
     let mut line = Line::from(vec![
         Span::styled(
             format!("{:>9}  ", text::moment(switch.time)),
