@@ -254,7 +254,7 @@ fn robots_are_refused_with_what_would_do() {
         "{error}"
     );
     let error = refusal(&mut world, "zzz", RobotConfig::default());
-    assert!(error.contains("it has `other`, `pioneer`"), "{error}");
+    assert!(error.contains("it has `pioneer`, `other`"), "{error}");
     let error = refusal(&mut world, "pioneer", RobotConfig::default());
     assert_eq!(
         error,

@@ -2,12 +2,16 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jde_sim::{LaserConfig, RobotConfig, World};
 
 /// A folder of its own for a test, emptied before.
 fn folder(test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("maps").join(test);
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    // Tests run side by side, and several of them make one world after another.
+    let name = format!("{test}-{}", NEXT.fetch_add(1, Ordering::Relaxed));
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("maps").join(name);
     let _ = fs::remove_dir_all(&path);
     fs::create_dir_all(&path).unwrap();
     path
