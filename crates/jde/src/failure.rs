@@ -15,6 +15,10 @@ use crate::terminal::{self, BAD, TITLE};
 /// Most faults that are shown; whoever has more mends these first.
 const MOST_SHOWN: usize = 40;
 
+/// What to do when plugins are missing; the faults themselves say which, and where they were looked for.
+const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build --release`\n\
+    in its checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
+
 /// Why a verb did not do what was asked.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -26,13 +30,15 @@ pub(crate) enum Failure {
         /// What to do.
         help: String,
     },
-    /// The application file is wrong; `plugin` if it is so because a plugin's file cannot be used.
+    /// The application file is wrong.
     #[error("{faults}")]
     Application {
         /// All that is wrong.
         faults: Faults,
-        /// Whether a plugin is to blame.
-        plugin: bool,
+        /// A plugin's file is there and cannot be used.
+        unusable: bool,
+        /// A plugin is not there.
+        missing: bool,
     },
     /// A plugin cannot be used.
     #[error(transparent)]
@@ -94,9 +100,9 @@ impl Failure {
         match self {
             Self::Mission | Self::Broken(_) | Self::File { .. } | Self::Output(_) => 1,
             Self::Start(StartError::Thread(_)) => 1,
-            Self::Use { .. } | Self::Application { plugin: false, .. } => 2,
+            Self::Use { .. } | Self::Application { unusable: false, .. } => 2,
             Self::Start(StartError::Wiring(_)) => 2,
-            Self::Plugin(_) | Self::Application { plugin: true, .. } => 3,
+            Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
             Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
         }
     }
@@ -104,7 +110,9 @@ impl Failure {
     fn words(&self) -> String {
         match self {
             Self::Mission => String::new(),
-            Self::Application { faults, .. } => faults_in_words(faults),
+            Self::Application { faults, missing, .. } => {
+                faults_in_words(faults) + if *missing { HOW_TO_FIND } else { "" }
+            }
             Self::Use { message, help } => plain(message, Some(help)),
             Self::Plugin(PluginError::Missing { name, folders }) => plain(
                 &format!("there is no plugin `{name}`"),

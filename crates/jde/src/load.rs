@@ -30,6 +30,8 @@ pub(crate) struct Shelf<'p> {
 pub(crate) struct Noticed {
     /// A plugin's file is there but cannot be used.
     pub(crate) unusable: bool,
+    /// A plugin is not there.
+    pub(crate) missing: bool,
     /// Folders that the application names.
     pub(crate) folders: Vec<PathBuf>,
 }
@@ -44,10 +46,16 @@ pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded
     let shelf = Shelf::new(&plugins);
     match app::load(&file, overrides, &shelf) {
         Ok(application) => Ok(Loaded { application, plugins }),
-        Err(faults) => Err(Failure::Application {
-            faults,
-            plugin: shelf.noticed().unusable,
-        }),
+        Err(faults) => {
+            let Noticed {
+                unusable, missing, ..
+            } = shelf.noticed();
+            Err(Failure::Application {
+                faults,
+                unusable,
+                missing,
+            })
+        }
     }
 }
 
@@ -72,8 +80,10 @@ impl Catalogue for Shelf<'_> {
         match self.plugins.load(name, extra_dirs) {
             Ok(loaded) => Ok(loaded.description),
             Err(error) => {
-                let there = !matches!(error, PluginError::Missing { .. });
-                self.noticed.borrow_mut().unusable |= there;
+                let missing = matches!(error, PluginError::Missing { .. });
+                let mut noticed = self.noticed.borrow_mut();
+                noticed.missing |= missing;
+                noticed.unusable |= !missing;
                 Err(error.to_string())
             }
         }

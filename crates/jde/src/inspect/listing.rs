@@ -119,7 +119,8 @@ fn named_folders(file: Option<&Path>, plugins: &Plugins) -> Result<Vec<PathBuf>,
     {
         return Err(Failure::Application {
             faults,
-            plugin: false,
+            unusable: false,
+            missing: false,
         });
     }
     Ok(shelf.noticed().folders)

@@ -16,35 +16,34 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
     for group in summary.groups.iter().filter(|group| !group.winners.is_empty()) {
         tell_group(group, words)?;
     }
-    let sum = |of: fn(&SchemaSummary) -> u64| -> u64 { summary.schemas.iter().map(of).sum() };
-    let counts = [
-        ("faults", sum(|schema| schema.faults)),
-        ("overruns", sum(|schema| schema.overruns)),
-        ("refused", sum(|schema| schema.refused)),
-    ];
-    let words_of = counts.map(|(what, count)| {
-        if count == 0 {
-            format!("no {what}")
-        } else {
-            format!("{count} {what}")
-        }
-    });
-    writeln!(words, "\n{}", words_of.join(", "))?;
+    writeln!(words)?;
     let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
-    for schema in summary.schemas.iter().filter(troubled) {
-        let SchemaSummary {
-            schema,
-            iterations,
-            overruns,
-            refused,
-            faults,
-        } = schema;
+    let mut troubled = summary.schemas.iter().filter(troubled).peekable();
+    if troubled.peek().is_none() {
+        return writeln!(words, "no faults, no overruns, nothing refused");
+    }
+    for SchemaSummary {
+        schema,
+        iterations,
+        overruns,
+        refused,
+        faults,
+    } in troubled
+    {
+        let style = if *faults > 0 { BAD } else { WARN };
+        let (faults, overruns) = (counted(*faults, "fault"), counted(*overruns, "overrun"));
         writeln!(
             words,
-            "  {schema}: {faults} faults, {overruns} overruns, {refused} refused in {iterations} iterations"
+            "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused in {}",
+            counted(*iterations, "iteration")
         )?;
     }
     Ok(())
+}
+
+fn counted(count: u64, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
 }
 
 fn headline(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
@@ -99,11 +98,11 @@ fn tell_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
     for share in &group.winners {
         writeln!(
             words,
-            "  {:<width$}  {:>8.1} s  {:>5.1} %  {FAINT}{:>5} takeovers{FAINT:#}",
+            "  {:<width$}  {:>8.1} s  {:>5.1} %  {FAINT}{}{FAINT:#}",
             share.schema,
             share.seconds,
             share.share * 100.0,
-            share.takeovers
+            counted(share.takeovers, "takeover")
         )?;
     }
     // Less than a cycle is the handovers themselves.

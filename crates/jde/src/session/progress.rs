@@ -141,13 +141,17 @@ impl Progress {
             Some((took, _)) => format!("{FAINT}, took {}{FAINT:#}", Millis(took)),
             None => String::new(),
         };
+        // Where nobody decided there was nothing to decide, and the reason says so.
+        let decider = match takeover.decider {
+            "nobody" => String::new(),
+            decider => format!(" {FAINT}({decider}){FAINT:#}"),
+        };
         let text = format!(
-            "{}: {} -> {GOOD}{}{GOOD:#}  {} {FAINT}({}){FAINT:#}{took}",
+            "{}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
             self.groups[takeover.group],
             name(takeover.from),
             name(takeover.to),
             takeover.reason,
-            takeover.decider,
         );
         self.line(takeover.time, &text)
     }

@@ -2,17 +2,19 @@
 //!
 //! It reads variables by their types, whoever exports them, and writes none.
 
-use jde_abi::describe::{Role, Type};
+use jde_abi::describe::{Port, Role, Type};
 use jde_board::Reader;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Truth, Value as _};
+use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Route, Truth, Value as _};
 
 /// Reads the exports of one application that tell how it goes.
 pub(crate) struct Sight {
     truths: Vec<Reader>,
     odometry: Option<Reader>,
     mission: Option<Reader>,
+    /// A modulation of whoever has the mission, in which its targets are named.
+    route: Option<Reader>,
     laser: Option<Reader>,
     /// The same place in the frame of the truth and of the odometry, seen first.
     anchor: Option<(Pose2D, Pose2D)>,
@@ -72,16 +74,22 @@ impl Sight {
                 .unwrap_or(0);
             (!found.is_empty()).then(|| found.swap_remove(own).1)
         };
-        let mission = application.mission.and_then(|(number, port)| {
-            let instance = &application.instances[number];
-            let name = format!("{}.{}", instance.name, instance.schema.ports[port].name);
+        let of_mission = |wanted: &dyn Fn(usize, &Port) -> bool| {
+            let instance = &application.instances[application.mission?.0];
+            let mut ports = instance.schema.ports.iter().enumerate();
+            let (_, port) = ports.find(|(number, port)| wanted(*number, port))?;
+            let name = format!("{}.{}", instance.name, port.name);
             Some(handle.board().find(&name)?.reader("jde"))
-        });
+        };
+        let route = Route::describe().name;
         Self {
             odometry: of_robot(&Odometry::describe().name),
             laser: of_robot(&LaserScan::describe().name),
             truths: truths.into_iter().map(|(_, reader)| reader).collect(),
-            mission,
+            mission: of_mission(&|number, _| application.mission.is_some_and(|(_, port)| port == number)),
+            route: of_mission(&|_, port| {
+                matches!(port.role, Role::Modulation { .. }) && port.value_type.name == route
+            }),
             anchor: None,
         }
     }
@@ -129,6 +137,24 @@ impl Sight {
         };
         let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
         (place.x, place.y)
+    }
+
+    /// The targets that the mission is going to have, in the frame of the path, as far as it tells.
+    pub(crate) fn route(&mut self) -> Vec<(f64, f64)> {
+        let poses = self.route.as_mut().and_then(|route| {
+            read(route, |read| {
+                let Value::List(poses) = read.value("poses")? else {
+                    return None;
+                };
+                let place = |number: usize| {
+                    let part = |name: &str| read.number(&format!("poses[{number}].{name}"));
+                    Some((part("x")?, part("y")?))
+                };
+                (0..poses.len()).map(place).collect::<Option<Vec<_>>>()
+            })
+        });
+        let poses = poses.unwrap_or_default().into_iter();
+        poses.map(|place| self.in_path(place)).collect()
     }
 
     /// Places that the laser sees now, in the frame of the path, taking the laser to be where the robot is.

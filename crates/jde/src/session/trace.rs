@@ -47,6 +47,9 @@ impl Trace {
     /// Adds what is seen now.
     pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: Option<usize>) {
         if let Some(progress) = &seen.mission {
+            if self.targets.is_empty() {
+                self.targets = sight.route().into_iter().map(Some).collect();
+            }
             self.targets.resize(progress.total as usize, None);
             self.reached = progress.reached as usize;
             if let Some(target) = self.targets.get_mut(self.reached) {
