@@ -226,17 +226,12 @@ impl Runner {
                         .map(|child| jde_core::SchemaId(child as u32));
                     match (role, child) {
                         (Some(role), None) => Answer::Failed {
-                            reason: format!("chose the unbound child {role}").into(),
+                            reason: format!("chose the unbound child {role}"),
                         },
-                        _ => Answer::Chose {
-                            child,
-                            reason: reason.into(),
-                        },
+                        _ => Answer::Chose { child, reason },
                     }
                 }
-                Err(reason) => Answer::Failed {
-                    reason: reason.into(),
-                },
+                Err(reason) => Answer::Failed { reason },
             },
             Life::Absent(_) | Life::Changing => Answer::Failed {
                 reason: "the father is not there".into(),

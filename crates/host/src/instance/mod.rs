@@ -78,8 +78,8 @@ impl Instance {
 
     pub(crate) fn awake(&mut self) -> Result<(), String> {
         self.ports.release();
-        // SAFETY: `this` came from this table's create; the context lives for the call.
         let result = match self.table.awake {
+            // SAFETY: `this` came from this table's create; the context lives for the call.
             Some(awake) => self.result("awake", |this, context| unsafe { awake(this, context) }),
             None => Ok(()),
         };

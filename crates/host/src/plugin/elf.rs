@@ -5,8 +5,8 @@ use object::Endianness;
 use object::elf::{ET_DYN, FileHeader64, PT_LOAD, SHT_DYNSYM, SHT_NOBITS};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
 
-/// Checks that `bytes` are a whole shared library for this machine that exports `symbol`.
-pub(super) fn check(bytes: &[u8], symbol: &str) -> Result<(), String> {
+/// Checks that `bytes` are a whole shared library for this machine.
+pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
     let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
     if bytes.is_empty() {
         return Err(String::from("the file is empty"));
@@ -47,12 +47,7 @@ pub(super) fn check(bytes: &[u8], symbol: &str) -> Result<(), String> {
             return Err(truncated(bytes.len()));
         }
     }
-    match symbol_size(bytes, symbol) {
-        Some(_) => Ok(()),
-        None => Err(format!(
-            "it is a shared library, but exports no symbol `{symbol}`, so it is no jde plugin"
-        )),
-    }
+    Ok(())
 }
 
 /// Bytes of an exported symbol as the file states them; `None` if there is no such symbol.
@@ -71,7 +66,7 @@ pub(super) fn symbol_size(bytes: &[u8], symbol: &str) -> Option<u64> {
 
 /// Whether a file claims to be a plugin, for listings: no more than a look.
 pub(super) fn is_plugin(bytes: &[u8], symbol: &str) -> bool {
-    check(bytes, symbol).is_ok()
+    check(bytes).is_ok() && symbol_size(bytes, symbol).is_some()
 }
 
 fn truncated(length: usize) -> String {

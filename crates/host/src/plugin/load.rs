@@ -36,6 +36,12 @@ pub enum LoadError {
     /// The file is no library of ours.
     #[error("{0}")]
     Foreign(String),
+    /// The file is a sound library that does not claim to be a plugin.
+    #[error(
+        "it is a shared library, but exports no symbol `{}`, so it is no jde plugin",
+        raw::ENTRY_SYMBOL
+    )]
+    NoPlugin,
     /// The system's loader refused it.
     #[error(
         "the system cannot load it: {0}; if a symbol is undefined, link the library that defines it into the plugin"
@@ -73,7 +79,8 @@ impl Loaded {
             )));
         }
         let bytes = std::fs::read(path)?;
-        elf::check(&bytes, raw::ENTRY_SYMBOL).map_err(LoadError::Foreign)?;
+        elf::check(&bytes).map_err(LoadError::Foreign)?;
+        let held = elf::symbol_size(&bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
         let copy = copy::of(path, &bytes)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
         let library = unsafe { Library::open(Some(&*copy), RTLD_NOW | RTLD_LOCAL) }
@@ -86,7 +93,6 @@ impl Loaded {
             .cast_const();
         // Never unmapped: whatever came of it may have left threads, thread-locals or hooks behind.
         std::mem::forget(library);
-        let held = elf::symbol_size(&bytes, raw::ENTRY_SYMBOL).unwrap_or(0);
         if held < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
         }

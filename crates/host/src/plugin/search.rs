@@ -25,6 +25,9 @@ pub struct Found {
 }
 
 impl SearchPath {
+    /// Why the executable's own folder is searched.
+    pub const BESIDE_THE_EXECUTABLE: &str = "beside the executable";
+
     /// The usual order: beside the application (its folder, and `plugins` in it), `JDE_PLUGIN_PATH`, beside the executable
     /// (where a build of the workspace leaves them), and the installed place (`lib/jde` next to the executable's folder,
     /// then `~/.local/lib/jde`).
@@ -49,7 +52,7 @@ impl SearchPath {
             .ok()
             .and_then(|exe| Some(exe.parent()?.to_owned()))
         {
-            path.push(&folder, "beside the executable");
+            path.push(&folder, Self::BESIDE_THE_EXECUTABLE);
             if let Some(prefix) = folder.parent() {
                 path.push(prefix.join("lib/jde"), "installed");
             }

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use jde_host::app;
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
 use serde::Serialize;
 
 use crate::failure::{self, Failure};
@@ -160,6 +160,11 @@ fn look(
                     hidden_by,
                 });
             }
+            // A build leaves libraries of every kind beside the executable.
+            Err(PluginError::Unusable {
+                error: LoadError::NoPlugin,
+                ..
+            }) if because == SearchPath::BESIDE_THE_EXECUTABLE => {}
             Err(error) => {
                 let reason =
                     std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
