@@ -6,8 +6,8 @@ use crate::failure::Failure;
 
 /// The checkout this program was built from; it may be gone.
 pub(crate) fn checkout() -> PathBuf {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    crates.skip(2).next().unwrap_or(Path::new("/")).to_owned()
+    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above.nth(2).unwrap_or(Path::new("/")).to_owned()
 }
 
 /// Folders that hold `apps`, the nearest first.

@@ -10,8 +10,11 @@ use crate::failure;
 use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
+/// Whether a port is for that.
+type Belongs = fn(&Role) -> bool;
+
 /// Ports by what they are for, in the order in which people ask for them.
-const PARTS: [(&str, fn(&Role) -> bool); 6] = [
+const PARTS: [(&str, Belongs); 6] = [
     ("imports", |role| matches!(role, Role::Import { .. })),
     ("exports", |role| matches!(role, Role::Export)),
     ("modulations", |role| matches!(role, Role::Modulation { .. })),

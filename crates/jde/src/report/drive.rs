@@ -74,16 +74,12 @@ fn path(trace: &Trace) -> Vec<Moment> {
 
 fn targets(trace: &Trace) -> Vec<Target> {
     let named = trace.targets.iter().enumerate();
-    named
-        .filter_map(|(number, target)| {
-            let (x, y) = (*target)?;
-            Some(Target {
-                x,
-                y,
-                reached: number < trace.reached,
-            })
-        })
-        .collect()
+    let target = |(number, (x, y)): (usize, &(f64, f64))| Target {
+        x: *x,
+        y: *y,
+        reached: number < trace.reached,
+    };
+    named.map(target).collect()
 }
 
 /// Only of schemas that act themselves: a father takes over together with one of its children.

@@ -18,12 +18,15 @@ pub(crate) struct Summary {
     /// The mission's own words, or why the application could not go on.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub(crate) note: String,
-    /// Whether it has a mission, told of or not.
+    /// Whether it has a mission that can be done, told of or not.
     #[serde(skip)]
     pub(crate) has_mission: bool,
+    /// What the mission counts: "targets", or what it says itself.
+    #[serde(skip)]
+    pub(crate) counts: String,
     /// The seed.
     pub(crate) seed: u64,
-    /// Targets of the mission; none without one.
+    /// Targets of the mission, or whatever else it counts; 0 if it goes on for ever, none without one.
     pub(crate) targets: Option<u32>,
     /// Targets reached; none without a mission.
     pub(crate) reached: Option<u32>,
@@ -141,7 +144,11 @@ impl Summary {
                 Outcome::Broken(_) => Ending::Broken,
             },
             note,
-            has_mission: application.mission.is_some(),
+            has_mission: application.mission.is_some() && mission.is_none_or(|mission| mission.total > 0),
+            counts: match mission {
+                Some(mission) if !mission.of_places => mission.note.clone(),
+                Some(_) | None => "targets".to_owned(),
+            },
             seed: application.seed,
             targets: mission.map(|mission| mission.total),
             reached: mission.map(|mission| mission.reached),

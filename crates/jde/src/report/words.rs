@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use super::Summary;
 use super::summary::{Ending, GroupSummary, SchemaSummary};
+use crate::session::of;
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 /// Tells what came of a run.
@@ -60,11 +61,11 @@ fn headline(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
         "{TITLE}{}{TITLE:#}: {style}{how}{style:#}",
         summary.application
     )?;
-    if !summary.note.is_empty() {
+    if !summary.note.is_empty() && summary.note != summary.counts {
         write!(words, " ({})", summary.note)?;
     }
     if let (Some(reached), Some(targets)) = (summary.reached, summary.targets) {
-        write!(words, "; {reached} of {targets} targets")?;
+        write!(words, "; {} {}", of(reached, targets), summary.counts)?;
     }
     writeln!(words, " in {:.1} s", summary.sim_seconds)?;
     match summary.collisions {

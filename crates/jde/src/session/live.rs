@@ -34,13 +34,10 @@ impl Application for Live<'_> {
         let seen = self.sight.lock().unwrap_or_else(PoisonError::into_inner).look();
         // The target is in the frame of the odometry, so the robot is shown in it too.
         let pose = seen.odometry.or(seen.truth)?;
-        let mission = seen.mission;
+        let mission = seen.mission.filter(|mission| mission.of_places);
         Some(RobotView {
             pose: (pose.x, pose.y, pose.theta),
-            target: mission
-                .as_ref()
-                .filter(|mission| mission.reached < mission.total)
-                .map(|mission| mission.target),
+            target: mission.as_ref().and_then(|mission| mission.target),
             reached: mission.as_ref().map_or(0, |mission| mission.reached),
             total: mission.as_ref().map_or(0, |mission| mission.total),
         })

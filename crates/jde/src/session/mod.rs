@@ -33,7 +33,7 @@ use live::Live;
 use progress::Progress;
 use recorder::{Recorder, SAMPLE};
 
-pub(crate) use progress::{Millis, Telling};
+pub(crate) use progress::{Millis, Telling, of};
 pub(crate) use recorder::Kept;
 pub(crate) use trace::{Sample, Trace};
 

@@ -161,13 +161,11 @@ impl Progress {
         if self.telling == Telling::Nothing {
             return Ok(());
         }
-        if let Some(mission) = &seen.mission {
+        // What is counted instead of places may go by the thousand.
+        if let Some(mission) = seen.mission.as_ref().filter(|mission| mission.of_places) {
             while self.reached < mission.reached {
                 self.reached += 1;
-                let text = format!(
-                    "{GOOD}target {} of {} reached{GOOD:#}",
-                    self.reached, mission.total
-                );
+                let text = format!("{GOOD}target {} reached{GOOD:#}", of(self.reached, mission.total));
                 self.line(time, &text)?;
             }
         }
@@ -190,10 +188,14 @@ impl Progress {
         if let Some(pose) = seen.truth.or(seen.odometry) {
             parts.push(format!("at ({:.2}, {:.2})", pose.x, pose.y));
         }
-        if let Some(mission) = &seen.mission
-            && mission.reached < mission.total
-        {
-            parts.push(format!("to target {} of {}", mission.reached + 1, mission.total));
+        match &seen.mission {
+            Some(mission) if mission.target.is_some() => {
+                parts.push(format!("to target {}", of(mission.reached + 1, mission.total)));
+            }
+            Some(mission) if !mission.of_places => {
+                parts.push(format!("{} {}", of(mission.reached, mission.total), mission.note));
+            }
+            Some(_) | None => {}
         }
         let passed = time.saturating_sub(self.status.time).max(1);
         for actor in tally.actors() {
@@ -237,6 +239,15 @@ impl Progress {
                 format!("an operator sets {}.{variable} to {value}", self.schemas[*schema])
             }
         }
+    }
+}
+
+/// "2 of 8", or "2" of a number without end.
+pub(crate) fn of(count: u32, total: u32) -> String {
+    if total == 0 {
+        count.to_string()
+    } else {
+        format!("{count} of {total}")
     }
 }
 

@@ -16,6 +16,8 @@ pub(crate) struct Sight {
     /// A modulation of whoever has the mission, in which its targets are named.
     route: Option<Reader>,
     laser: Option<Reader>,
+    /// Whether any target so far was a place.
+    places: bool,
     /// The same place in the frame of the truth and of the odometry, seen first.
     anchor: Option<(Pose2D, Pose2D)>,
 }
@@ -40,10 +42,12 @@ pub(crate) struct Seen {
 pub(crate) struct Progress {
     /// Targets reached.
     pub(crate) reached: u32,
-    /// Targets in all.
+    /// Targets in all; 0 if it goes on for ever.
     pub(crate) total: u32,
-    /// The present target, in the frame of the odometry.
-    pub(crate) target: (f64, f64),
+    /// The present target, in the frame of the odometry; none if it is none, or no place.
+    pub(crate) target: Option<(f64, f64)>,
+    /// Whether any target so far was a place; else the note says what is counted.
+    pub(crate) of_places: bool,
     /// Its own words.
     pub(crate) note: String,
 }
@@ -90,6 +94,7 @@ impl Sight {
             route: of_mission(&|_, port| {
                 matches!(port.role, Role::Modulation { .. }) && port.value_type.name == route
             }),
+            places: false,
             anchor: None,
         }
     }
@@ -124,6 +129,10 @@ impl Sight {
             .mission
             .as_mut()
             .and_then(|mission| read(mission, Progress::read));
+        if let Some(mission) = &mut seen.mission {
+            self.places |= mission.of_places;
+            mission.of_places = self.places;
+        }
         if let (None, Some(truth), Some(odometry)) = (self.anchor, seen.truth, seen.odometry) {
             self.anchor = Some((truth, odometry));
         }
@@ -186,10 +195,14 @@ impl Progress {
             Value::Text(note) => note,
             _ => String::new(),
         };
+        // A robot is never at a distance of 0 from where it has still to go.
+        let target = (read.number("target.x")?, read.number("target.y")?);
+        let target = (target != (0.0, 0.0) || read.number("distance")? > 0.0).then_some(target);
         Some(Self {
             reached: read.number("reached")? as u32,
             total: read.number("total")? as u32,
-            target: (read.number("target.x")?, read.number("target.y")?),
+            target,
+            of_places: target.is_some(),
             note,
         })
     }

@@ -16,9 +16,9 @@ pub(crate) struct Trace {
     pub(crate) path: Vec<Sample>,
     /// When somebody took over, and who.
     pub(crate) takeovers: Vec<(Nanos, usize)>,
-    /// Targets in the order of the mission, as far as they were named.
-    pub(crate) targets: Vec<Option<(f64, f64)>>,
-    /// How many of them were reached.
+    /// Targets in the order of the mission, as far as they were named; those of a route once, however often it is gone.
+    pub(crate) targets: Vec<(f64, f64)>,
+    /// How many were reached.
     pub(crate) reached: usize,
     /// What the laser saw, if it is to be kept.
     pub(crate) scans: Option<Vec<(f64, f64)>>,
@@ -46,14 +46,16 @@ impl Trace {
 
     /// Adds what is seen now.
     pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: Option<usize>) {
-        if let Some(progress) = &seen.mission {
-            if self.targets.is_empty() {
-                self.targets = sight.route().into_iter().map(Some).collect();
-            }
-            self.targets.resize(progress.total as usize, None);
+        if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.of_places) {
             self.reached = progress.reached as usize;
-            if let Some(target) = self.targets.get_mut(self.reached) {
-                *target = Some(sight.in_path(progress.target));
+            if self.targets.is_empty() {
+                self.targets = sight.route();
+            }
+            // Without a route the targets are known one by one.
+            if let Some(target) = progress.target.filter(|_| self.reached == self.targets.len())
+                && self.reached < progress.total as usize
+            {
+                self.targets.push(sight.in_path(target));
             }
         }
         let Some(pose) = seen.truth.or(seen.odometry) else {

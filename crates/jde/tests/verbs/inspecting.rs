@@ -1,7 +1,6 @@
 //! Verbs that start nothing: check, describe, plugins.
 
 use crate::support::{app, jde, jde_with_plugins, json, said};
-use serde_json::Value;
 
 #[test]
 fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
@@ -9,12 +8,12 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
     assert_eq!(check.status, Some(0), "{}", check.err);
     let places: Vec<_> = [
         "roots:",
-        "guide",
+        "guide  example/example",
         "base:",
         "stop as brake",
         "vff as avoid",
         "goon as cruise",
-        "pioneer",
+        "pioneer  sim/pioneer",
     ]
     .map(|part| {
         check

@@ -92,13 +92,13 @@ pub(crate) fn plugins() -> &'static Path {
             String::from_utf8_lossy(&output.stderr)
         );
         let messages = String::from_utf8(output.stdout).expect("cargo says UTF-8");
-        let libraries = messages.lines().filter_map(|line| {
+        let mut libraries = messages.lines().filter_map(|line| {
             let message: Value = serde_json::from_str(line).ok()?;
             let kinds = message["target"]["crate_types"].as_array()?;
             let is_plugin = kinds.iter().any(|kind| kind == "cdylib");
             let file = is_plugin.then(|| message["filenames"][0].as_str())??;
             Some(Path::new(file).parent()?.to_owned())
         });
-        libraries.last().expect("cargo names the libraries it made")
+        libraries.next().expect("cargo names the libraries it made")
     })
 }
