@@ -234,10 +234,10 @@ impl Variable {
         }
     }
 
-    pub(crate) fn valid_until(&self, now: Nanos) -> Nanos {
+    pub(crate) fn valid_until(&self, now: Nanos, least: Nanos) -> Nanos {
         match self.declaration.access {
             Access::Export | Access::Modulation => Nanos::MAX,
-            Access::Command { validity } => now.saturating_add(validity),
+            Access::Command { validity } => now.saturating_add(validity.max(least)),
         }
     }
 

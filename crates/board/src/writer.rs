@@ -78,6 +78,15 @@ impl Writer {
     /// # Errors
     /// [`Refused::NoAuthority`], [`Refused::NotFinite`], [`Refused::NothingLoaned`].
     pub fn publish(&mut self, time: Nanos, now: Nanos) -> Result<u64, Refused> {
+        self.publish_for(time, now, 0)
+    }
+
+    /// As [`Self::publish`]; a command is in force for `least`, ns, if that is longer than its validity: for writers whose
+    /// own rhythm is slower.
+    ///
+    /// # Errors
+    /// As [`Self::publish`].
+    pub fn publish_for(&mut self, time: Nanos, now: Nanos, least: Nanos) -> Result<u64, Refused> {
         let variable = &*self.variable;
         let published = match (&mut self.room, &variable.cell) {
             (Room::Within { claim }, Cell::Pinned(pinned)) => {
@@ -93,7 +102,7 @@ impl Writer {
                         variable.gate(self.seat),
                         time,
                         self.id,
-                        variable.valid_until(now),
+                        variable.valid_until(now, least),
                     )
                     .map_err(|_| Refused::NoAuthority)
             }

@@ -6,6 +6,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use jde_abi::raw::{self, Context, Host};
 use jde_core::Policy;
@@ -120,7 +121,8 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
         within(context, raw::FAILED, |call| {
             let now = call.engine.clock.now();
             let time = if time_ns == 0 { now } else { time_ns };
-            match call.ports.publish(port as usize, time, now) {
+            let period = call.engine.meters[call.number].period.load(Ordering::Relaxed);
+            match call.ports.publish(port as usize, time, now, period) {
                 Ok(()) => raw::OK,
                 Err(error) => {
                     if let PortError::Refused { why, first } = &error {

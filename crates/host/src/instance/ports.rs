@@ -113,8 +113,15 @@ impl Ports {
         }
     }
 
-    /// Publishes what was loaned.
-    pub(crate) fn publish(&mut self, port: usize, time: Nanos, now: Nanos) -> Result<(), PortError> {
+    /// Publishes what was loaned. A command is in force for two of the schema's periods at least: who is slow by design is
+    /// not taken for one that has gone silent.
+    pub(crate) fn publish(
+        &mut self,
+        port: usize,
+        time: Nanos,
+        now: Nanos,
+        period: Nanos,
+    ) -> Result<(), PortError> {
         let failed = |why| match why {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
@@ -123,7 +130,7 @@ impl Ports {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Command { .. } => Err(PortError::WrongPort),
             Port::Output(writer) => writer.publish(time, now).map(drop).map_err(failed),
-            Port::Wish { writer, refused } => match writer.publish(time, now) {
+            Port::Wish { writer, refused } => match writer.publish_for(time, now, period.saturating_mul(2)) {
                 Ok(_) => {
                     *refused = false;
                     Ok(())
