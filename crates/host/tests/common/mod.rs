@@ -1,0 +1,36 @@
+//! What the tests of running applications share: schemas whose parts are written in the test, a stage that remembers what they
+//! did, and one way to run an application on each executor. It waits for conditions, never for time.
+
+#![allow(dead_code, reason = "each test file uses its part")]
+
+mod rig;
+mod schemas;
+mod stage;
+
+pub(crate) use rig::{Executor, Rig, plugins, text};
+pub(crate) use schemas::{Call, Io, LIVE, Motor};
+pub(crate) use stage::Stage;
+
+pub(crate) const MS: u64 = 1_000_000;
+
+/// Makes a test of each function for every executor.
+#[allow(unused_macros, reason = "each test file uses its part")]
+macro_rules! on_every_executor {
+    ($($name:ident),+ $(,)?) => {
+        mod threads { $(#[test] fn $name() { super::$name(crate::common::Executor::Threads); })+ }
+        mod pool { $(#[test] fn $name() { super::$name(crate::common::Executor::Pool); })+ }
+        mod lockstep { $(#[test] fn $name() { super::$name(crate::common::Executor::Lockstep); })+ }
+    };
+}
+
+/// Makes a test of each function for the executors in which calls take time.
+#[allow(unused_macros, reason = "each test file uses its part")]
+macro_rules! in_real_time {
+    ($($name:ident),+ $(,)?) => {
+        mod threads { $(#[test] fn $name() { super::$name(crate::common::Executor::Threads); })+ }
+        mod pool { $(#[test] fn $name() { super::$name(crate::common::Executor::Pool); })+ }
+    };
+}
+
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use {in_real_time, on_every_executor};

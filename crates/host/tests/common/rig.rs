@@ -1,0 +1,202 @@
+//! Runs an application of the tests on any executor.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_abi::raw;
+use jde_host::app::{Application, parse};
+use jde_host::event::{Event, Observer, Outcome};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::snapshot::{GroupView, SchemaView};
+use jde_host::{Handle, Lockstep, Options, Running, StartError};
+
+use super::MS;
+use super::schemas::{Eye, Motor, Robot, Stillborn};
+use super::stage::Stage;
+
+static TEST: raw::Plugin =
+    jde_schema::plugin!("test", "Schemas of the tests.", [Motor, Eye, Robot, Stillborn]);
+
+/// The time that lockstep gives a condition to come true, ns: far beyond every period of the tests.
+const LONGEST: u64 = 10_000 * MS;
+
+/// Who runs the schemas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Executor {
+    Threads,
+    Pool,
+    Lockstep,
+}
+
+/// An application that runs.
+pub(crate) struct Rig {
+    pub(crate) stage: Arc<Stage>,
+    pub(crate) handle: Handle,
+    run: Run,
+}
+
+enum Run {
+    Real(Running),
+    Lockstep(Box<Lockstep>),
+}
+
+/// The plugins of the tests.
+pub(crate) fn plugins() -> Plugins {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&TEST).expect("the plugin of the tests is right");
+    plugins
+}
+
+/// An application's text, for an executor and on a stage.
+pub(crate) fn text(executor: Executor, stage: &Stage, body: &str) -> String {
+    let head = match executor {
+        Executor::Threads | Executor::Lockstep => "",
+        Executor::Pool => "executor = \"pool\"\n",
+    };
+    let mut text = String::from(head);
+    for line in body.lines() {
+        text += line;
+        text += "\n";
+        if line.trim_start().starts_with("type") && line.contains("\"test/") {
+            text += &format!("stage = {}\n", stage.number());
+        }
+    }
+    text
+}
+
+impl Rig {
+    /// Starts an application of the test plugin.
+    #[track_caller]
+    pub(crate) fn start(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
+        Self::start_with(executor, stage, body, Options::default())
+    }
+
+    /// The same with options.
+    #[track_caller]
+    pub(crate) fn start_with(executor: Executor, stage: &Arc<Stage>, body: &str, options: Options) -> Self {
+        match Self::try_start(executor, stage, body, options) {
+            Ok(rig) => rig,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// The same, where it may not start.
+    pub(crate) fn try_start(
+        executor: Executor,
+        stage: &Arc<Stage>,
+        body: &str,
+        options: Options,
+    ) -> Result<Self, StartError> {
+        let plugins = plugins();
+        let application = parse(
+            &text(executor, stage, body),
+            Path::new("apps/test.toml"),
+            &[],
+            &plugins,
+        )
+        .unwrap_or_else(|faults| panic!("{faults}"));
+        Self::run(executor, stage, application, &plugins, options)
+    }
+
+    /// Starts an application that was read before.
+    pub(crate) fn run(
+        executor: Executor,
+        stage: &Arc<Stage>,
+        application: Application,
+        plugins: &Plugins,
+        mut options: Options,
+    ) -> Result<Self, StartError> {
+        let hears = Arc::clone(stage);
+        let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.hear(event));
+        options.observers.push(observer);
+        let (run, handle) = match executor {
+            Executor::Threads | Executor::Pool => {
+                let running = Running::start(application, plugins, options)?;
+                let handle = running.handle();
+                (Run::Real(running), handle)
+            }
+            Executor::Lockstep => {
+                let lockstep = Lockstep::start(application, plugins, options)?;
+                let handle = lockstep.handle();
+                (Run::Lockstep(Box::new(lockstep)), handle)
+            }
+        };
+        stage.opened(handle.clone());
+        Ok(Self {
+            stage: Arc::clone(stage),
+            handle,
+            run,
+        })
+    }
+
+    /// Goes on until `done`.
+    #[track_caller]
+    pub(crate) fn until(&mut self, mut done: impl FnMut(&Self) -> bool) {
+        if let Run::Real(_) = self.run {
+            let stage = Arc::clone(&self.stage);
+            return stage.wait_until(|| done(self));
+        }
+        let start = self.handle.now();
+        while !done(self) {
+            let now = self.handle.now();
+            assert!(now < start + LONGEST, "it never came: {:#?}", self.stage.lines());
+            self.advance(now + MS);
+        }
+    }
+
+    /// Goes on until that was done.
+    #[track_caller]
+    pub(crate) fn until_did(&mut self, line: &str) {
+        self.until(|rig| rig.stage.did(line));
+    }
+
+    /// Goes on until virtual time is `then`; lockstep only.
+    pub(crate) fn advance(&mut self, then: u64) -> Option<Outcome> {
+        match &mut self.run {
+            Run::Lockstep(lockstep) => lockstep.run_until(then),
+            Run::Real(_) => panic!("real time goes by itself"),
+        }
+    }
+
+    /// Asks it to end, and brings it to rest.
+    pub(crate) fn stop(self) -> Outcome {
+        self.handle.stop();
+        self.wait()
+    }
+
+    /// Goes on until it ends by itself, and brings it to rest.
+    pub(crate) fn wait(self) -> Outcome {
+        match self.run {
+            Run::Real(running) => running.wait(),
+            Run::Lockstep(lockstep) => lockstep.run(),
+        }
+    }
+
+    /// An instance's place.
+    #[track_caller]
+    pub(crate) fn place(&self, name: &str) -> usize {
+        let place = self.handle.application().instance(name);
+        place.unwrap_or_else(|| panic!("there is no {name}"))
+    }
+
+    /// An instance as the tools see it.
+    #[track_caller]
+    pub(crate) fn see(&self, name: &str) -> SchemaView {
+        self.handle.snapshot().schemas.swap_remove(self.place(name))
+    }
+
+    /// A group as the tools see it.
+    #[track_caller]
+    pub(crate) fn group(&self, name: &str) -> GroupView {
+        let groups = self.handle.snapshot().groups.into_iter();
+        let mut found = groups.filter(|group| group.name == name);
+        found.next().unwrap_or_else(|| panic!("there is no {name}"))
+    }
+
+    /// The winner of a group.
+    #[track_caller]
+    pub(crate) fn winner(&self, group: &str) -> Option<String> {
+        let winner = self.group(group).winner?;
+        Some(self.handle.application().instances[winner].name.clone())
+    }
+}

@@ -1,0 +1,479 @@
+//! The schemas of the tests: they have every kind of port and child, and do what their part says.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use jde_schema::prelude::*;
+
+use super::stage::{Stage, lock};
+
+/// A call of a schema, as its part sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Call {
+    Awake,
+    Check,
+    Iterate,
+    Sleep,
+    Arbitrate,
+    Drop,
+}
+
+/// What a part can do during a call.
+pub(crate) struct Io<'a> {
+    pub(crate) stage: &'a Arc<Stage>,
+    pub(crate) name: &'a str,
+    /// Calls of this instance before this one: 0 again in a fresh one.
+    pub(crate) memory: u64,
+    /// None while it is dropped.
+    inner: Option<Inner<'a>>,
+    answer: Precondition,
+    verdict: Option<Verdict>,
+}
+
+struct Inner<'a> {
+    cx: &'a Context<'a>,
+    motor: Option<&'a Motor>,
+    perceptive: Option<&'a mut Export<f64>>,
+    level: Option<&'a Level<'a>>,
+}
+
+thread_local! {
+    /// Instances of the test plugin that this thread made and nobody ended yet.
+    pub(crate) static LIVE: Cell<i64> = const { Cell::new(0) };
+}
+
+/// Counts the instances that live.
+struct Alive;
+
+impl Default for Alive {
+    fn default() -> Self {
+        LIVE.set(LIVE.get() + 1);
+        Self
+    }
+}
+
+impl Drop for Alive {
+    fn drop(&mut self) {
+        // A thread that ends has no count any more, and nobody to read it.
+        let _ = LIVE.try_with(|live| live.set(live.get() - 1));
+    }
+}
+
+/// What every instance of the tests remembers.
+#[derive(Default)]
+struct Own {
+    alive: Alive,
+    stage: Option<Arc<Stage>>,
+    name: String,
+    calls: u64,
+}
+
+/// A motor schema.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+pub(crate) struct Motor {
+    /// The number of its stage.
+    #[modulation(default = 0, fixed)]
+    stage: Modulation<u32>,
+    /// Something to look at.
+    #[import(optional)]
+    input: Import<f64>,
+    /// Something else to look at.
+    #[import(optional)]
+    other: Import<f64>,
+    /// Something a father or an operator writes.
+    #[modulation(default = 0.0)]
+    gain: Modulation<f64>,
+    /// A command with a long validity.
+    #[actuator(optional)]
+    base: Actuator<Twist>,
+    /// A command with a short one.
+    #[actuator(optional)]
+    arm: Actuator<Twist>,
+    /// Whether all is done.
+    #[export]
+    mission: Export<Mission>,
+    /// A child.
+    #[child(group = "base", optional)]
+    a: Child,
+    /// Another.
+    #[child(group = "base", optional)]
+    b: Child,
+    /// A third.
+    #[child(group = "base", optional)]
+    c: Child,
+    /// One that perceives.
+    #[child(perceptive, optional)]
+    helper: Child,
+    /// What it writes to a.
+    #[modulates(child = "a", name = "gain", optional)]
+    gain_of_a: Modulates<f64>,
+    /// How often a is to run.
+    #[modulates(child = "a", name = "period", optional)]
+    period_of_a: Modulates<f64>,
+    own: Own,
+}
+
+/// A perceptive schema.
+#[derive(Describe)]
+#[schema(perceptive, period = "10ms")]
+pub(crate) struct Eye {
+    /// The number of its stage.
+    #[modulation(default = 0, fixed)]
+    stage: Modulation<u32>,
+    /// Something an operator writes.
+    #[modulation(default = 0.0)]
+    gain: Modulation<f64>,
+    /// What it looks at.
+    #[import(optional)]
+    input: Import<f64>,
+    /// What it saw.
+    #[export]
+    out: Export<f64>,
+    own: Own,
+}
+
+/// A driver; notes each change of what it is commanded.
+#[derive(Describe)]
+#[schema(driver, period = "10ms")]
+pub(crate) struct Robot {
+    /// The number of its stage.
+    #[modulation(default = 0, fixed)]
+    stage: Modulation<u32>,
+    /// A command that stands for long.
+    #[command(neutral = Twist::ZERO, validity = "1000s")]
+    velocity: Command<Twist>,
+    /// A command that has to be repeated.
+    #[command(neutral = Twist::ZERO, validity = "50ms")]
+    reach: Command<Twist>,
+    last: [Option<f64>; 2],
+    own: Own,
+}
+
+/// One that cannot be made.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+pub(crate) struct Stillborn {
+    /// The number of its stage.
+    #[modulation(default = 0, fixed)]
+    stage: Modulation<u32>,
+    fuse: Fuse,
+}
+
+struct Fuse;
+
+impl Default for Fuse {
+    fn default() -> Self {
+        panic!("there is no such device")
+    }
+}
+
+impl Own {
+    fn begin(&mut self, cx: &Context, stage: u32) -> (Arc<Stage>, u64) {
+        if self.stage.is_none() {
+            self.stage = Some(Stage::of(stage));
+            self.name = cx.name().to_owned();
+        }
+        self.calls += 1;
+        let stage = self.stage.as_ref().expect("it was set");
+        (Arc::clone(stage), self.calls - 1)
+    }
+}
+
+impl Drop for Own {
+    fn drop(&mut self) {
+        let Some(stage) = self.stage.take() else { return };
+        stage.note(|| format!("{} drop", self.name));
+        let mut io = Io {
+            stage: &stage,
+            name: &self.name,
+            memory: self.calls,
+            inner: None,
+            answer: false.into(),
+            verdict: None,
+        };
+        // There is nobody to tell an error to; a panic goes on to the boundary.
+        let _ = io.perform(Call::Drop);
+    }
+}
+
+impl Motor {
+    fn call(
+        &mut self,
+        cx: &Context,
+        call: Call,
+        level: Option<&Level>,
+    ) -> Result<(Precondition, Option<Verdict>)> {
+        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let mut io = Io {
+            stage: &stage,
+            name: &self.own.name,
+            memory,
+            inner: Some(Inner {
+                cx,
+                motor: Some(&*self),
+                perceptive: None,
+                level,
+            }),
+            answer: false.into(),
+            verdict: None,
+        };
+        io.perform(call)?;
+        Ok((io.answer, io.verdict))
+    }
+
+    /// Says how far the mission is.
+    fn report(&mut self, cx: &Context, state: u8) {
+        self.mission.write(
+            cx,
+            Mission {
+                state,
+                ..Mission::default()
+            },
+        );
+    }
+}
+
+impl Schema for Motor {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.call(cx, Call::Awake, None).map(drop)
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        self.call(cx, Call::Check, None).map(|(answer, _)| answer)
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.call(cx, Call::Iterate, None)?;
+        // A gain of 100 and more is the mission's state.
+        let gain = self.gain.get(cx);
+        if gain >= 100.0 {
+            self.report(cx, (gain - 100.0) as u8);
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Err(error) = self.call(cx, Call::Sleep, None) {
+            panic!("{error}");
+        }
+    }
+}
+
+impl Arbitrate for Motor {
+    fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
+        let (_, verdict) = self.call(cx, Call::Arbitrate, Some(level))?;
+        Ok(verdict.unwrap_or_else(|| Verdict::nobody("its part chose nobody")))
+    }
+}
+
+impl Eye {
+    fn call(&mut self, cx: &Context, call: Call) -> Result {
+        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let mut io = Io {
+            stage: &stage,
+            name: &self.own.name,
+            memory,
+            inner: Some(Inner {
+                cx,
+                motor: None,
+                perceptive: Some(&mut self.out),
+                level: None,
+            }),
+            answer: false.into(),
+            verdict: None,
+        };
+        io.perform(call)
+    }
+}
+
+impl Schema for Eye {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.call(cx, Call::Awake)
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.call(cx, Call::Iterate)
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Err(error) = self.call(cx, Call::Sleep) {
+            panic!("{error}");
+        }
+    }
+}
+
+impl Robot {
+    fn call(&mut self, cx: &Context, call: Call) -> Result {
+        let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
+        let mut io = Io {
+            stage: &stage,
+            name: &self.own.name,
+            memory,
+            inner: Some(Inner {
+                cx,
+                motor: None,
+                perceptive: None,
+                level: None,
+            }),
+            answer: false.into(),
+            verdict: None,
+        };
+        io.perform(call)
+    }
+}
+
+impl Schema for Robot {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.call(cx, Call::Awake)
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let velocity = self.velocity.get(cx);
+        let reach = self.reach.get(cx);
+        let seen = [velocity, reach].map(|command| command.in_force().then_some(command.linear.x));
+        let stage = Stage::of(self.stage.get(cx));
+        let before = std::mem::replace(&mut self.last, seen);
+        for ((what, before), seen) in ["velocity", "reach"].into_iter().zip(before).zip(seen) {
+            // Braked is braked: with a neutral command or with none.
+            let (before, seen) = (before.unwrap_or(0.0), seen.unwrap_or(0.0));
+            if before != seen {
+                stage.note(|| format!("{} {what} {seen}", cx.name()));
+            }
+        }
+        self.call(cx, Call::Iterate)?;
+        let still = [self.velocity.get(cx), self.reach.get(cx)];
+        if still.map(|command| command.in_force().then_some(command.linear.x)) != seen {
+            stage.note(|| format!("{} changed its mind", cx.name()));
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Err(error) = self.call(cx, Call::Sleep) {
+            panic!("{error}");
+        }
+    }
+}
+
+impl Schema for Stillborn {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}
+
+impl<'a> Io<'a> {
+    fn perform(&mut self, call: Call) -> Result {
+        match call {
+            Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate => {
+                self.say(format!("{call:?}").to_lowercase());
+            }
+            Call::Check | Call::Drop => {}
+        }
+        match self.stage.part(self.name) {
+            Some(part) => lock(&part)(call, self),
+            None => Ok(()),
+        }
+    }
+
+    fn inner(&self) -> &Inner<'a> {
+        self.inner.as_ref().expect("nothing can be done while dropped")
+    }
+
+    fn motor(&self) -> &'a Motor {
+        self.inner().motor.expect("a motor schema")
+    }
+
+    /// The present call.
+    pub(crate) fn cx(&self) -> &'a Context<'a> {
+        self.inner().cx
+    }
+
+    /// Notes what it does.
+    pub(crate) fn say(&self, what: impl AsRef<str>) {
+        self.stage.note(|| format!("{} {}", self.name, what.as_ref()));
+    }
+
+    /// The answer of a check.
+    pub(crate) fn ready(&mut self, ready: impl Into<Precondition>) {
+        self.answer = ready.into();
+    }
+
+    /// The answer of an arbitration.
+    pub(crate) fn choose(&mut self, role: &str) {
+        self.verdict = Some(Verdict::choose(
+            self.child(role),
+            format!("{} chose {role}", self.name),
+        ));
+    }
+
+    /// What is to be arbitrated.
+    pub(crate) fn level(&self) -> &'a Level<'a> {
+        self.inner().level.expect("it arbitrates")
+    }
+
+    /// ns since the start.
+    pub(crate) fn now(&self) -> u64 {
+        self.cx().now().as_nanos() as u64
+    }
+
+    /// Commands a speed of the base.
+    pub(crate) fn command(&self, speed: f64) -> Outcome {
+        self.motor().base.command(self.cx(), Twist::planar(speed, 0.0))
+    }
+
+    /// Commands a speed of the arm.
+    pub(crate) fn reach(&self, speed: f64) -> Outcome {
+        self.motor().arm.command(self.cx(), Twist::planar(speed, 0.0))
+    }
+
+    /// What a motor schema looks at, with the number of the value.
+    pub(crate) fn input(&self) -> Option<(f64, u64)> {
+        let sample = self.motor().input.get(self.cx())?;
+        Some((*sample, sample.sequence()))
+    }
+
+    /// The other that it looks at.
+    pub(crate) fn other(&self) -> Option<f64> {
+        self.motor().other.get(self.cx()).map(|sample| *sample)
+    }
+
+    /// Its modulation.
+    pub(crate) fn gain(&self) -> f64 {
+        self.motor().gain.get(self.cx())
+    }
+
+    /// A child by its role.
+    pub(crate) fn child(&self, role: &str) -> &'a Child {
+        let motor = self.motor();
+        match role {
+            "a" => &motor.a,
+            "b" => &motor.b,
+            "c" => &motor.c,
+            "helper" => &motor.helper,
+            other => panic!("there is no role {other}"),
+        }
+    }
+
+    /// Wakes a child.
+    pub(crate) fn wake(&self, role: &str) -> Outcome {
+        self.child(role).wake(self.cx())
+    }
+
+    /// Writes the modulation of a.
+    pub(crate) fn modulate_a(&self, gain: f64) -> Outcome {
+        self.motor().gain_of_a.set(self.cx(), gain)
+    }
+
+    /// Writes the period of a, seconds.
+    pub(crate) fn retime_a(&self, period: f64) -> Outcome {
+        self.motor().period_of_a.set(self.cx(), period)
+    }
+
+    /// Publishes what an eye sees.
+    pub(crate) fn publish(&mut self, value: f64) {
+        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
+        let out = inner.perceptive.as_mut().expect("an eye");
+        out.write(inner.cx, value);
+    }
+}

@@ -1,0 +1,195 @@
+//! The stage of one test: who plays which part, and what was done, in the order in which it was done.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use jde_host::Handle;
+use jde_host::event::Event;
+use jde_schema::Result;
+
+use super::schemas::{Call, Io};
+
+/// What an instance does when it is called.
+pub(crate) type Part = Box<dyn FnMut(Call, &mut Io<'_>) -> Result + Send>;
+
+/// The stage of one test.
+#[derive(Default)]
+pub(crate) struct Stage {
+    number: u32,
+    quiet: bool,
+    parts: Mutex<HashMap<String, Arc<Mutex<Part>>>>,
+    log: Mutex<Log>,
+    news: Condvar,
+    handle: Mutex<Option<Handle>>,
+}
+
+#[derive(Default)]
+struct Log {
+    /// Counts everything that happened.
+    version: u64,
+    lines: Vec<String>,
+    events: Vec<Event>,
+}
+
+static STAGES: Mutex<Vec<Arc<Stage>>> = Mutex::new(Vec::new());
+
+impl Stage {
+    /// A stage of one's own.
+    pub(crate) fn new() -> Arc<Self> {
+        Self::made(false)
+    }
+
+    /// One that remembers nothing, for long runs.
+    pub(crate) fn quiet() -> Arc<Self> {
+        Self::made(true)
+    }
+
+    fn made(quiet: bool) -> Arc<Self> {
+        static NEXT: AtomicU32 = AtomicU32::new(1);
+        let stage = Arc::new(Self {
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
+            quiet,
+            ..Self::default()
+        });
+        lock(&STAGES).push(Arc::clone(&stage));
+        stage
+    }
+
+    /// The stage of that number, as instances find theirs.
+    pub(crate) fn of(number: u32) -> Arc<Self> {
+        let stages = lock(&STAGES);
+        let stage = stages.iter().find(|stage| stage.number == number);
+        Arc::clone(stage.expect("schemas of the test plugin say on which stage they are"))
+    }
+
+    pub(crate) fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Gives an instance its part.
+    pub(crate) fn play(&self, name: &str, part: impl FnMut(Call, &mut Io<'_>) -> Result + Send + 'static) {
+        lock(&self.parts).insert(name.to_owned(), Arc::new(Mutex::new(Box::new(part))));
+    }
+
+    /// A motor schema that is ready while `ready` says so, and commands this speed in each iteration.
+    pub(crate) fn drives(&self, name: &str, ready: &Arc<std::sync::atomic::AtomicBool>, speed: f64) {
+        let ready = Arc::clone(ready);
+        self.play(name, move |call, io| {
+            match call {
+                Call::Check => io.ready(ready.load(Ordering::SeqCst)),
+                Call::Iterate => {
+                    io.command(speed);
+                }
+                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            }
+            Ok(())
+        });
+    }
+
+    pub(crate) fn part(&self, name: &str) -> Option<Arc<Mutex<Part>>> {
+        lock(&self.parts).get(name).cloned()
+    }
+
+    /// Notes what somebody did.
+    pub(crate) fn note(&self, line: impl FnOnce() -> String) {
+        if self.quiet {
+            return;
+        }
+        let mut log = lock(&self.log);
+        log.lines.push(line());
+        log.version += 1;
+        drop(log);
+        self.news.notify_all();
+    }
+
+    pub(crate) fn hear(&self, event: &Event) {
+        if self.quiet {
+            return;
+        }
+        let mut log = lock(&self.log);
+        log.events.push(event.clone());
+        log.version += 1;
+        drop(log);
+        self.news.notify_all();
+    }
+
+    /// What was done so far.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        lock(&self.log).lines.clone()
+    }
+
+    /// Whether that was done.
+    pub(crate) fn did(&self, line: &str) -> bool {
+        lock(&self.log).lines.iter().any(|done| done == line)
+    }
+
+    /// How often that was done.
+    pub(crate) fn count(&self, line: &str) -> usize {
+        lock(&self.log).lines.iter().filter(|done| *done == line).count()
+    }
+
+    /// Where that was done first among all that was done.
+    #[track_caller]
+    pub(crate) fn first(&self, line: &str) -> usize {
+        let lines = self.lines();
+        let place = lines.iter().position(|done| done == line);
+        place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
+    }
+
+    /// Where that was done last.
+    #[track_caller]
+    pub(crate) fn last(&self, line: &str) -> usize {
+        let lines = self.lines();
+        let place = lines.iter().rposition(|done| done == line);
+        place.unwrap_or_else(|| panic!("`{line}` is not in {lines:#?}"))
+    }
+
+    /// Everything that the application told.
+    pub(crate) fn events(&self) -> Vec<Event> {
+        lock(&self.log).events.clone()
+    }
+
+    /// Whether it told of such an event.
+    pub(crate) fn told(&self, wanted: impl Fn(&Event) -> bool) -> bool {
+        lock(&self.log).events.iter().any(wanted)
+    }
+
+    pub(crate) fn opened(&self, handle: Handle) {
+        let before = lock(&self.handle).replace(handle);
+        assert!(before.is_none(), "one application a stage");
+    }
+
+    /// The application, for parts that look at it.
+    pub(crate) fn handle(&self) -> Option<Handle> {
+        lock(&self.handle).clone()
+    }
+
+    /// Blocks until `done`, which is asked again after everything that happens.
+    pub(crate) fn wait_until(&self, mut done: impl FnMut() -> bool) {
+        loop {
+            let seen = lock(&self.log).version;
+            if done() {
+                return;
+            }
+            let log = lock(&self.log);
+            drop(
+                self.news
+                    .wait_while(log, |log| log.version == seen)
+                    .unwrap_or_else(PoisonError::into_inner),
+            );
+        }
+    }
+
+    /// Forgets the stage, so that what its parts hold is let go.
+    pub(crate) fn close(&self) {
+        lock(&STAGES).retain(|stage| stage.number != self.number);
+        lock(&self.parts).clear();
+        lock(&self.handle).take();
+    }
+}
+
+/// A test that fails while it holds a lock must not hide its reason behind another.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

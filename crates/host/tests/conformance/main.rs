@@ -1,0 +1,14 @@
+//! One suite for all executors: threads, pool and lockstep keep the same rules. What a rule says is in the name of its test.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod arbitration;
+mod faults;
+mod hangs;
+mod operators;
+mod records;
+mod selection;
+mod shutdown;
+mod time;
+mod values;

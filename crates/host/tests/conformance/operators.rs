@@ -1,0 +1,196 @@
+//! What an operator does is shown as such, and undone when the operator lets go (R14).
+
+use std::sync::Arc;
+
+use jde_board::value::Value;
+use jde_core::State;
+use jde_host::event::{Event, OperatorAction};
+
+use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
+
+on_every_executor!(
+    r14_a_schema_that_is_stopped_sleeps_until_it_is_released,
+    r14_a_schema_that_is_forced_wins_until_it_is_released,
+    r14_a_child_that_is_played_is_awake_until_it_is_released,
+    r14_a_period_is_given_back,
+    r14_a_modulation_is_given_back_unless_a_father_wrote_it_since,
+    r14_what_does_not_exist_is_refused_in_words,
+);
+
+const APP: &str = r#"
+    roots = ["high", "father"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.high]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+    [schemas.father]
+    type = "test/motor"
+    gain = 0.5
+    children = { a = "left" }
+    [schemas.left]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn start(executor: Executor, high: bool) -> Rig {
+    let stage = Stage::new();
+    stage.drives("high", &Arc::new(high.into()), 0.3);
+    stage.drives("left", &Arc::new(true.into()), 0.1);
+    stage.play("father", |call, io| {
+        if call == crate::common::Call::Check {
+            io.ready(true);
+        }
+        Ok(())
+    });
+    let mut rig = Rig::start(executor, &stage, APP);
+    let first = if high { "high iterate" } else { "father iterate" };
+    rig.until_did(first);
+    rig
+}
+
+fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) {
+    let mut rig = start(executor, true);
+    let high = rig.place("high");
+    rig.handle.hold_asleep(high).expect("it can be stopped");
+    rig.until_did("high sleep");
+    rig.until_did("father iterate");
+    let view = rig.see("high");
+    assert_eq!((view.state, view.operator), (State::Slept, Some("stopped")));
+    assert!(rig.stage.told(|event| matches!(
+        event,
+        Event::Operator {
+            action: OperatorAction::Hierarchy(_),
+            ..
+        }
+    )));
+    let before = rig.stage.count("high iterate");
+    rig.handle.release(high).expect("it can be released");
+    rig.until(|rig| rig.stage.count("high iterate") > before);
+    assert_eq!(rig.see("high").operator, None);
+    rig.stop();
+}
+
+fn r14_a_schema_that_is_forced_wins_until_it_is_released(executor: Executor) {
+    let mut rig = start(executor, false);
+    let high = rig.place("high");
+    rig.handle.force(high).expect("it can be forced");
+    rig.until_did("robot velocity 0.3");
+    assert_eq!(rig.winner("roots").as_deref(), Some("high"));
+    assert_eq!(rig.see("high").operator, Some("forced"));
+    rig.handle.release(high).expect("it can be released");
+    rig.until(|rig| rig.winner("roots").as_deref() == Some("father"));
+    assert_eq!(rig.see("high").operator, None);
+    rig.stop();
+}
+
+fn r14_a_child_that_is_played_is_awake_until_it_is_released(executor: Executor) {
+    let mut rig = start(executor, false);
+    let left = rig.place("left");
+    rig.handle.play(left).expect("it can be played");
+    rig.until_did("robot velocity 0.1");
+    assert_eq!(rig.see("left").operator, Some("played"));
+    rig.handle.release(left).expect("it can be released");
+    rig.until_did("left sleep");
+    rig.until_did("robot velocity 0");
+    let view = rig.see("left");
+    assert_eq!((view.state, view.operator), (State::Slept, None));
+    rig.stop();
+}
+
+fn r14_a_period_is_given_back(executor: Executor) {
+    let mut rig = start(executor, false);
+    let father = rig.place("father");
+    rig.handle.set_period(father, 3 * MS).expect("a period");
+    rig.handle.set_period(father, 2 * MS).expect("a period");
+    rig.until(|rig| rig.see("father").period == 2 * MS);
+    assert_eq!(rig.see("father").operator, Some("re-timed"));
+    assert!(rig.stage.told(
+        |event| matches!(event, Event::Operator { action: OperatorAction::Period { period, .. }, .. }
+        if *period == 2 * MS)
+    ));
+    rig.handle.release(father).expect("it can be released");
+    rig.until(|rig| rig.see("father").period == 10 * MS);
+    assert_eq!(rig.see("father").operator, None);
+    rig.stop();
+}
+
+fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Executor) {
+    let mut rig = start(executor, false);
+    let [father, left] = ["father", "left"].map(|name| rig.place(name));
+    let gain = |rig: &Rig, name: &str| {
+        rig.handle
+            .value::<f64>(&format!("{name}.gain"))
+            .expect("a modulation")
+    };
+    rig.handle
+        .modulate(father, "gain", &Value::Float(0.75))
+        .expect("a modulation");
+    assert_eq!(gain(&rig, "father"), Some(0.75));
+    assert_eq!(rig.see("father").operator, Some("modulated"));
+    rig.handle.release(father).expect("it can be released");
+    assert_eq!(gain(&rig, "father"), Some(0.5));
+    assert_eq!(rig.see("father").operator, None);
+
+    rig.handle
+        .modulate(left, "gain", &Value::Float(0.75))
+        .expect("a modulation");
+    rig.stage.play("father", |call, io| {
+        match call {
+            crate::common::Call::Check => io.ready(true),
+            crate::common::Call::Iterate => {
+                io.modulate_a(0.9);
+            }
+            _ => {}
+        }
+        Ok(())
+    });
+    rig.until(|rig| gain(rig, "left") == Some(0.9));
+    assert_eq!(rig.see("left").operator, None);
+    rig.handle.release(left).expect("it can be released");
+    assert_eq!(gain(&rig, "left"), Some(0.9));
+    rig.stop();
+}
+
+fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
+    let rig = start(executor, false);
+    let handle = &rig.handle;
+    let nobody = Err(String::from(
+        "there is no schema number 99; the application has 4",
+    ));
+    assert_eq!(handle.set_period(99, MS), nobody);
+    assert_eq!(handle.modulate(99, "gain", &Value::Float(1.0)), nobody);
+    for refused in [
+        handle.play(99),
+        handle.hold_asleep(99),
+        handle.force(99),
+        handle.release(99),
+    ] {
+        assert!(refused.expect_err("there is none").contains("99"));
+    }
+    let father = rig.place("father");
+    assert_eq!(
+        handle.set_period(father, 1),
+        Err(String::from(
+            "a period of 1 ns is too short; give at least 0.1 ms"
+        ))
+    );
+    let said = handle
+        .modulate(father, "gian", &Value::Float(1.0))
+        .expect_err("there is none");
+    assert!(said.contains("gain"), "{said}");
+    let said = handle
+        .modulate(father, "gain", &Value::Float(f64::NAN))
+        .expect_err("not finite");
+    assert!(said.starts_with("`father.gain` stays as it is: "), "{said}");
+    let said = handle
+        .modulate(father, "mission", &Value::Float(1.0))
+        .expect_err("an export");
+    assert_eq!(
+        said,
+        "`father.mission` is no modulation; only modulations can be set"
+    );
+    let robot = rig.place("robot");
+    assert!(handle.force(robot).is_err(), "a driver competes with nobody");
+    rig.stop();
+}

@@ -1,0 +1,150 @@
+//! Every selection leaves a line (R15), and the same application runs twice alike (R16).
+
+use std::io::Write;
+use std::sync::{Arc, Mutex};
+
+use jde_host::app::parse;
+use jde_host::decisions::Decisions;
+use jde_host::event::Observer;
+use jde_host::{Lockstep, Options};
+
+use crate::common::{Call, Executor, MS, Rig, Stage, plugins, text};
+
+/// Bytes that the test looks at afterwards.
+#[derive(Clone, Default)]
+struct Paper(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Paper {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+const APP: &str = r#"
+    roots = ["high", "low"]
+    root = { policy = "urgency" }
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.high]
+    type = "test/motor"
+    period = "7ms"
+    actuators = { base = "robot.velocity" }
+    [schemas.low]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+/// The lines of two virtual seconds in which both behave by their seed.
+fn decide(seed: u64) -> String {
+    let stage = Stage::new();
+    for name in ["high", "low"] {
+        let mut state = None;
+        stage.play(name, move |call, io| {
+            // xorshift64 (Marsaglia 2003), which must not begin at 0.
+            let state = state.get_or_insert_with(|| io.cx().seed() | 1);
+            *state ^= *state << 13;
+            *state ^= *state >> 7;
+            *state ^= *state << 17;
+            match call {
+                Call::Check => {
+                    let ready = jde_schema::Precondition::from(*state % 3 > 0);
+                    io.ready(ready.urgency((*state % 100) as f64));
+                }
+                Call::Iterate => {
+                    io.command((*state % 7) as f64);
+                }
+                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            }
+            Ok(())
+        });
+    }
+    let plugins = plugins();
+    let body = format!("seed = {seed}\n{}", text(Executor::Lockstep, &stage, APP));
+    let application =
+        parse(&body, "apps/test.toml".as_ref(), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let paper = Paper::default();
+    let decisions = Decisions::new(&application, paper.clone());
+    let options = Options {
+        observers: vec![Box::new(decisions) as Box<dyn Observer>],
+        ..Options::default()
+    };
+    let mut lockstep = Lockstep::start(application, &plugins, options).expect("it starts");
+    lockstep.run_until(2_000 * MS);
+    drop(lockstep);
+    String::from_utf8(paper.0.lock().unwrap().clone()).expect("text")
+}
+
+#[test]
+fn r16_the_same_seed_makes_the_same_choices_to_the_byte() {
+    let first = decide(7);
+    assert!(first.lines().count() > 200);
+    assert_eq!(first, decide(7));
+    assert_ne!(first, decide(8));
+}
+
+#[test]
+fn r15_every_selection_leaves_a_line_that_says_why() {
+    let text = decide(7);
+    let mut number = 0;
+    let mut deciders = std::collections::BTreeSet::new();
+    for line in text.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).expect("a line of JSON");
+        number += 1;
+        assert_eq!(line["number"], number, "none is missing, and they are in order");
+        assert_eq!(line["group"], "roots");
+        assert!(
+            line["time_s"]
+                .as_f64()
+                .is_some_and(|time| (0.0..=2.0).contains(&time))
+        );
+        for key in ["case", "reason", "cause", "decider"] {
+            assert!(
+                line[key].as_str().is_some_and(|text| !text.is_empty()),
+                "{key} of {line}"
+            );
+        }
+        for candidate in line["candidates"].as_array().expect("a list") {
+            assert!(candidate["name"].is_string() && candidate["state"].is_string());
+            assert!(candidate["ready"].is_boolean() && candidate["urgency"].is_number());
+        }
+        let taken = line["changed"] == true && line["choice"].is_string();
+        if let Some(takeover) = line.get("takeover_us") {
+            assert!(taken && takeover.as_f64().is_some_and(|us| us >= 0.0), "{line}");
+        }
+        deciders.insert(line["decider"].as_str().expect("a text").to_owned());
+    }
+    let deciders: Vec<_> = deciders.iter().map(String::as_str).collect();
+    assert_eq!(deciders, ["absence-policy", "nobody", "urgency"]);
+}
+
+#[test]
+fn r15_a_line_tells_the_whole_of_a_takeover() {
+    let stage = Stage::new();
+    stage.drives("low", &Arc::new(true.into()), 0.1);
+    let mut rig = Rig::start(Executor::Lockstep, &stage, APP);
+    rig.until_did("robot velocity 0.1");
+    let paper = Paper::default();
+    let mut decisions = Decisions::new(rig.handle.application(), paper.clone());
+    for event in stage.events() {
+        decisions.hear(&event);
+    }
+    decisions.finish().expect("it was written");
+    let text = String::from_utf8(paper.0.lock().unwrap().clone()).expect("text");
+    let line = text
+        .lines()
+        .find(|line| line.contains("\"changed\":true"))
+        .expect("low won");
+    let line: serde_json::Value = serde_json::from_str(line).expect("a line of JSON");
+    assert_eq!(line["choice"], "low");
+    assert_eq!(line["before"], serde_json::Value::Null);
+    assert_eq!(line["case"], "alone");
+    assert_eq!(line["reason"], "the only one ready");
+    assert_eq!(line["cause"], "the readiness of low changed");
+    assert_eq!(line["takeover_us"], 0.0);
+    rig.stop();
+}

@@ -1,0 +1,311 @@
+//! What schemas read and what reaches actuators (R8, R9), and numbers that are none.
+
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use jde_core::State;
+use jde_host::event::Event;
+
+use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+
+on_every_executor!(
+    r9_when_nobody_wins_the_actuators_brake_at_once,
+    r9_a_held_command_stands_for_its_time_and_then_brakes,
+    r9_the_fallback_wins_when_nobody_is_ready,
+    r7_a_command_that_is_not_repeated_runs_out,
+    r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out,
+    r8_the_period_is_a_modulation,
+    r8_a_father_modulates_its_child,
+);
+
+mod real_time {
+    use super::{r8_a_command_counts_for_the_whole_call, r8_one_value_stays_through_check_and_iteration};
+
+    crate::common::in_real_time!(
+        r8_one_value_stays_through_check_and_iteration,
+        r8_a_command_counts_for_the_whole_call,
+    );
+}
+
+const ONE: &str = r#"
+    roots = ["low"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.low]
+    type = "test/motor"
+    actuators = { base = "robot.velocity", arm = "robot.reach" }
+"#;
+
+/// A schema that is ready while `ready` says so, and says what `act` does.
+fn acts(
+    stage: &Stage,
+    name: &str,
+    ready: &Arc<AtomicBool>,
+    mut act: impl FnMut(&mut crate::common::Io<'_>) + Send + 'static,
+) {
+    let ready = Arc::clone(ready);
+    stage.play(name, move |call, io| {
+        match call {
+            Call::Check => io.ready(ready.load(SeqCst)),
+            Call::Iterate => act(io),
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+}
+
+/// Notes what the robot sees of its first command, and when it began and ended to look.
+fn watch(stage: &Stage) -> Arc<Mutex<Vec<(u64, String)>>> {
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let sees = Arc::clone(&seen);
+    stage.play("robot", move |call, io| {
+        if call == Call::Iterate {
+            let lines = io.stage.lines();
+            let last = lines.iter().rfind(|line| line.starts_with("robot velocity"));
+            sees.lock()
+                .unwrap()
+                .push((io.now(), last.cloned().unwrap_or_default()));
+        }
+        Ok(())
+    });
+    seen
+}
+
+fn r9_when_nobody_wins_the_actuators_brake_at_once(executor: Executor) {
+    let stage = Stage::new();
+    let ready = Arc::new(true.into());
+    stage.drives("low", &ready, 0.1);
+    let mut rig = Rig::start(executor, &stage, ONE);
+    rig.until_did("robot velocity 0.1");
+    // The robot looks once an hour by itself: the brake does not wait for that.
+    rig.handle
+        .set_period(rig.place("robot"), 3_600_000 * MS)
+        .expect("a period");
+    rig.until(|rig| rig.see("robot").period == 3_600_000 * MS);
+    ready.store(false, SeqCst);
+    rig.until_did("robot velocity 0");
+    assert_eq!(rig.see("low").state, State::Checking);
+    rig.stop();
+}
+
+fn r9_a_held_command_stands_for_its_time_and_then_brakes(executor: Executor) {
+    let stage = Stage::new();
+    let ready = Arc::new(true.into());
+    stage.drives("low", &ready, 0.1);
+    let seen = watch(&stage);
+    let body = format!("root = {{ absence = \"hold\", hold = \"200ms\" }}\n{ONE}");
+    let mut rig = Rig::start(executor, &stage, &body);
+    rig.until_did("robot velocity 0.1");
+    ready.store(false, SeqCst);
+    rig.until_did("robot velocity 0");
+    rig.stop();
+    let lost = stage.events().iter().find_map(|event| match event {
+        Event::Decided(record) if record.changed && record.choice.is_none() => Some(record.time),
+        _ => None,
+    });
+    let lost = lost.expect("nobody won");
+    let mut held = 0;
+    for (time, line) in seen.lock().unwrap().iter().filter(|(time, _)| *time >= lost) {
+        // The note is of what was seen before `time`.
+        if *time < lost + 200 * MS {
+            assert_eq!(line, "robot velocity 0.1", "{time} ns, lost at {lost}");
+            held += 1;
+        }
+    }
+    if executor == Executor::Lockstep {
+        assert_eq!(held, 20, "200 ms of 10 ms each");
+    }
+}
+
+fn r9_the_fallback_wins_when_nobody_is_ready(executor: Executor) {
+    let stage = Stage::new();
+    stage.drives("high", &Arc::new(false.into()), 0.3);
+    stage.drives("low", &Arc::new(false.into()), 0.1);
+    let body = r#"
+        roots = ["high", "low"]
+        root = { absence = "fallback", fallback = "low" }
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.high]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+        [schemas.low]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("robot velocity 0.1");
+    assert_eq!(rig.winner("roots").as_deref(), Some("low"));
+    rig.stop();
+}
+
+fn r7_a_command_that_is_not_repeated_runs_out(executor: Executor) {
+    let stage = Stage::new();
+    let mut commanded = false;
+    acts(&stage, "low", &Arc::new(true.into()), move |io| {
+        if !std::mem::replace(&mut commanded, true) {
+            io.reach(0.1);
+            io.command(0.2);
+        }
+    });
+    let mut rig = Rig::start(executor, &stage, ONE);
+    rig.until_did("robot velocity 0.2");
+    // The long one stands, whether or not a busy machine let the short one be seen.
+    let over = |stage: &Stage| stage.count("robot reach 0.1") == stage.count("robot reach 0");
+    rig.until(|rig| rig.handle.now() > 200 * MS && over(&rig.stage));
+    assert!(!stage.did("robot velocity 0"));
+    if executor == Executor::Lockstep {
+        assert_eq!(stage.count("robot reach 0.1"), 1);
+    }
+    rig.stop();
+}
+
+fn r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out(executor: Executor) {
+    let stage = Stage::new();
+    let mut count = 0;
+    acts(&stage, "low", &Arc::new(true.into()), move |io| {
+        count += 1;
+        let outcome = match count {
+            1 => io.reach(0.1),
+            odd if odd % 2 == 1 => io.reach(f64::NAN),
+            _ => io.reach(f64::INFINITY),
+        };
+        io.say(format!("{outcome:?}"));
+    });
+    let mut rig = Rig::start(executor, &stage, ONE);
+    rig.until(|rig| rig.stage.count("low NotFinite") > 10);
+    rig.until(|rig| {
+        rig.handle.now() > 200 * MS && rig.stage.count("robot reach 0.1") == rig.stage.count("robot reach 0")
+    });
+    assert_eq!(stage.count("low Accepted"), 1);
+    assert!(rig.see("low").refused > 10);
+    let told = stage.events();
+    let told: Vec<_> = told
+        .iter()
+        .filter_map(|event| match event {
+            Event::Refused { what, .. } => Some(what.as_str()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].starts_with("command `arm` refused: "), "{told:?}");
+    rig.stop();
+}
+
+const FAMILY: &str = r#"
+    roots = ["father"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.father]
+    type = "test/motor"
+    children = { a = "left" }
+    [schemas.left]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn r8_the_period_is_a_modulation(executor: Executor) {
+    let stage = Stage::new();
+    acts(&stage, "father", &Arc::new(true.into()), |io| {
+        io.retime_a(0.03);
+        io.wake("a");
+    });
+    let times = Arc::new(Mutex::new(Vec::new()));
+    let notes = Arc::clone(&times);
+    acts(&stage, "left", &Arc::new(true.into()), move |io| {
+        notes.lock().unwrap().push(io.now())
+    });
+    let mut rig = Rig::start(executor, &stage, FAMILY);
+    rig.until(|rig| rig.stage.count("left iterate") > 5);
+    assert_eq!(rig.see("left").period, 30 * MS);
+    rig.stop();
+    if executor == Executor::Lockstep {
+        let times = times.lock().unwrap();
+        assert!(
+            times.windows(2).all(|pair| pair[1] - pair[0] == 30 * MS),
+            "{times:?}"
+        );
+    }
+}
+
+fn r8_a_father_modulates_its_child(executor: Executor) {
+    let stage = Stage::new();
+    acts(&stage, "father", &Arc::new(true.into()), |io| {
+        io.wake("a");
+        io.modulate_a(0.25);
+    });
+    acts(&stage, "left", &Arc::new(true.into()), |io| {
+        io.command(io.gain());
+    });
+    let mut rig = Rig::start(executor, &stage, FAMILY);
+    rig.until_did("robot velocity 0.25");
+    rig.stop();
+}
+
+fn r8_one_value_stays_through_check_and_iteration(executor: Executor) {
+    let stage = Stage::new();
+    let mut count = 0.0;
+    stage.play("eye", move |call, io| {
+        if call == Call::Iterate {
+            count += 1.0;
+            io.publish(count);
+        }
+        Ok(())
+    });
+    let mut looked = None;
+    stage.play("low", move |call, io| {
+        match (call, io.stage.handle()) {
+            (Call::Check, Some(handle)) => {
+                looked = io.input();
+                if let Some((_, sequence)) = looked {
+                    // By the end of the check a newer one is there.
+                    let out = handle.board().get("eye.out").expect("it is exported");
+                    out.wait_newer(sequence, Duration::MAX);
+                    assert_eq!(io.input(), looked);
+                    io.ready(true);
+                }
+            }
+            (Call::Iterate, _) => {
+                assert_eq!(io.input(), looked, "what was checked is what is acted upon");
+                io.say("saw the same");
+            }
+            _ => {}
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["low"]
+        [schemas.eye]
+        type = "test/eye"
+        period = "1ms"
+        [schemas.low]
+        type = "test/motor"
+        imports = { input = "eye.out" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until(|rig| rig.stage.count("low saw the same") > 20 || rig.see("low").faults > 0);
+    assert_eq!(rig.see("low").health, jde_core::Health::Ok);
+    rig.stop();
+}
+
+fn r8_a_command_counts_for_the_whole_call(executor: Executor) {
+    let stage = Stage::new();
+    acts(&stage, "low", &Arc::new(true.into()), |io| {
+        io.reach(0.1);
+    });
+    let mut rig = Rig::start(executor, &stage, ONE);
+    // The robot reads its command before and after its part; see `Robot::iterate`.
+    stage.play("robot", |call, io| {
+        if call == Call::Iterate {
+            let end = io.now() + 60 * MS;
+            while io.now() < end {
+                std::thread::yield_now();
+            }
+        }
+        Ok(())
+    });
+    rig.until(|rig| rig.stage.count("robot iterate") > 5 && rig.stage.did("robot reach 0.1"));
+    assert!(!stage.did("robot changed its mind"));
+    rig.stop();
+}
