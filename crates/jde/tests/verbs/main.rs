@@ -1,7 +1,9 @@
 //! The executable as a user meets it: real processes, real files, exit statuses.
 
+mod demo;
 mod inspecting;
 mod new;
 mod running;
+mod screen;
 mod support;
 mod usage;

@@ -4,13 +4,9 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::support::{app, jde_with_plugins, json, root, said};
+use crate::support::{app, jde_with_plugins, json, pair, said};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-
-fn pair() -> String {
-    root().join("apps/pair.toml").display().to_string()
-}
 
 fn digest(file: &Path) -> String {
     let digest = Sha256::digest(std::fs::read(file).expect("the file is there"));

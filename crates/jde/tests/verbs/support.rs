@@ -27,6 +27,11 @@ pub(crate) fn app(name: &str) -> String {
     format!("{}/tests/apps/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
+/// An application without a mission, whose listener takes over again and again.
+pub(crate) fn pair() -> String {
+    root().join("apps/pair.toml").display().to_string()
+}
+
 /// The object of JSON in the last line.
 pub(crate) fn json(out: &str) -> Value {
     let line = out.lines().last().expect("there is output");
