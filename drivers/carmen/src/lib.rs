@@ -1,5 +1,5 @@
-//! Plays a CARMEN text log as the sensors of a robot, with the log's own time. What the application commands goes nowhere:
-//! the drive was recorded long ago. It shows what schemas would have done, never what would have followed.
+//! Plays a CARMEN text log as the sensors of a robot, with the log's own time. What the application commands is shown and
+//! goes nowhere: the drive was recorded long ago. It shows what schemas would have done, never what would have followed.
 
 mod log;
 mod record;
@@ -30,6 +30,9 @@ pub struct Log {
     /// Speeds of the base; they are not carried out.
     #[command(neutral = Twist::ZERO, validity = "1s")]
     velocity: Command<Twist>,
+    /// The command in force: what the application wanted of the base, to be seen and recorded.
+    #[export]
+    wanted: Export<Twist>,
     /// The laser, at the robot's own place.
     #[export]
     laser: Export<LaserScan>,
@@ -51,22 +54,40 @@ impl Schema for Log {
         }
         let path = self.path.get(cx);
         if path.is_empty() {
-            return Err("it has no log; give it one: path = \"drive.log.gz\", or --set NAME.path=drive.log.gz".into());
+            return Err(
+                "it has no log; give it one: path = \"drive.log.gz\", or --set NAME.path=drive.log.gz".into(),
+            );
         }
         let recording = Recording::read(path.as_str(), Duration::from_secs_f64(self.interval.get(cx)))?;
         for note in recording.notes() {
             warn!(cx, "{note}");
         }
-        info!(cx, "{} scans over {:.1} s", recording.scans(), recording.duration().as_secs_f64());
+        info!(
+            cx,
+            "{} scans over {:.1} s",
+            recording.scans(),
+            recording.duration().as_secs_f64()
+        );
         self.recording = Some(recording);
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(recording) = self.recording.take() else { return Err("it has no log".into()) };
-        while let Some(record) = recording.records().get(self.next).filter(|record| record.time <= cx.now()) {
+        self.wanted.write(cx, *self.velocity.get(cx).value());
+        let Some(recording) = self.recording.take() else {
+            return Err("it has no log".into());
+        };
+        while let Some(record) = recording
+            .records()
+            .get(self.next)
+            .filter(|record| record.time <= cx.now())
+        {
             self.next += 1;
-            self.odometry.write_at(cx, Odometry::planar(record.time, record.pose, Twist::ZERO), record.time);
+            self.odometry.write_at(
+                cx,
+                Odometry::planar(record.time, record.pose, Twist::ZERO),
+                record.time,
+            );
             if let Some(scan) = &record.scan {
                 self.scans += 1;
                 self.publish(cx, record.time, scan)?;
@@ -101,7 +122,12 @@ impl Log {
         laser.intensities.clear();
         laser.ranges.clear();
         laser.ranges.extend_from_slice(&scan.ranges)?;
-        for range in laser.ranges.as_mut_slice().iter_mut().filter(|range| **range >= most) {
+        for range in laser
+            .ranges
+            .as_mut_slice()
+            .iter_mut()
+            .filter(|range| **range >= most)
+        {
             *range = f32::INFINITY;
         }
         laser.publish_at(time);

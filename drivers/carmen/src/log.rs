@@ -37,13 +37,20 @@ pub(crate) enum LogError {
     #[error("cannot read the log {path}: {error}")]
     Io { path: String, error: io::Error },
     #[error("{path} has no scan: not one of its {lines} lines is a FLASER line that can be read{}", first.as_ref().map(|first| format!("; {first}")).unwrap_or_default())]
-    NoScan { path: String, lines: usize, first: Option<String> },
+    NoScan {
+        path: String,
+        lines: usize,
+        first: Option<String>,
+    },
 }
 
 impl Log {
     /// Reads a log, plain or gzip; scans come at least `interval` apart if its clock stands still.
     pub(crate) fn read(path: &str, interval: Duration) -> Result<Self, LogError> {
-        let io = |error| LogError::Io { path: path.to_owned(), error };
+        let io = |error| LogError::Io {
+            path: path.to_owned(),
+            error,
+        };
         let mut file = BufReader::new(File::open(path).map_err(io)?);
         let packed = file.fill_buf().map_err(io)?.starts_with(&[0x1f, 0x8b]);
         let mut log = if packed {
@@ -55,7 +62,11 @@ impl Log {
             // What cut the file off explains best why nothing was found before.
             return match log.cut.take() {
                 Some(error) => Err(io(error)),
-                None => Err(LogError::NoScan { path: path.to_owned(), lines: log.count, first: log.notes.pop() }),
+                None => Err(LogError::NoScan {
+                    path: path.to_owned(),
+                    lines: log.count,
+                    first: log.notes.pop(),
+                }),
             };
         }
         Ok(log.finish(interval))
@@ -92,7 +103,13 @@ struct Reading {
 impl Reading {
     /// Reads until the end, or until what is left cannot be read: a log cut short is played as far as it goes.
     fn of(mut file: impl BufRead) -> Self {
-        let mut reading = Self { lines: Vec::new(), count: 0, bad: 0, notes: Vec::new(), cut: None };
+        let mut reading = Self {
+            lines: Vec::new(),
+            count: 0,
+            bad: 0,
+            notes: Vec::new(),
+            cut: None,
+        };
         let mut bytes = Vec::new();
         loop {
             bytes.clear();
@@ -115,7 +132,8 @@ impl Reading {
             Some(Err(wrong)) => {
                 self.bad += 1;
                 if self.notes.len() < MOST_NOTES {
-                    self.notes.push(format!("line {} is left out: {wrong}", self.count));
+                    self.notes
+                        .push(format!("line {} is left out: {wrong}", self.count));
                 }
             }
         }
@@ -127,9 +145,16 @@ impl Reading {
             notes.push(format!("{} lines in all are left out", self.bad));
         }
         if let Some(error) = self.cut {
-            notes.push(format!("the file is cut short after line {}: {error}; what comes before is played", self.count));
+            notes.push(format!(
+                "the file is cut short after line {}: {error}; what comes before is played",
+                self.count
+            ));
         }
-        let clocks = self.lines.iter().filter(|line| line.scan.is_some()).map(|line| line.clock);
+        let clocks = self
+            .lines
+            .iter()
+            .filter(|line| line.scan.is_some())
+            .map(|line| line.clock);
         let (first, last) = clocks.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), clock| {
             (first.min(clock), last.max(clock))
         });
@@ -137,7 +162,9 @@ impl Reading {
         let stands = last <= first && scans > 1;
         if stands {
             let seconds = interval.as_secs_f64();
-            notes.push(format!("its clock stands still at {first} s; the scans are played {seconds} s apart"));
+            notes.push(format!(
+                "its clock stands still at {first} s; the scans are played {seconds} s apart"
+            ));
         }
         let mut records = Vec::with_capacity(self.lines.len());
         let (mut start, mut now, mut played) = (None, Duration::ZERO, 0);
@@ -150,8 +177,16 @@ impl Reading {
                 now = now.max(Duration::try_from_secs_f64(since).unwrap_or_default());
             }
             played += u32::from(scan.is_some());
-            records.push(Record { time: now, pose, scan });
+            records.push(Record {
+                time: now,
+                pose,
+                scan,
+            });
         }
-        Log { records, scans, notes }
+        Log {
+            records,
+            scans,
+            notes,
+        }
     }
 }

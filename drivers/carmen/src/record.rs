@@ -65,7 +65,11 @@ fn laser<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> 
         .collect::<Result<_, String>>()?;
     let pose = pose(words)?;
     let _odometry = self::pose(words)?;
-    Ok(Line { pose, clock: clock(words)?, scan: Some(Scan { ranges }) })
+    Ok(Line {
+        pose,
+        clock: clock(words)?,
+        scan: Some(Scan { ranges }),
+    })
 }
 
 fn odometry<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, String> {
@@ -73,11 +77,19 @@ fn odometry<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Line, Strin
     for what in ["a speed", "a turn rate", "an acceleration"] {
         number(words, what)?;
     }
-    Ok(Line { pose, clock: clock(words)?, scan: None })
+    Ok(Line {
+        pose,
+        clock: clock(words)?,
+        scan: None,
+    })
 }
 
 fn pose<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Pose2D, String> {
-    Ok(Pose2D::new(number(words, "x")?, number(words, "y")?, number(words, "theta")?))
+    Ok(Pose2D::new(
+        number(words, "x")?,
+        number(words, "y")?,
+        number(words, "theta")?,
+    ))
 }
 
 /// The two clocks of a line, of which the last is the logger's.

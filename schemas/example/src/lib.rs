@@ -16,13 +16,16 @@ pub struct Example {
     /// The targets, one after another, in the frame of the odometry.
     #[modulation(default = Route::EMPTY)]
     route: Modulation<Route>,
+    /// How often to go through the targets; 0 for ever.
+    #[modulation(default = 1)]
+    rounds: Modulation<u32>,
     /// How near a target must be to be reached.
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
     /// Heading error from which `avoid` turns on the spot and may win against `brake`; the default never lets it.
     #[modulation(default = 7.0, unit = "rad", min = 0.0)]
     turning: Modulation<f64>,
-    /// How far the mission is.
+    /// How far the mission is: targets reached in all rounds, of how many; of 0 if it goes on for ever.
     #[export]
     mission: Export<Mission>,
     /// Brakes before what is very close.
@@ -40,7 +43,7 @@ pub struct Example {
     /// Where `cruise` is to go.
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Target>,
-    reached: usize,
+    reached: u32,
 }
 
 impl Schema for Example {
@@ -53,20 +56,24 @@ impl Schema for Example {
         };
         let route = self.route.sample(cx);
         let targets = route.poses.as_slice();
-        if let Some(target) = targets.get(self.reached)
+        let rounds = self.rounds.get(cx);
+        let total = (targets.len() as u32).saturating_mul(rounds);
+        let next = |reached: u32| {
+            let goes_on = rounds == 0 || reached < total;
+            targets
+                .get(reached as usize % targets.len().max(1))
+                .filter(|_| goes_on)
+        };
+        if let Some(target) = next(self.reached)
             && pose.distance_to(target) < self.tolerance.get(cx)
         {
             self.reached += 1;
             info!(
                 cx,
-                "reached target {} of {} at {:.2}, {:.2}",
-                self.reached,
-                targets.len(),
-                target.x,
-                target.y
+                "reached target {} at {:.2}, {:.2}", self.reached, target.x, target.y
             );
         }
-        let target = targets.get(self.reached);
+        let target = next(self.reached);
         let wanted = target.map_or(Target::NONE, |target| Target::at(*target));
         self.avoid_target.set(cx, wanted);
         self.cruise_target.set(cx, wanted);
@@ -75,8 +82,8 @@ impl Schema for Example {
             cx,
             Mission {
                 state: if done { Mission::DONE } else { Mission::RUNNING },
-                reached: self.reached.min(targets.len()) as u32,
-                total: targets.len() as u32,
+                reached: self.reached,
+                total,
                 target: wanted.pose,
                 distance: target.map_or(0.0, |target| pose.distance_to(target)),
                 ..Mission::default()

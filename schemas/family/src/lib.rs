@@ -86,15 +86,18 @@ impl Schema for Hijo2 {
     }
 }
 
-/// Whether the beam that looks straight ahead measures `from` to `to`; a beam that meets nothing has all the room it can see.
+/// Whether the beam that looks straight ahead measures `from` to `to`; a beam that meets nothing has all the room it can see,
+/// and one that measured nothing (NaN) has none.
 fn has_room(laser: Option<Sample<'_, LaserScan>>, from: f64, to: f64) -> Precondition {
     let Some(laser) = laser else { return false.into() };
     let ahead =
         (0..laser.ranges.len()).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
-    let room = ahead.map_or(f64::NAN, |beam| {
-        f64::from(laser.ranges[beam]).min(f64::from(laser.range_max))
-    });
-    (from..=to).contains(&room).into()
+    let room = match ahead.map(|beam| laser.ranges[beam]) {
+        Some(range) if range >= laser.range_max => laser.range_max,
+        Some(range) => range,
+        None => f32::NAN,
+    };
+    (from..=to).contains(&f64::from(room)).into()
 }
 
 jde_schema::export!(

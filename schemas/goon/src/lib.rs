@@ -23,9 +23,6 @@ pub struct Goon {
     /// How far ahead of the laser that area reaches.
     #[modulation(default = 3.0, unit = "m", min = 0.0)]
     ahead: Modulation<f64>,
-    /// How much larger the area is once an obstacle stands in it: above 0 it cures chattering at the area's edge.
-    #[modulation(default = 0.0, unit = "m", min = 0.0)]
-    margin: Modulation<f64>,
     /// Speed when the target is straight ahead.
     #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
     fast: Modulation<f64>,
@@ -44,7 +41,6 @@ pub struct Goon {
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
-    obstacle: bool,
 }
 
 impl Schema for Goon {
@@ -54,10 +50,8 @@ impl Schema for Goon {
         else {
             return Ok(false.into());
         };
-        let margin = if self.obstacle { self.margin.get(cx) } else { 0.0 };
-        let nearest = laser.nearest_ahead(self.half_width.get(cx) + margin);
-        self.obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx) + margin);
-        Ok((!self.obstacle).into())
+        let nearest = laser.nearest_ahead(self.half_width.get(cx));
+        Ok(nearest.is_none_or(|ahead| ahead > self.ahead.get(cx)).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

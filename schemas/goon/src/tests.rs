@@ -1,1 +1,157 @@
-//! Tests.
+//! The bands and speeds of 2007, and when the way counts as free.
+
+use jde_schema::bench::Bench;
+
+use super::*;
+
+const TURN: f64 = 50.0 / 180.0 * core::f64::consts::PI;
+
+/// A scan with one return, straight ahead or nowhere, or at a place (ahead, to the left) in metres.
+fn scan(point: Option<(f64, f64)>) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_min: -core::f32::consts::FRAC_PI_2,
+        angle_increment: 1_f32.to_radians() / 4.0,
+        range_max: 8.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.resize(721).fill(f32::INFINITY);
+    if let Some((x, y)) = point {
+        let beam = (y.atan2(x) - f64::from(scan.angle_min)) / f64::from(scan.angle_increment);
+        scan.ranges.as_mut_slice()[beam.round() as usize] = x.hypot(y) as f32;
+    }
+    scan
+}
+
+fn stand(bench: &mut Bench<Goon>, pose: Pose2D) {
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+}
+
+/// A robot at 1, 1 that looks along x, with a free way and a target at 5, 1.
+fn free() -> Bench<Goon> {
+    let mut bench = Bench::new();
+    bench.import("laser", &scan(None));
+    stand(&mut bench, Pose2D::new(1.0, 1.0, 0.0));
+    bench.set("target", Target::at(Pose2D::new(5.0, 1.0, 0.0)));
+    bench
+}
+
+fn ready(bench: &mut Bench<Goon>) -> bool {
+    bench.check().expect("it checks").ready
+}
+
+/// What it commands when the target is so many degrees to the left.
+#[track_caller]
+fn drives(degrees: f64, linear: f64, angular: f64) {
+    let mut bench = free();
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    bench.set(
+        "target",
+        Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
+    );
+    bench.iterate().expect("it drives");
+    let twist: Twist = bench.commanded("base").expect("it commands");
+    let (along, turn) = (twist.linear.x, twist.angular.z);
+    assert!(
+        (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
+        "at {degrees}°: {along} m/s, {turn} rad/s"
+    );
+}
+
+#[test]
+fn under_10_degrees_it_goes_straight_and_fast() {
+    for degrees in [0.0, 9.9, -9.9] {
+        drives(degrees, 0.4, 0.0);
+    }
+}
+
+#[test]
+fn from_10_to_40_degrees_it_turns_toward_the_target_on_the_move() {
+    for degrees in [10.1, 39.9] {
+        drives(degrees, 0.2, TURN);
+        drives(-degrees, 0.2, -TURN);
+    }
+}
+
+#[test]
+fn from_40_degrees_it_turns_toward_the_target_on_the_spot() {
+    for degrees in [40.1, 90.0, 179.0] {
+        drives(degrees, 0.0, TURN);
+        drives(-degrees, 0.0, -TURN);
+    }
+}
+
+#[test]
+fn the_heading_counts_the_short_way_round() {
+    let mut bench = free();
+    stand(&mut bench, Pose2D::new(5.0, 5.0, 3.0));
+    bench.set("target", Target::at(Pose2D::new(1.0, 4.9, 0.0)));
+    bench.iterate().expect("it drives");
+    // The target is at -178.6 degrees, and it looks at 171.9.
+    assert_eq!(bench.commanded("base"), Some(Twist::planar(0.4, 0.0)));
+}
+
+#[test]
+fn it_is_ready_while_the_area_ahead_is_free() {
+    let mut bench = free();
+    assert!(ready(&mut bench), "nothing in sight");
+    for (point, free) in [
+        ((2.99, 0.0), false),
+        ((3.01, 0.0), true),
+        ((2.0, 0.99), false),
+        ((2.0, -0.99), false),
+        ((2.0, 1.01), true),
+        ((2.0, -1.01), true),
+    ] {
+        let mut bench = self::free();
+        bench.import("laser", &scan(Some(point)));
+        assert_eq!(ready(&mut bench), free, "an obstacle at {point:?}");
+    }
+}
+
+#[test]
+fn without_a_target_a_scan_or_a_pose_it_is_not_ready() {
+    let mut bench = free();
+    bench.set("target", Target::NONE);
+    assert!(!ready(&mut bench));
+
+    let mut bench = Bench::<Goon>::new();
+    bench.set("target", Target::at(Pose2D::ORIGIN));
+    bench.import("laser", &scan(None));
+    assert!(!ready(&mut bench), "no pose");
+
+    let mut bench = Bench::<Goon>::new();
+    bench.set("target", Target::at(Pose2D::ORIGIN));
+    stand(&mut bench, Pose2D::ORIGIN);
+    assert!(!ready(&mut bench), "no scan");
+}
+
+#[test]
+fn a_target_that_is_taken_away_while_it_wins_stops_it() {
+    let mut bench = free();
+    bench.set("target", Target::NONE);
+    bench.iterate().expect("it stops");
+    assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
+}
+
+#[test]
+fn speeds_and_bands_are_modulated() {
+    let mut bench = free();
+    for (name, value) in [
+        ("fast", 0.9),
+        ("slow", 0.3),
+        ("turn", 0.5),
+        ("straight", 0.2),
+        ("veer", 1.0),
+    ] {
+        bench.set(name, value);
+    }
+    for (heading, twist) in [(0.19, (0.9, 0.0)), (0.21, (0.3, -0.5)), (1.01, (0.0, -0.5))] {
+        stand(&mut bench, Pose2D::new(1.0, 1.0, heading));
+        bench.iterate().expect("it drives");
+        assert_eq!(
+            bench.commanded("base"),
+            Some(Twist::planar(twist.0, twist.1)),
+            "heading {heading}"
+        );
+    }
+}

@@ -1,1 +1,107 @@
-//! Tests.
+//! The watched area to its edges, and what it makes of readings that are no distances.
+
+use jde_schema::bench::Bench;
+
+use super::*;
+
+/// A scan of points (ahead, to the left) in metres, with beams that meet nothing between them.
+fn scan(points: &[(f64, f64)]) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_min: -core::f32::consts::FRAC_PI_2,
+        angle_increment: 1_f32.to_radians() / 4.0,
+        range_min: 0.02,
+        range_max: 8.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.resize(721).fill(f32::INFINITY);
+    for (x, y) in points {
+        let beam = (y.atan2(*x) - f64::from(scan.angle_min)) / f64::from(scan.angle_increment);
+        scan.ranges.as_mut_slice()[beam.round() as usize] = x.hypot(*y) as f32;
+    }
+    scan
+}
+
+fn ready(points: &[(f64, f64)]) -> bool {
+    let mut bench = Bench::<Stop>::new();
+    bench.import("laser", &scan(points));
+    bench.check().expect("it checks").ready
+}
+
+/// What a beam straight ahead makes of a reading.
+fn ready_at(reading: f32) -> bool {
+    let mut bench = Bench::<Stop>::new();
+    let mut scan = scan(&[]);
+    scan.ranges.as_mut_slice()[360] = reading;
+    bench.import("laser", &scan);
+    bench.check().expect("it checks").ready
+}
+
+#[test]
+fn the_area_reaches_60_cm_ahead() {
+    assert!(ready_at(0.599));
+    assert!(!ready_at(0.601));
+    assert!(ready(&[(2.0, 0.0), (0.5, 0.1)]), "the nearest counts");
+}
+
+#[test]
+fn the_area_reaches_30_cm_to_each_side() {
+    for side in [1.0, -1.0] {
+        assert!(ready(&[(0.4, 0.29 * side)]));
+        assert!(!ready(&[(0.4, 0.31 * side)]));
+        assert!(!ready(&[(0.1, 0.59 * side)]), "near, but beside");
+    }
+}
+
+#[test]
+fn the_area_is_a_rectangle_and_not_a_disc() {
+    assert!(ready(&[(0.59, 0.28)]), "0.65 m away, and inside");
+}
+
+#[test]
+fn without_a_scan_it_is_not_ready() {
+    let mut bench = Bench::<Stop>::new();
+    assert!(!bench.check().expect("it checks").ready);
+}
+
+#[test]
+fn a_scan_without_beams_or_returns_shows_nothing() {
+    let mut bench = Bench::<Stop>::new();
+    bench.import("laser", &LaserScan::default());
+    assert!(!bench.check().expect("it checks").ready);
+    assert!(!ready(&[]));
+}
+
+#[test]
+fn readings_that_are_no_distance_are_taken_as_rep_117_says() {
+    assert!(ready_at(f32::NEG_INFINITY), "too near to measure is near");
+    assert!(!ready_at(f32::INFINITY), "no return");
+    assert!(!ready_at(f32::NAN), "no reading");
+    assert!(!ready_at(-0.3));
+    assert!(!ready_at(0.01), "under what the laser can measure");
+}
+
+#[test]
+fn the_area_is_modulated() {
+    let mut bench = Bench::<Stop>::new();
+    bench.import("laser", &scan(&[(0.9, 0.45)]));
+    assert!(!bench.check().expect("it checks").ready);
+    bench.set("ahead", 1.0);
+    assert!(!bench.check().expect("it checks").ready, "still beside");
+    bench.set("half_width", 0.5);
+    assert!(bench.check().expect("it checks").ready);
+}
+
+#[test]
+fn it_commands_the_base_to_stand() {
+    let mut bench = Bench::<Stop>::new();
+    bench.iterate().expect("it needs no scan for that");
+    assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
+}
+
+#[test]
+fn r7_without_authority_its_command_is_refused_and_no_fault() {
+    let mut bench = Bench::<Stop>::new();
+    bench.set_authority(false);
+    bench.iterate().expect("a refusal is not a fault");
+    assert_eq!(bench.commanded::<Twist>("base"), None);
+}

@@ -29,7 +29,8 @@ pub struct Vff {
     /// How far ahead of the laser that area reaches.
     #[modulation(default = 3.0, unit = "m", min = 0.0)]
     ahead: Modulation<f64>,
-    /// How much larger the area is once an obstacle stands in it: above 0 it cures chattering at the area's edge.
+    /// How much larger the area is once an obstacle stands in it: above 0 it cures chattering at the area's edge, where the
+    /// father must prefer this schema to one that wants the way free.
     #[modulation(default = 0.0, unit = "m", min = 0.0)]
     margin: Modulation<f64>,
     /// Speed when the force points straight ahead.

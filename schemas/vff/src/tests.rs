@@ -1,1 +1,281 @@
-//! Tests.
+//! The field against numbers worked out by hand, the bands and speeds of 2007, and when an obstacle counts.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use jde_schema::bench::Bench;
+
+use super::*;
+
+const TURN: f64 = 50.0 / 180.0 * PI;
+const VEER: f64 = 20.0 / 180.0 * PI;
+
+/// The field of 2007.
+const FIELD: Field = Field {
+    attraction: 0.7,
+    repulsion: 0.3,
+    cap: 1.0,
+    reach: 1.0,
+};
+
+/// A scan over half a turn with so many beams a degree, and returns at some whole degrees.
+fn scan(density: usize, returns: &[(i32, f32)]) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_min: -(FRAC_PI_2 as f32),
+        angle_increment: 1_f32.to_radians() / density as f32,
+        range_max: 8.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.resize(181 * density).fill(f32::INFINITY);
+    for (degrees, range) in returns {
+        let first = usize::try_from(degrees + 90).expect("ahead") * density;
+        scan.ranges.as_mut_slice()[first..first + density].fill(*range);
+    }
+    scan
+}
+
+#[track_caller]
+fn near(is: (f64, f64), wanted: (f64, f64), tolerance: f64) {
+    let apart = (is.0 - wanted.0).hypot(is.1 - wanted.1);
+    assert!(apart <= tolerance, "{is:?} is not {wanted:?} ± {tolerance}");
+}
+
+/// The force of a target at (x, y) in the robot's frame and returns a degree wide.
+fn force(target: (f64, f64), returns: &[(i32, f32)]) -> (f64, f64) {
+    FIELD.force(&Pose2D::new(target.0, target.1, 0.0), &scan(1, returns))
+}
+
+#[test]
+fn the_target_pulls_by_0_7_of_its_distance_up_to_1_m() {
+    near(force((0.5, 0.0), &[]), (0.35, 0.0), 1e-9);
+    near(force((1.0, 0.0), &[]), (0.7, 0.0), 1e-9);
+    near(force((20.0, 0.0), &[]), (0.7, 0.0), 1e-9);
+    near(force((-3.0, 4.0), &[]), (-0.42, 0.56), 1e-9);
+    near(force((0.0, 0.0), &[]), (0.0, 0.0), 0.0);
+}
+
+#[test]
+fn a_return_pushes_by_the_table_of_2007() {
+    // 0.3 of the table's push, divided by 20.
+    let table = [
+        (0.1, 2.0),
+        (0.249, 2.0),
+        (0.25, 1.5),
+        (0.499, 1.5),
+        (0.5, 1.2),
+        (0.749, 1.2),
+        (0.75, 1.0),
+        (0.999, 1.0),
+        (1.0, 0.5),
+        (1.999, 0.5),
+        (2.0, 0.2),
+        (2.999, 0.2),
+        (3.0, 0.0),
+        (7.9, 0.0),
+    ];
+    for (range, push) in table {
+        near(force((0.0, 0.0), &[(0, range)]), (-0.3 * push / 20.0, 0.0), 1e-6);
+    }
+}
+
+#[test]
+fn pushes_add_up_as_vectors() {
+    // At 90 degrees to the left 1.0 and at 30 to the right 0.5, by the table.
+    let push = 0.3 / 20.0;
+    let (x, y) = (0.5 * 30_f64.to_radians().cos(), -0.5 * 30_f64.to_radians().sin());
+    near(
+        force((0.0, 0.0), &[(90, 0.8), (-30, 1.5)]),
+        (-push * x, -push * (1.0 + y)),
+        1e-6,
+    );
+    near(force((2.0, 0.0), &[(0, 0.4)]), (0.7 - push * 1.5, 0.0), 1e-6);
+}
+
+#[test]
+fn a_wall_pushes_as_hard_through_more_beams() {
+    let wall: Vec<(i32, f32)> = (20..70).map(|degrees| (degrees, 0.6)).collect();
+    let target = Pose2D::new(3.0, 1.0, 0.0);
+    let coarse = FIELD.force(&target, &scan(1, &wall));
+    let fine = FIELD.force(&target, &scan(4, &wall));
+    // The finer beams lie up to 0.75 degrees farther to the left.
+    near(fine, coarse, 0.01);
+    assert!(coarse.1 < -0.1, "it does push: {coarse:?}");
+}
+
+#[test]
+fn a_scanner_mounted_upside_down_pushes_the_same() {
+    let upright = scan(1, &[(40, 0.6), (-10, 1.2)]);
+    let mut turned = upright;
+    turned.ranges.as_mut_slice().reverse();
+    turned.angle_min = -upright.angle_min;
+    turned.angle_increment = -upright.angle_increment;
+    let target = Pose2D::new(3.0, 1.0, 0.0);
+    near(
+        FIELD.force(&target, &turned),
+        FIELD.force(&target, &upright),
+        1e-5,
+    );
+}
+
+#[test]
+fn reach_stretches_the_distances_of_the_table() {
+    let field = Field { reach: 0.4, ..FIELD };
+    let push = |range| field.force(&Pose2D::ORIGIN, &scan(1, &[(0, range)])).0;
+    assert!((push(0.39) + 0.3 * 1.0 / 20.0).abs() < 1e-6);
+    assert!((push(1.19) + 0.3 * 0.2 / 20.0).abs() < 1e-6);
+    assert_eq!(push(1.21), 0.0);
+}
+
+/// A robot at the origin that looks along x, with an obstacle 1.5 m ahead and a target so many degrees to the left.
+fn bench(degrees: f64, returns: &[(i32, f32)]) -> Bench<Vff> {
+    let mut bench = Bench::new();
+    bench.import("laser", &scan(1, returns));
+    bench.import(
+        "pose",
+        &Odometry::planar(Time::default(), Pose2D::ORIGIN, Twist::ZERO),
+    );
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    bench.set("target", Target::at(Pose2D::new(4.0 * cos, 4.0 * sin, 0.0)));
+    bench
+}
+
+/// What it commands when the force points so many degrees to the left.
+#[track_caller]
+fn drives(degrees: f64, linear: f64, angular: f64) {
+    let mut bench = bench(degrees, &[]);
+    bench.iterate().expect("it drives");
+    let twist: Twist = bench.commanded("base").expect("it commands");
+    let (along, turn) = (twist.linear.x, twist.angular.z);
+    assert!(
+        (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
+        "at {degrees}°: {along} m/s, {turn} rad/s"
+    );
+}
+
+#[test]
+fn under_10_degrees_it_goes_straight() {
+    for degrees in [0.0, 9.9, -9.9] {
+        drives(degrees, 0.2, 0.0);
+    }
+}
+
+#[test]
+fn from_10_to_40_degrees_it_turns_toward_the_force_on_the_move() {
+    for degrees in [10.1, 39.9] {
+        drives(degrees, 0.1, VEER);
+        drives(-degrees, 0.1, -VEER);
+    }
+}
+
+#[test]
+fn from_40_degrees_it_turns_toward_the_force_on_the_spot() {
+    for degrees in [40.1, 90.0, 179.0] {
+        drives(degrees, 0.0, TURN);
+        drives(-degrees, 0.0, -TURN);
+    }
+}
+
+#[test]
+fn it_is_as_urgent_as_its_heading_error() {
+    for degrees in [0.0, 30.0, -30.0, 170.0, -170.0] {
+        let urgency = bench(degrees, &[]).check().expect("it checks").urgency;
+        assert!(
+            (urgency - f64::abs(degrees).to_radians()).abs() < 1e-6,
+            "{urgency} rad at {degrees}°"
+        );
+    }
+}
+
+#[test]
+fn in_a_symmetric_scene_it_does_not_turn() {
+    let mut bench = bench(0.0, &[(-40, 0.9), (40, 0.9), (-60, 0.7), (60, 0.7), (0, 2.0)]);
+    assert!(bench.check().expect("it checks").ready);
+    bench.iterate().expect("it drives");
+    assert_eq!(bench.commanded("base"), Some(Twist::planar(0.2, 0.0)));
+}
+
+#[test]
+fn it_turns_away_from_a_wall_on_one_side() {
+    let left: Vec<(i32, f32)> = (10..60).map(|degrees| (degrees, 0.6)).collect();
+    let right: Vec<(i32, f32)> = left.iter().map(|(degrees, range)| (-degrees, *range)).collect();
+    for (wall, sign) in [(left, -1.0), (right, 1.0)] {
+        let mut bench = bench(0.0, &wall);
+        bench.iterate().expect("it drives");
+        let twist: Twist = bench.commanded("base").expect("it commands");
+        assert!(twist.angular.z * sign > 0.0, "{} rad/s", twist.angular.z);
+    }
+}
+
+#[test]
+fn it_is_ready_while_an_obstacle_stands_in_its_area() {
+    // At 45 degrees: 1.41 m are 1 m to the side.
+    for (point, ready) in [
+        ((0, 2.99), true),
+        ((0, 3.01), false),
+        ((45, 1.40), true),
+        ((45, 1.43), false),
+        ((-45, 1.40), true),
+        ((-45, 1.43), false),
+    ] {
+        let mut bench = bench(0.0, &[point]);
+        assert_eq!(
+            bench.check().expect("it checks").ready,
+            ready,
+            "an obstacle at {point:?}"
+        );
+    }
+}
+
+#[test]
+fn with_a_margin_an_obstacle_must_go_farther_than_it_came() {
+    let mut bench = bench(0.0, &[]);
+    bench.set("margin", 0.2);
+    for (range, ready) in [
+        (3.1, false),
+        (2.9, true),
+        (3.1, true),
+        (3.19, true),
+        (3.21, false),
+        (3.1, false),
+    ] {
+        bench.import("laser", &scan(1, &[(0, range)]));
+        assert_eq!(bench.check().expect("it checks").ready, ready, "at {range} m");
+    }
+    bench.import("laser", &scan(1, &[(45, 1.40)]));
+    assert!(bench.check().expect("it checks").ready);
+    bench.import("laser", &scan(1, &[(45, 1.60)]));
+    assert!(
+        bench.check().expect("it checks").ready,
+        "the area grows to the sides too"
+    );
+}
+
+#[test]
+fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_stands() {
+    let mut without_target = bench(0.0, &[(0, 1.0)]);
+    without_target.set("target", Target::NONE);
+    let mut without_pose = Bench::<Vff>::new();
+    without_pose.import("laser", &scan(1, &[(0, 1.0)]));
+    without_pose.set("target", Target::at(Pose2D::ORIGIN));
+    let mut without_scan = Bench::<Vff>::new();
+    without_scan.import(
+        "pose",
+        &Odometry::planar(Time::default(), Pose2D::ORIGIN, Twist::ZERO),
+    );
+    without_scan.set("target", Target::at(Pose2D::ORIGIN));
+    for mut bench in [without_target, without_pose, without_scan] {
+        assert!(!bench.check().expect("it checks").ready);
+        bench.iterate().expect("it stops");
+        assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
+    }
+}
+
+#[test]
+fn the_target_is_seen_from_where_the_robot_looks() {
+    let mut bench = bench(0.0, &[]);
+    let pose = Pose2D::new(4.0, -3.0, FRAC_PI_2);
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+    assert!(
+        bench.check().expect("it checks").urgency < 1e-6,
+        "the target at 4, 0 lies straight ahead"
+    );
+}
