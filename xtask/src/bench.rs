@@ -110,7 +110,7 @@ impl Benchmark {
     }
 }
 
-/// A table a group, the quickest first, with what the others take of its time.
+/// A table a group, the quickest first, with what the others take of its time; then those of no group.
 fn tables(measurements: &mut [Measurement]) -> String {
     measurements.sort_by(|a, b| a.group.cmp(&b.group).then(a.median_ns.total_cmp(&b.median_ns)));
     let width = measurements
@@ -119,17 +119,27 @@ fn tables(measurements: &mut [Measurement]) -> String {
         .max()
         .unwrap_or_default();
     let mut text = String::new();
-    for group in measurements.chunk_by(|a, b| a.group == b.group) {
+    let (alone, compared): (Vec<_>, Vec<_>) = measurements
+        .chunk_by(|a, b| a.group == b.group)
+        .partition(|group| group.len() == 1);
+    for group in compared {
         let _ = writeln!(text, "\n{}", group[0].group);
-        for measured in group {
-            let ratio = measured.median_ns / group[0].median_ns;
-            let _ = writeln!(
-                text,
-                "  {:width$}  {:>10}  {ratio:>8.2} x",
-                measured.function,
-                time(measured.median_ns)
-            );
+        for Measurement {
+            function, median_ns, ..
+        } in group
+        {
+            let (time, ratio) = (time(*median_ns), median_ns / group[0].median_ns);
+            let _ = writeln!(text, "  {function:width$}  {time:>10}  {ratio:>8.2} x");
         }
+    }
+    if !alone.is_empty() {
+        let _ = writeln!(text, "\nby themselves");
+    }
+    for Measurement {
+        function, median_ns, ..
+    } in alone.into_iter().flatten()
+    {
+        let _ = writeln!(text, "  {function:width$}  {:>10}", time(*median_ns));
     }
     text
 }
@@ -171,8 +181,8 @@ read
   cell/48      5.00 ns      1.00 x
   mutex/48    15.00 ns      3.00 x
 
-scan
-  scan         2.50 ms      1.00 x
+by themselves
+  scan         2.50 ms
 ";
         assert_eq!(tables(&mut measurements), expected);
     }
