@@ -108,8 +108,9 @@ impl Runner {
                 self.cycle(now, due);
             } else if inbox.triggered {
                 self.react(now);
-            } else if inbox.promoted {
-                self.act(now, Leave::First);
+            } else if inbox.promoted && self.engine.is_taking(self.number) {
+                // What it was chosen on may be a period old: it looks again before it acts (R8).
+                self.react(now);
             }
             self.rest();
         }
@@ -295,6 +296,8 @@ impl Runner {
     }
 
     fn dismiss(&mut self) {
+        // The next instance begins with a clean sheet, and so does its health.
+        self.late = false;
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
             other => other,

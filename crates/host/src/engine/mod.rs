@@ -173,6 +173,11 @@ impl Engine {
         self.transact(|hierarchy, now, out| hierarchy.is_taking(id) && hierarchy.begin(now, id, out))
     }
 
+    /// Whether it became WINNER and has not begun to iterate since.
+    pub(crate) fn is_taking(&self, instance: usize) -> bool {
+        self.lock().hierarchy.is_taking(schema(instance))
+    }
+
     /// The iteration ended.
     pub(crate) fn end(&self, instance: usize) {
         self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));

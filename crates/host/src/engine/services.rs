@@ -47,6 +47,9 @@ impl Engine {
 
     /// A father changes the policy of the group in which that child competes.
     pub(crate) fn set_policy(&self, father: usize, role: usize, policy: Policy) -> i32 {
+        if let Err(status) = self.role(father, role) {
+            return status;
+        }
         let Some(Some(group)) = self.application.instances[father].child_groups.get(role).copied() else {
             return raw::BAD_ARGUMENT;
         };

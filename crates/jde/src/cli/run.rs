@@ -18,13 +18,13 @@ use crate::terminal;
 ///
 /// Ends when the mission is done or failed, when the time is up, or when it is asked to stop (Ctrl-C: actuators first, then
 /// everything in order; a second one ends at once). A summary follows: how long each schema was WINNER, the worst takeovers
-/// against their contracts, faults. The exit status is 0 if the mission was done, or if there is none and all went well.
+/// against their contracts, faults. The exit status is 0 if the mission was done, or if there is none and it ran until its time was up or somebody stopped it.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde run apps/safe-navigation.toml
   jde run safe-navigation --lockstep --for 60s --picture path.png
   jde run real-log --plain
-  jde run safe-navigation --set 'goon.speed=0.3 m/s' --log vff=debug")]
+  jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
     /// The application's file, or the name of one in apps.
     #[arg(value_name = "APP", value_hint = ValueHint::FilePath)]
