@@ -1,0 +1,164 @@
+//! Applications that run for long, or start and stop often, leave nothing behind: no memory, no threads.
+//!
+//! These look at the whole process, so they go one after another in a process of their own.
+
+mod common;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_host::Options;
+use jde_host::event::Outcome;
+
+use common::{Call, Executor, MS, Rig, Stage};
+
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Resident memory of this process, bytes.
+fn resident() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("this is Linux");
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    kilobytes.expect("a number of kB") << 10
+}
+
+fn threads() -> usize {
+    std::fs::read_dir("/proc/self/task")
+        .expect("this is Linux")
+        .count()
+}
+
+/// Two that take turns below a father, an eye, a robot and a mission.
+const APP: &str = r#"
+    roots = ["father"]
+    mission = "father.mission"
+    [schemas.robot]
+    type = "test/robot"
+    period = "50ms"
+    [schemas.eye]
+    type = "test/eye"
+    period = "50ms"
+    [schemas.father]
+    type = "test/motor"
+    period = "100ms"
+    gain = 100
+    children = { a = "left", b = "right" }
+    [schemas.left]
+    type = "test/motor"
+    period = "100ms"
+    imports = { input = "eye.out" }
+    triggers = ["input"]
+    actuators = { base = "robot.velocity" }
+    [schemas.right]
+    type = "test/motor"
+    period = "100ms"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn stage() -> Arc<Stage> {
+    let stage = Stage::quiet();
+    stage.play("father", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                io.wake("a");
+                io.wake("b");
+            }
+            Call::Arbitrate => io.choose("a"),
+            Call::Awake | Call::Sleep | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let mut count = 0.0;
+    stage.play("eye", move |call, io| {
+        if call == Call::Iterate {
+            count += 1.0;
+            io.publish(count);
+        }
+        Ok(())
+    });
+    stage.play("left", |call, io| {
+        match call {
+            Call::Check => io.ready(io.input().is_some_and(|(value, _)| value % 3.0 == 0.0)),
+            Call::Iterate => {
+                io.command(0.1);
+            }
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    stage.drives("right", &Arc::new(true.into()), 0.2);
+    stage
+}
+
+#[test]
+fn two_hours_of_virtual_time_take_no_more_memory_than_ten_minutes() {
+    let _alone = alone();
+    let stage = stage();
+    let mut rig = Rig::start(Executor::Lockstep, &stage, APP);
+    assert_eq!(rig.advance(600_000 * MS), None);
+    let warm = resident();
+    assert_eq!(rig.advance(7_200_000 * MS), None);
+    let grown = resident().saturating_sub(warm);
+    assert!(rig.group("father/base").switches > 10_000, "it was not idle");
+    assert_eq!(rig.see("father").faults + rig.see("left").faults, 0);
+    // A hundred thousand selections of a hundred bytes would be ten times this.
+    assert!(grown < 1 << 20, "{} kB", grown >> 10);
+    rig.stop();
+    stage.close();
+}
+
+#[test]
+fn a_lockstep_application_that_starts_and_stops_leaves_nothing() {
+    leaves_nothing(Executor::Lockstep);
+}
+
+#[test]
+fn threads_that_start_and_stop_leave_nothing() {
+    leaves_nothing(Executor::Threads);
+}
+
+#[test]
+fn a_pool_that_starts_and_stops_leaves_nothing() {
+    leaves_nothing(Executor::Pool);
+}
+
+fn leaves_nothing(executor: Executor) {
+    let _alone = alone();
+    let run = || {
+        let stage = stage();
+        let options = Options {
+            limit: Some(5 * MS),
+            ..Options::default()
+        };
+        assert_eq!(
+            Rig::start_with(executor, &stage, APP, options).wait(),
+            Outcome::TimeUp
+        );
+        stage.close();
+        Arc::downgrade(&stage)
+    };
+    // What is made once a process, and what the allocator keeps, is there after the first.
+    for _ in 0..20 {
+        run();
+    }
+    let (before, warm) = (threads(), resident());
+    for _ in 0..200 {
+        assert!(
+            run().upgrade().is_none(),
+            "the application keeps what it was made of"
+        );
+    }
+    // The tests before this one may still be ending their own.
+    assert!(
+        threads() < before + 10,
+        "{before} threads have become {}",
+        threads()
+    );
+    let grown = resident().saturating_sub(warm);
+    // An application and its board take some hundred kilobytes: a tenth of one left each time would show.
+    assert!(grown < 4 << 20, "{} kB", grown >> 10);
+}
