@@ -1,26 +1,28 @@
-//! Drives a robot through a simulated building and writes what it measures as a CARMEN log: how `apps/logs/hall.log` was made.
+//! Writes a drive as a CARMEN log: out of the lab of the office, along the corridor and into the next room, as the laser and
+//! the wheels tell it. It knows the way and waits for what is in it; it avoids nothing.
 //!
 //! ```text
 //! cargo run -p jde-sim --example record_log > apps/logs/hall.log
 //! ```
 //!
-//! The same every time; it steers by where the robot truly is and stops for nothing that moves.
+//! writes the same bytes every time: `FLASER n r0 .. rn-1 x y theta odom_x odom_y odom_theta time host time`, twice a second.
 
-use std::fmt::Write;
-use std::path::Path;
+use std::fmt::Write as _;
+use std::io::Write as _;
 
-use jde_sim::{LaserConfig, OdometryOrigin, Pose2, RobotConfig, Twist2, World};
+use jde_sim::{LaserConfig, OdometryOrigin, Pose2, RobotConfig, Twist2, World, wrap_angle};
 
-/// Out of the lab, along the corridor, into the office.
-const ROUTE: [[f64; 2]; 3] = [[3.55, 7.1], [9.55, 7.1], [9.55, 3.5]];
-/// Time between scans: a log of a hundred scans is enough to look at.
-const STEP_NS: u64 = 400_000_000;
+const WORLD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/office.toml");
+const WAY: [[f64; 2]; 3] = [[3.55, 7.1], [9.55, 7.1], [9.55, 3.2]];
+/// From one command to the next, ns.
+const TICK: u64 = 100_000_000;
+/// From one line of the log to the next, ns.
+const LINE: u64 = 5 * TICK;
+/// What a SICK laser tells of a beam that met nothing, m.
+const NOTHING: f32 = 81.83;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut world = World::load(
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../worlds/office.toml"),
-        7,
-    )?;
+    let mut world = World::load(WORLD, 2007)?;
     let config = RobotConfig {
         odometry_origin: OdometryOrigin::StartPose,
         ..RobotConfig::default()
@@ -28,58 +30,62 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let robot = world.add_robot("pioneer", config)?;
     let laser = LaserConfig::default();
     let mut ranges = vec![0.0; laser.beams];
-    let mut log =
-        String::from("# A drive through a simulated office, made by the example record_log of jde-sim.\n");
-    for target in ROUTE {
+    let mut out = std::io::stdout().lock();
+    writeln!(
+        out,
+        "# A drive of `cargo run -p jde-sim --example record_log` in worlds/office.toml"
+    )?;
+    let mut now = 0;
+    for [x, y] in WAY {
         loop {
+            world.advance_to(now);
             world.laser(robot, &laser, &mut ranges)?;
-            let (truth, odometry) = (world.truth(robot).pose, world.odometry(robot).pose);
-            flaser(
-                &mut log,
-                &ranges,
-                laser.range_max,
-                truth,
-                odometry,
-                world.now() as f64 / 1e9,
-            )?;
-            let (dx, dy) = (target[0] - truth.x, target[1] - truth.y);
-            if dx.hypot(dy) < 0.3 {
+            let pose = world.odometry(robot).pose;
+            if now % LINE == 0 {
+                writeln!(out, "{}", line(&ranges, pose, now))?;
+            }
+            now += TICK;
+            let (ahead, aside) = (x - pose.x, y - pose.y);
+            if ahead.hypot(aside) < 0.2 {
                 break;
             }
-            let error = jde_sim::wrap_angle(dy.atan2(dx) - truth.heading);
-            let ahead = if error.abs() < 0.5 { 0.4 } else { 0.0 };
-            world.command(robot, Twist2::new(ahead, error.clamp(-0.8, 0.8)))?;
-            world.advance_to(world.now() + STEP_NS);
+            let error = wrap_angle(aside.atan2(ahead) - pose.heading);
+            world.command(robot, toward(error, is_free(&laser, &ranges)))?;
         }
     }
-    print!("{log}");
     Ok(())
 }
 
-/// `FLASER n ranges x y theta odom_x odom_y odom_theta ipc_timestamp host logger_timestamp`.
-fn flaser(
-    log: &mut String,
-    ranges: &[f32],
-    range_max: f64,
-    pose: Pose2,
-    odometry: Pose2,
-    time: f64,
-) -> std::fmt::Result {
-    write!(log, "FLASER {}", ranges.len())?;
+/// Straight on, around the corner on the spot, or wait.
+fn toward(error: f64, free: bool) -> Twist2 {
+    if error.abs() > 0.3 {
+        Twist2::new(0.0, 0.6_f64.copysign(error))
+    } else if free {
+        Twist2::new(0.4, error)
+    } else {
+        Twist2::default()
+    }
+}
+
+fn is_free(laser: &LaserConfig, ranges: &[f32]) -> bool {
+    ranges.iter().enumerate().all(|(beam, range)| {
+        let (sin, cos) = laser.angle(beam).sin_cos();
+        let range = f64::from(*range);
+        range * cos > 0.8 || (range * sin).abs() > 0.35
+    })
+}
+
+fn line(ranges: &[f32], pose: Pose2, now: u64) -> String {
+    let mut line = format!("FLASER {}", ranges.len());
     for range in ranges {
-        // CARMEN writes the greatest number of the device where a beam met nothing.
-        write!(
-            log,
-            " {:.2}",
-            if range.is_finite() {
-                f64::from(*range)
-            } else {
-                10.0 * range_max
-            }
-        )?;
+        let range = if range.is_finite() { *range } else { NOTHING };
+        write!(line, " {range:.2}").expect("a String takes all");
     }
-    for Pose2 { x, y, heading } in [pose, odometry] {
-        write!(log, " {x:.3} {y:.3} {heading:.4}")?;
+    let Pose2 { x, y, heading } = pose;
+    // A clock of 0 would be none.
+    let time = 1.0 + now as f64 * 1e-9;
+    for _ in 0..2 {
+        write!(line, " {x:.4} {y:.4} {heading:.4}").expect("a String takes all");
     }
-    writeln!(log, " {time:.3} jde {time:.3}")
+    format!("{line} {time:.3} hall {time:.3}")
 }
