@@ -12,6 +12,7 @@ pub(crate) struct Inbox {
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
     pub(crate) retimed: bool,
+    pub(crate) replaced: bool,
     /// At most one question a group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
@@ -24,6 +25,7 @@ impl Inbox {
                 self.live(false);
                 self.promoted = false;
             }
+            Signal::Replaced => self.replaced = true,
             Signal::Promoted => self.promoted = true,
             Signal::Triggered => self.triggered = true,
             Signal::Retimed => self.retimed = true,
@@ -36,7 +38,8 @@ impl Inbox {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.life.is_empty() && self.asked.is_empty() && !self.promoted && !self.triggered && !self.retimed
+        let flagged = self.promoted || self.triggered || self.retimed || self.replaced;
+        self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 
     /// Sleeping and waking again are two calls; to do that twice in a row would tell the instance nothing more.

@@ -96,6 +96,9 @@ impl Runner {
         for (group, ticket, level) in inbox.asked {
             self.arbitrate(group, ticket, &level);
         }
+        if inbox.replaced {
+            self.give_up();
+        }
         for awake in inbox.life {
             if awake { self.wake_up() } else { self.fall_asleep() }
         }
@@ -286,6 +289,11 @@ impl Runner {
     fn fault(&mut self, reason: String) {
         // The level selects again before anything else is tried with what is broken.
         self.engine.faulted(self.number, reason);
+        self.give_up();
+    }
+
+    /// Lets go of an instance that faulted.
+    fn give_up(&mut self) {
         if let Err(reason) = self.lie_down() {
             tracing::error!(
                 schema = self.engine.name(self.number),

@@ -44,6 +44,8 @@ pub(crate) enum Signal {
     Awake,
     /// It sleeps now.
     Asleep,
+    /// It was given up inside a call: when that returns, the instance goes, and the next awakening makes a fresh one.
+    Replaced,
     /// It is WINNER now: iterate at once.
     Promoted,
     /// A value it waits for was published (R12), or a command that cannot wait.
@@ -202,6 +204,7 @@ impl Engine {
     pub(crate) fn hung(&self, instance: usize, reason: String) {
         let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
         if !known {
+            self.ring(instance, Signal::Replaced);
             self.faulted(instance, reason);
         }
     }

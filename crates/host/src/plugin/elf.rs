@@ -9,10 +9,12 @@ use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
 pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
     let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
     if bytes.is_empty() {
-        return Err(String::from("the file is empty"));
+        return Err(String::from("the file is empty; build or copy it again"));
     }
     if !bytes.starts_with(b"\x7fELF") {
-        return Err(String::from("it is not a shared library (no ELF header)"));
+        return Err(String::from(
+            "it is not a shared library (no ELF header); build it as a cdylib (or with cc -shared)",
+        ));
     }
     let header = FileHeader64::<Endianness>::parse(bytes).map_err(bad)?;
     let endian = header.endian().map_err(bad)?;
@@ -71,7 +73,8 @@ pub(super) fn is_plugin(bytes: &[u8], symbol: &str) -> bool {
 
 fn truncated(length: usize) -> String {
     format!(
-        "the file ends before the library does (it has {length} bytes): it is truncated or still being written"
+        "the file ends before the library does (it has {length} bytes): it is truncated or still being written; build \
+         or copy it again"
     )
 }
 

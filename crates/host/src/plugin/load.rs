@@ -75,7 +75,7 @@ impl Loaded {
     pub fn open(path: &Path) -> Result<Self, LoadError> {
         if path.is_dir() {
             return Err(LoadError::Foreign(String::from(
-                "it is a directory, not a library",
+                "it is a directory; name the library in it",
             )));
         }
         let bytes = std::fs::read(path)?;

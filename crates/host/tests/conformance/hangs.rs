@@ -143,6 +143,10 @@ fn a_schema_that_comes_back_from_a_hang_runs_again(executor: Executor) {
     rig.until_did("robot velocity 0.1");
     rig.until(|rig| rig.see("low").health == Health::Ok);
     assert!(stage.first("low sleep") < stage.last("low awake"));
+    assert!(
+        stage.first("low drop") < stage.last("low awake"),
+        "what hung is not trusted again"
+    );
     rig.stop();
 }
 
