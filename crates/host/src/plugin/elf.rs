@@ -35,7 +35,10 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
             .checked_add(size)
             .is_some_and(|end| end <= bytes.len() as u64)
     };
-    for segment in header.program_headers(endian, bytes).map_err(bad)? {
+    let segments = header
+        .program_headers(endian, bytes)
+        .map_err(|_| truncated(bytes.len()))?;
+    for segment in segments {
         if segment.p_type(endian) == PT_LOAD && !whole(segment.p_offset(endian), segment.p_filesz(endian)) {
             return Err(truncated(bytes.len()));
         }
