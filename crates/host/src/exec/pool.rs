@@ -41,8 +41,10 @@ struct Desk {
 impl Bells for Pool {
     fn ring(&self, instance: usize, signal: Signal) {
         let mut desk = self.lock();
+        // Who has mail already is in the queue already.
+        let first = desk.inboxes[instance].is_empty();
         desk.inboxes[instance].put(signal);
-        if !desk.busy[instance] {
+        if first && !desk.busy[instance] {
             desk.ready.push_back(instance);
             self.work.notify_one();
         }
