@@ -1,0 +1,170 @@
+//! The example of the paper, section 5, as it is delivered: its application, its plugins and its world, in lockstep.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use jde_host::app::{self, Application};
+use jde_host::decisions::Decisions;
+use jde_host::event::{Event, Outcome};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Lockstep, Options};
+use jde_types::{Mission, Truth};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+const PLUGINS: [&str; 5] = ["sim", "example", "goon", "vff", "stop"];
+const SECOND: u64 = 1_000_000_000;
+
+/// How a drive went.
+struct Drive {
+    outcome: Outcome,
+    mission: Mission,
+    truth: Truth,
+    decisions: Vec<u8>,
+}
+
+/// The folder of the plugins, built if need be; nothing that another test left behind is relied on.
+fn plugins() -> Plugins {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        cargo.args(PLUGINS.iter().flat_map(|plugin| ["-p", plugin]));
+        let done = cargo.output().expect("cargo starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let mut libraries = messages.lines().filter_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            let is_ours = PLUGINS.iter().any(|plugin| message["target"]["name"] == *plugin);
+            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.next().expect("cargo names the libraries it made")
+    });
+    let mut path = SearchPath::default();
+    path.push(folder, "built for this test");
+    Plugins::new(path)
+}
+
+fn file() -> PathBuf {
+    Path::new(ROOT).join("apps/safe-navigation.toml")
+}
+
+/// The application as it is delivered.
+fn delivered(plugins: &Plugins) -> Application {
+    app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+/// The application without a single modulation of its schemas but the route: with the numbers of 2007.
+fn unmodulated(plugins: &Plugins) -> Application {
+    let text = std::fs::read_to_string(file()).expect("the application is there");
+    let mut table: toml::Table = text.parse().expect("it is TOML");
+    let schemas = table["schemas"].as_table_mut().expect("it has schemas");
+    let kept = [
+        "type",
+        "world",
+        "imports",
+        "actuators",
+        "children",
+        "groups",
+        "route",
+    ];
+    for (_, schema) in schemas.iter_mut() {
+        let schema = schema.as_table_mut().expect("a schema is a table");
+        schema.retain(|key, _| kept.contains(&key));
+    }
+    let text = toml::to_string(&table).expect("it is TOML still");
+    app::parse(&text, &file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64) -> Drive {
+    application.seed = seed;
+    let decisions = Arc::new(Mutex::new(Some(Decisions::new(&application, Vec::new()))));
+    let ear = Arc::clone(&decisions);
+    let hear = move |event: &Event| {
+        if let Some(decisions) = &mut *ear.lock().expect("nobody panicked") {
+            decisions.hear(event);
+        }
+    };
+    let options = Options {
+        observers: vec![Box::new(hear)],
+        limit: Some(limit),
+        ..Options::default()
+    };
+    let mut running =
+        Lockstep::start(application, plugins, options).unwrap_or_else(|error| panic!("{error}"));
+    let handle = running.handle();
+    let outcome = running.run_until(limit).expect("it ends by its limit");
+    drop(running);
+    let decisions = decisions.lock().expect("nobody panicked").take();
+    Drive {
+        outcome,
+        mission: handle
+            .value("example.mission")
+            .expect("it is exported")
+            .expect("it was written"),
+        truth: handle
+            .value("pioneer.truth")
+            .expect("it is exported")
+            .expect("it was written"),
+        decisions: decisions.expect("taken once").finish().expect("memory takes all"),
+    }
+}
+
+#[test]
+fn the_robot_reaches_all_its_targets_and_touches_nothing() {
+    let plugins = plugins();
+    for seed in 1..=5 {
+        let Drive {
+            outcome,
+            mission,
+            truth,
+            ..
+        } = drive(delivered(&plugins), &plugins, seed, 600 * SECOND);
+        assert_eq!(outcome, Outcome::Done, "seed {seed}");
+        assert_eq!(
+            (mission.state, mission.reached, mission.total),
+            (Mission::DONE, 8, 8)
+        );
+        assert_eq!(truth.collisions, 0, "seed {seed}");
+        assert!(
+            truth.min_clearance > 0.05,
+            "seed {seed}: {} m",
+            truth.min_clearance
+        );
+    }
+}
+
+#[test]
+fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
+    let plugins = plugins();
+    let run = |seed| drive(delivered(&plugins), &plugins, seed, 60 * SECOND);
+    let (first, again, other) = (run(1), run(1), run(2));
+    assert!(first.decisions.len() > 1000, "{} bytes", first.decisions.len());
+    assert!(
+        first.decisions == again.decisions,
+        "the same seed decided otherwise"
+    );
+    assert_eq!(first.truth, again.truth);
+    assert!(
+        first.decisions != other.decisions,
+        "another seed made no difference"
+    );
+    assert_ne!(first.truth.pose, other.truth.pose);
+}
+
+/// Why the application modulates: the areas of 2007, 2 m wide and 3 m ahead, are wider than a door.
+#[test]
+fn with_the_numbers_of_2007_it_touches_nothing_and_does_not_pass_a_door() {
+    let plugins = plugins();
+    let drive = drive(unmodulated(&plugins), &plugins, 1, 120 * SECOND);
+    assert_eq!(drive.outcome, Outcome::TimeUp);
+    assert_eq!(
+        (drive.mission.state, drive.mission.reached),
+        (Mission::RUNNING, 0)
+    );
+    assert_eq!(drive.truth.collisions, 0);
+}
