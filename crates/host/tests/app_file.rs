@@ -217,7 +217,7 @@ fn an_option_has_three_parts() {
         assert_eq!(
             parse(text),
             Err(format!(
-                "`{text}` sets nothing: write schema.variable=value, such as goon.speed=\"0.3 m/s\""
+                "`{text}` sets nothing: write schema.variable=value, such as goon.fast=\"0.3 m/s\""
             ))
         );
     }
