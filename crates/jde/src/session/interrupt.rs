@@ -1,4 +1,5 @@
 //! Ctrl-C, and other ways in which a process is asked to end: the first stops the application, the second ends at once.
+//! What whoever started the process wants ignored (`nohup`) stays ignored.
 
 use std::io;
 use std::thread::JoinHandle;
@@ -23,7 +24,11 @@ impl Interrupts {
     /// # Errors
     /// The system refuses to tell of signals.
     pub(crate) fn stop(application: Handle) -> io::Result<Self> {
-        let mut listener = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
+        let heard = [SIGINT, SIGTERM, SIGHUP]
+            .into_iter()
+            .filter(|signal| ignored & (1 << (signal - 1)) == 0);
+        let mut listener = Signals::new(heard)?;
         let signals = listener.handle();
         let thread = std::thread::Builder::new()
             .name("signals".to_owned())
@@ -50,5 +55,26 @@ impl Drop for Interrupts {
             // It does nothing that panics.
             let _ = thread.join();
         }
+    }
+}
+
+/// The signals that a process was started to ignore, a bit each, from its status as Linux tells it.
+fn ignored(status: &str) -> u64 {
+    let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    line.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ignored;
+
+    #[test]
+    fn ignored_signals_are_read_from_the_status_of_the_process() {
+        assert_eq!(
+            ignored("SigBlk:\t0000000000000000\nSigIgn:\t0000000000001001\n"),
+            0x1001
+        );
+        assert_eq!(ignored("no such line"), 0);
     }
 }

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::support::{app, jde_with_plugins, json, pair, said};
+use crate::support::{app, jde_with_plugins, json, pair, plugins, said};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -214,6 +214,28 @@ fn a_signal_stops_it_in_order() {
     out.read_to_string(&mut rest).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0), "{rest}");
     assert!(rest.contains("pair: stopped"), "{rest}");
+}
+
+#[test]
+fn a_signal_that_was_to_be_ignored_is() {
+    let script = "trap '' HUP; exec \"$0\" run \"$1\" --for 2s";
+    let mut child = Command::new("sh")
+        .args(["-c", script, env!("CARGO_BIN_EXE_jde"), &pair()])
+        .env("JDE_PLUGIN_PATH", plugins())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    out.read_line(&mut String::new()).unwrap();
+    let kill = Command::new("kill")
+        .args(["-HUP", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(kill.success());
+    let mut rest = String::new();
+    out.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(rest.contains("pair: the time is up"), "{rest}");
 }
 
 #[test]
