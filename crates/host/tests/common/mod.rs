@@ -7,7 +7,9 @@ mod rig;
 mod schemas;
 mod stage;
 
+#[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use rig::{Executor, Rig, plugins, text};
+#[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use schemas::{Call, Io, LIVE, Motor};
 pub(crate) use stage::Stage;
 
