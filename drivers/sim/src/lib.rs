@@ -26,7 +26,7 @@ pub struct Pioneer {
     #[modulation(default = 180, min = 1, max = 1088, fixed)]
     laser_beams: Modulation<u32>,
     /// The angle the laser covers, centred ahead.
-    #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = 6.2832, fixed)]
+    #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = core::f64::consts::TAU, fixed)]
     laser_view: Modulation<f64>,
     /// The farthest the laser sees.
     #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
