@@ -23,9 +23,14 @@ on_every_executor!(
 );
 
 mod real_time {
-    use super::who_was_just_put_to_sleep_is_waited_for;
+    use super::{
+        r7_nobody_gains_authority_while_the_end_is_under_way, who_was_just_put_to_sleep_is_waited_for,
+    };
 
-    crate::common::in_real_time!(who_was_just_put_to_sleep_is_waited_for);
+    crate::common::in_real_time!(
+        who_was_just_put_to_sleep_is_waited_for,
+        r7_nobody_gains_authority_while_the_end_is_under_way,
+    );
 }
 
 const FAMILY: &str = r#"
@@ -263,4 +268,49 @@ fn who_was_just_put_to_sleep_is_waited_for(executor: Executor) {
     assert!(stage.first("grandson lies down") < stage.first("father sleep"));
     assert_eq!(stage.count("grandson drop"), 1);
     assert!(!stage.told(|event| matches!(event, Event::Hung { .. })));
+}
+
+fn r7_nobody_gains_authority_while_the_end_is_under_way(executor: Executor) {
+    let stage = Stage::new();
+    stage.drives("low", &Arc::new(true.into()), 0.1);
+    stage.play("high", |call, io| {
+        match call {
+            Call::Check => io.ready(io.stage.did("robot velocity 0")),
+            Call::Iterate => {
+                let outcome = io.command(0.3);
+                io.say(format!("{outcome:?}"));
+            }
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    // While the robot brakes for the last time, somebody else becomes ready, and wins.
+    stage.play("robot", |call, io| {
+        let end = io.now() + 5_000 * MS;
+        while call == Call::Iterate
+            && io.stage.did("robot velocity 0")
+            && !io.stage.did("high Refused")
+            && !io.stage.did("high sleep")
+            && io.now() < end
+        {
+            std::thread::yield_now();
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["high", "low"]
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.high]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+        [schemas.low]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("robot velocity 0.1");
+    assert_eq!(rig.stop(), Outcome::Stopped);
+    assert_eq!(stage.count("high Accepted"), 0);
+    assert!(!stage.did("robot velocity 0.3"));
 }

@@ -12,6 +12,7 @@ use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
 on_every_executor!(
     r9_when_nobody_wins_the_actuators_brake_at_once,
     r9_a_held_command_stands_for_its_time_and_then_brakes,
+    r9_a_command_that_had_run_out_is_not_held,
     r9_the_fallback_wins_when_nobody_is_ready,
     r7_a_command_that_is_not_repeated_runs_out,
     r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out,
@@ -116,6 +117,29 @@ fn r9_a_held_command_stands_for_its_time_and_then_brakes(executor: Executor) {
     if executor == Executor::Lockstep {
         assert_eq!(held, 20, "200 ms of 10 ms each");
     }
+}
+
+fn r9_a_command_that_had_run_out_is_not_held(executor: Executor) {
+    let stage = Stage::new();
+    let ready = Arc::new(true.into());
+    let mut commanded = false;
+    acts(&stage, "low", &ready, move |io| {
+        if !std::mem::replace(&mut commanded, true) {
+            io.reach(0.1);
+        }
+    });
+    let body = format!("root = {{ absence = \"hold\", hold = \"1000s\" }}\n{ONE}");
+    let mut rig = Rig::start(executor, &stage, &body);
+    // Its validity of 50 ms is long over, and the arm stands still.
+    rig.until(|rig| rig.handle.now() > 200 * MS && rig.stage.count("low iterate") > 3);
+    ready.store(false, SeqCst);
+    let held = |event: &Event| matches!(event, Event::Decided(record) if record.reason.contains("hold the last command"));
+    rig.until(|rig| rig.stage.told(held));
+    let seen = stage.count("robot reach 0.1");
+    let before = stage.count("robot iterate");
+    rig.until(|rig| rig.stage.count("robot iterate") > before + 5);
+    assert_eq!(stage.count("robot reach 0.1"), seen, "it did not move again");
+    rig.stop();
 }
 
 fn r9_the_fallback_wins_when_nobody_is_ready(executor: Executor) {
