@@ -811,6 +811,64 @@ static const jde_type jde_bumpers_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bumpers_fields), "jde_msgs/msg/Bumpers", "Which bumpers are pressed.",
     sizeof(jde_bumpers), 4u, jde_bumpers_fields};
 
+/** jde_msgs/msg/WheelEncoders: What the encoders of the two wheels have counted since the driver first heard of them. */
+typedef struct jde_wheel_encoders {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** Ticks of the left wheel; backwards counts down, and no count ever wraps. */
+    int64_t left;
+    /** Ticks of the right wheel. */
+    int64_t right;
+    /** Ticks counted while a wheel rolls one metre; 0 if unknown. [1/m] */
+    double ticks_per_meter;
+} jde_wheel_encoders;
+
+typedef char jde_wheel_encoders_has_its_size[sizeof(jde_wheel_encoders) == 88 ? 1 : -1];
+
+static const jde_field jde_wheel_encoders_fields[] = {
+    JDE_FIELD("header", offsetof(jde_wheel_encoders, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("left", offsetof(jde_wheel_encoders, left), 0u, JDE_I64, JDE_ONE, 1u,
+              "Ticks of the left wheel; backwards counts down, and no count ever wraps.", "", NULL),
+    JDE_FIELD("right", offsetof(jde_wheel_encoders, right), 0u, JDE_I64, JDE_ONE, 1u,
+              "Ticks of the right wheel.", "", NULL),
+    JDE_FIELD("ticks_per_meter", offsetof(jde_wheel_encoders, ticks_per_meter), 0u, JDE_F64, JDE_ONE, 1u,
+              "Ticks counted while a wheel rolls one metre; 0 if unknown.", "1/m", NULL),
+};
+static const jde_type jde_wheel_encoders_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_wheel_encoders_fields), "jde_msgs/msg/WheelEncoders", "What the encoders of the two wheels have counted since the driver first heard of them.",
+    sizeof(jde_wheel_encoders), 8u, jde_wheel_encoders_fields};
+
+/** jde_msgs/msg/Connection: Whether a driver hears its device. */
+typedef struct jde_connection {
+    /** Since when it has been so, or when the last attempt failed. */
+    jde_header header;
+    /** 0 not tried yet, 1 connecting, 2 connected, 3 lost. */
+    uint8_t state;
+    uint8_t padding_65[3];
+    /** Attempts since it was last connected. */
+    uint32_t attempts;
+    /** What the device calls itself, or why it is not heard. */
+    struct { uint32_t length; char bytes[120]; } note;
+} jde_connection;
+
+typedef char jde_connection_has_its_size[sizeof(jde_connection) == 196 ? 1 : -1];
+
+static const jde_field jde_connection_fields[] = {
+    JDE_FIELD("header", offsetof(jde_connection, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Since when it has been so, or when the last attempt failed.", "", &jde_header_type),
+    JDE_FIELD("state", offsetof(jde_connection, state), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 not tried yet, 1 connecting, 2 connected, 3 lost.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_connection, padding_65), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("attempts", offsetof(jde_connection, attempts), 0u, JDE_U32, JDE_ONE, 1u,
+              "Attempts since it was last connected.", "", NULL),
+    JDE_FIELD("note", offsetof(jde_connection, note.bytes), offsetof(jde_connection, note.length), JDE_U8, JDE_TEXT, 120u,
+              "What the device calls itself, or why it is not heard.", "", NULL),
+};
+static const jde_type jde_connection_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_connection_fields), "jde_msgs/msg/Connection", "Whether a driver hears its device.",
+    sizeof(jde_connection), 4u, jde_connection_fields};
+
 /** jde_msgs/msg/Mission: What an application has been asked to do, and how far it is. */
 typedef struct jde_mission {
     /** 0 running, 1 done, 2 failed. */

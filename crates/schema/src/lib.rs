@@ -72,10 +72,10 @@ pub mod prelude {
     pub use core::time::Duration;
 
     pub use crate::types::{
-        BatteryState, Bumpers, Flag, Frame, Header, Image, LaserPoint, LaserScan, Mission, Odometry, Padding,
-        PanTilt, Path, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Range, RangeRing,
-        Route, Seq, SonarEcho, Target, Text, Time, Truth, Twist, TwistWithCovariance, Vector3,
-        normalize_angle,
+        BatteryState, Bumpers, Connection, Flag, Frame, Header, Image, LaserPoint, LaserScan, Mission,
+        Odometry, Padding, PanTilt, Path, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion,
+        Range, RangeRing, Route, Seq, SonarEcho, Target, Text, Time, Truth, Twist, TwistWithCovariance,
+        Vector3, WheelEncoders, normalize_angle,
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Hysteresis,

@@ -28,7 +28,7 @@ pub use nav::{Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
-pub use sensor::{BatteryState, Bumpers, Image, PanTilt};
+pub use sensor::{BatteryState, Bumpers, Connection, Image, PanTilt, WheelEncoders};
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
@@ -71,6 +71,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         PanTilt::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
+        WheelEncoders::describe(),
+        Connection::describe(),
         Mission::describe(),
         Truth::describe(),
     ]

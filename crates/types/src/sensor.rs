@@ -110,6 +110,55 @@ pub struct Bumpers {
     pub padding: Padding<3>,
 }
 
+/// What the encoders of the two wheels have counted since the driver first heard of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/WheelEncoders")]
+pub struct WheelEncoders {
+    /// Time, and the frame of the base.
+    pub header: Header,
+    /// Ticks of the left wheel; backwards counts down, and no count ever wraps.
+    pub left: i64,
+    /// Ticks of the right wheel.
+    pub right: i64,
+    /// Ticks counted while a wheel rolls one metre; 0 if unknown.
+    #[value(unit = "1/m")]
+    pub ticks_per_meter: f64,
+}
+
+/// Whether a driver hears its device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Connection")]
+pub struct Connection {
+    /// Since when it has been so, or when the last attempt failed.
+    pub header: Header,
+    /// 0 not tried yet, 1 connecting, 2 connected, 3 lost.
+    pub state: u8,
+    /// Nothing.
+    pub padding: Padding<3>,
+    /// Attempts since it was last connected.
+    pub attempts: u32,
+    /// What the device calls itself, or why it is not heard.
+    pub note: Text<120>,
+}
+
+impl Connection {
+    /// State: nobody has tried yet.
+    pub const IDLE: u8 = 0;
+    /// State: an attempt is under way.
+    pub const CONNECTING: u8 = 1;
+    /// State: the device is heard.
+    pub const CONNECTED: u8 = 2;
+    /// State: the device was heard before, or an attempt failed; the next attempt comes by itself.
+    pub const LOST: u8 = 3;
+
+    /// Whether the device is heard.
+    pub fn is_up(&self) -> bool {
+        self.state == Self::CONNECTED
+    }
+}
+
 impl Default for Image {
     fn default() -> Self {
         Self::zeroed()
