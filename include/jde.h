@@ -29,7 +29,7 @@ extern "C" {
 /** Changes when a table changes in a way that old readers would misread. Host and plugin must have the same. */
 #define JDE_ABI_MAJOR 1u
 /** Grows when tables grow. A host accepts plugins of its own minor version and older. */
-#define JDE_ABI_MINOR 0u
+#define JDE_ABI_MINOR 1u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -467,6 +467,16 @@ struct jde_host {
     void (*fail)(jde_context *, const char *text, uint64_t length);
     /** An extension of the host by its id; null where it has none. */
     const void *(*extension)(jde_context *, const char *id);
+    /**
+     * Takes back the newest value of an export, because it no longer tells how things are: until the next is published, all
+     * who read it are answered JDE_NO_VALUE, and who is triggered by it looks again (R12). JDE_BAD_ARGUMENT. Since minor version 1.
+     */
+    int32_t (*retract)(jde_context *, uint32_t port);
+    /**
+     * 1 if the application's time passes as fast as everybody's; 0 in lockstep and at another speed, which no device follows.
+     * Since minor version 1.
+     */
+    uint32_t (*real_time)(jde_context *);
 };
 
 /*

@@ -19,7 +19,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 /// Changes when a table changes in a way that old readers would misread. Host and plugin must have the same.
 pub const ABI_MAJOR: u32 = 1;
 /// Grows when tables grow. A host accepts plugins of its own minor version and older.
-pub const ABI_MINOR: u32 = 0;
+pub const ABI_MINOR: u32 = 1;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
@@ -450,6 +450,12 @@ pub struct Host {
     pub fail: unsafe extern "C" fn(*mut Context, text: *const c_char, length: u64),
     /// An extension of the host by its id; null where it has none.
     pub extension: unsafe extern "C" fn(*mut Context, id: *const c_char) -> *const c_void,
+    /// Takes back the newest value of an export, because it no longer tells how things are: until the next is published, all
+    /// who read it are answered [`NO_VALUE`], and who is triggered by it looks again (R12). [`BAD_ARGUMENT`]. Since minor version 1.
+    pub retract: unsafe extern "C" fn(*mut Context, port: u32) -> i32,
+    /// 1 if the application's time passes as fast as everybody's; 0 in lockstep and at another speed, which no device follows.
+    /// Since minor version 1.
+    pub real_time: unsafe extern "C" fn(*mut Context) -> u32,
 }
 
 macro_rules! shareable {

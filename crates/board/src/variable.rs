@@ -22,6 +22,8 @@ pub struct Variable {
     finite: Option<Finite>,
     bell: Bell,
     rate: Rate,
+    /// Values up to this number no longer stand.
+    retracted: AtomicU64,
     refused: AtomicU64,
     not_finite: AtomicU64,
     not_finite_at: Mutex<Option<String>>,
@@ -43,6 +45,8 @@ pub struct VariableStatus {
     pub age: Option<Nanos>,
     /// Values per second, estimated.
     pub rate_hz: f64,
+    /// Whether the newest value was taken back, so that readers see none.
+    pub retracted: bool,
     /// Who wrote the newest value; none before the first.
     pub last_writer: Option<u32>,
     /// Who has it open for writing.
@@ -75,6 +79,7 @@ impl Variable {
             finite,
             bell: Bell::default(),
             rate: Rate::default(),
+            retracted: AtomicU64::new(0),
             refused: AtomicU64::new(0),
             not_finite: AtomicU64::new(0),
             not_finite_at: Mutex::new(None),
@@ -103,6 +108,7 @@ impl Variable {
             sequence: mark.sequence,
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
+            retracted: written && !self.shows(mark.sequence),
             last_writer: written.then_some(mark.writer),
             writers: register.writers(),
             readers: register.readers(),
@@ -216,10 +222,22 @@ impl Variable {
         self.settle(published.map_err(|_| Refused::NoAuthority), time)
     }
 
-    /// Whether readers get a value: one was published, or there is an initial one.
+    /// Takes back the newest value of an export: until the next one, whoever latches sees none. Who holds it keeps it until it
+    /// is released. Watchers are called as after a publish (R12). Modulations and commands always have a value: nothing happens.
+    pub fn retract(&self) {
+        let newest = self.newest();
+        if self.declaration.access == Access::Export
+            && self.retracted.fetch_max(newest, Ordering::AcqRel) < newest
+        {
+            self.call_watchers();
+        }
+    }
+
+    /// Whether readers get a value: one was published and not taken back, or there is an initial one.
     #[inline]
     pub(crate) fn shows(&self, sequence: u64) -> bool {
-        sequence > 0 || self.declaration.initial.is_some()
+        sequence > self.retracted.load(Ordering::Acquire)
+            || (sequence == 0 && self.declaration.initial.is_some())
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -265,6 +283,11 @@ impl Variable {
         }
         self.rate.published(time);
         self.bell.ring();
+        self.call_watchers();
+        published
+    }
+
+    fn call_watchers(&self) {
         if self.subscribed.load(Ordering::Acquire) {
             let subscribers = self
                 .subscribers
@@ -273,7 +296,6 @@ impl Variable {
                 .clone();
             subscribers.iter().for_each(|call| call());
         }
-        published
     }
 
     pub(crate) fn close_writer(&self, seat: usize) {

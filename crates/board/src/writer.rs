@@ -120,6 +120,11 @@ impl Writer {
         variable.settle(published, time)
     }
 
+    /// Takes back the newest value of an export, see [`Variable::retract`].
+    pub fn retract(&mut self) {
+        self.variable.retract();
+    }
+
     /// Gives back what was loaned, unpublished.
     pub fn discard(&mut self) {
         match &mut self.room {

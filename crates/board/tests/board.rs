@@ -377,3 +377,50 @@ fn r12_subscribers_are_called_after_each_publish_and_see_its_value() {
         assert_eq!(seen[0].load(Ordering::Relaxed), variable.newest());
     }
 }
+
+#[test]
+fn a_value_that_was_taken_back_is_shown_to_nobody_until_the_next() {
+    for export in [
+        variable(&float64(), Access::Export),
+        variable(&words(40), Access::Export),
+    ] {
+        let mut writer = export.writer(1, "eye").unwrap();
+        let mut reader = export.reader("low");
+        let calls = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&calls);
+        export.subscribe(Arc::new(move || {
+            counted.fetch_add(1, Ordering::SeqCst);
+        }));
+        writer.retract();
+        assert_eq!(calls.load(Ordering::SeqCst), 0, "there was nothing to take back");
+        writer.loan();
+        writer.publish(10, 10).unwrap();
+        assert_eq!(reader.latch().unwrap().stamp.sequence, 1);
+        writer.retract();
+        assert_eq!(
+            reader.latch().unwrap().stamp.sequence,
+            1,
+            "who holds it keeps it (R8)"
+        );
+        reader.release();
+        assert!(reader.latch().is_none());
+        assert!(export.status(20).retracted);
+        writer.retract();
+        assert_eq!(calls.load(Ordering::SeqCst), 2, "it is told once");
+        reader.release();
+        writer.loan();
+        writer.publish(30, 30).unwrap();
+        assert_eq!(reader.latch().unwrap().stamp.sequence, 2);
+        assert!(!export.status(30).retracted);
+    }
+}
+
+#[test]
+fn modulations_and_commands_always_have_a_value() {
+    for number in &numbers()[1..] {
+        let mut writer = number.writer(7, "father").unwrap();
+        write(&mut writer, 3.0, 5).unwrap();
+        number.retract();
+        assert_eq!(latch(&mut number.reader("child")).unwrap().0, 3.0);
+    }
+}

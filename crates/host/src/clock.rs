@@ -66,6 +66,14 @@ impl Clock {
         }
     }
 
+    /// Whether a second of the application is one of everybody.
+    pub(crate) fn is_everybodys(&self) -> bool {
+        match self {
+            Self::Real { speed, .. } => *speed == 1.0,
+            Self::Virtual(_) => false,
+        }
+    }
+
     /// Whether calls take time: in lockstep they do not.
     pub(crate) fn is_real(&self) -> bool {
         matches!(self, Self::Real { .. })

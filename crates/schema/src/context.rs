@@ -10,6 +10,7 @@ use core::time::Duration;
 use jde_abi::raw;
 use jde_types::Value;
 
+use crate::error::Result;
 use crate::input::Sample;
 use crate::output::Outcome;
 
@@ -40,6 +41,18 @@ impl Context<'_> {
     pub fn now(&self) -> Duration {
         // SAFETY: the context is that of the present call.
         Duration::from_nanos(unsafe { (self.host.now)(self.raw.as_ptr()) })
+    }
+
+    /// That the application runs in real time; what a driver of a device asks for in `awake`.
+    ///
+    /// # Errors
+    /// In lockstep, and at another speed than everybody's: no device follows.
+    pub fn require_real_time(&self) -> Result<()> {
+        // SAFETY: the context is that of the present call.
+        if unsafe { (self.host.real_time)(self.raw.as_ptr()) } == 1 {
+            return Ok(());
+        }
+        Err("it speaks to a device, which nothing can hurry: run without --lockstep and --speed".into())
     }
 
     /// A number for random generators, which depends on the application's seed and the instance's name alone.
@@ -152,6 +165,13 @@ impl Context<'_> {
         // SAFETY: the context is that of the present call.
         let code = unsafe { (self.host.publish)(self.raw.as_ptr(), port, time) };
         Outcome::of(code).unwrap_or_else(|| broken(name, "publish", code))
+    }
+
+    /// Takes back the newest value of an export; the host's code if it will not.
+    pub(crate) fn retract(&self, port: u32) -> Option<i32> {
+        // SAFETY: the context is that of the present call.
+        let code = unsafe { (self.host.retract)(self.raw.as_ptr(), port) };
+        (code != raw::OK).then_some(code)
     }
 
     /// Writes a value to an output.

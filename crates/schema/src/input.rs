@@ -47,7 +47,8 @@ pub struct Sample<'call, T> {
 }
 
 impl<T: Value> Import<T> {
-    /// The newest value; `None` if none has been published yet, or the application left an optional import unbound.
+    /// The newest value; `None` if none has been published yet, if its writer has taken it back since because it no longer tells
+    /// how things are (a device is not heard), or if the application left an optional import unbound.
     #[must_use]
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Option<Sample<'call, T>> {
         cx.read(self.port, self.name).unwrap_or_default()
@@ -61,7 +62,7 @@ impl<T: Value> Import<T> {
         let name = self.name;
         match cx.read(self.port, name) {
             Ok(Some(sample)) => Ok(sample),
-            Ok(None) => Err(format!("import `{name}` has no value yet").into()),
+            Ok(None) => Err(format!("import `{name}` has no value").into()),
             Err(_) => {
                 Err(format!("import `{name}` is not bound; the application gives it under `imports`").into())
             }

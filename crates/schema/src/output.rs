@@ -71,6 +71,14 @@ impl<T: Value> Export<T> {
         self.loan(cx).put(value).publish_at(time);
     }
 
+    /// Takes back the newest value, because it no longer tells how things are: a sensor is not heard any more, a place was lost.
+    /// Until the next is published, whoever reads it gets none, and who is triggered by it looks again (R12).
+    pub fn retract(&mut self, cx: &Context<'_>) {
+        if let Some(code) = cx.retract(self.port) {
+            broken(self.name, "retract", code);
+        }
+    }
+
     /// Room to write the next value in place; for large ones.
     #[must_use]
     pub fn loan<'call>(&'call mut self, cx: &'call Context<'_>) -> Loan<'call, T> {

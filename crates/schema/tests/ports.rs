@@ -60,7 +60,7 @@ fn scan(ranges: &[f32]) -> LaserScan {
 fn a_missing_value_is_an_error_that_names_the_import() {
     let mut bench = Bench::<Pass>::new();
     let failure = bench.iterate().expect_err("no scan");
-    assert_eq!(failure.reason, "import `scan` has no value yet");
+    assert_eq!(failure.reason, "import `scan` has no value");
 }
 
 #[test]
@@ -192,4 +192,48 @@ fn a_wrong_name_on_the_bench_names_the_nearest() {
 #[should_panic(expected = "`scan` is a sensor_msgs/msg/LaserScan, not a geometry_msgs/msg/Twist")]
 fn a_wrong_type_on_the_bench_names_both() {
     Bench::<Pass>::new().import("scan", &Twist::ZERO);
+}
+
+/// Forwards a number, and takes it back when it is gone.
+#[derive(Describe)]
+#[schema(perceptive, period = "10ms")]
+struct Relay {
+    #[import]
+    near: Import<f64>,
+    #[export]
+    far: Export<f64>,
+}
+
+impl Schema for Relay {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        match self.near.get(cx) {
+            Some(near) => self.far.write(cx, *near),
+            None => self.far.retract(cx),
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn what_was_taken_back_is_none() {
+    let mut bench = Bench::<Relay>::new();
+    bench.import("near", &1.5);
+    bench.iterate().expect("it relays");
+    assert_eq!(bench.exported::<f64>("far"), Some(1.5));
+    bench.retract("near");
+    bench.iterate().expect("it relays");
+    assert_eq!(bench.exported::<f64>("far"), None);
+}
+
+#[test]
+fn who_needs_real_time_refuses_another() {
+    let mut bench = Bench::<Relay>::new();
+    bench.awake().expect("a new bench is in real time");
+    bench.set_real_time(false);
+    let failure = bench.awake().expect_err("a device cannot be hurried");
+    assert!(failure.reason.contains("--lockstep"), "{}", failure.reason);
 }

@@ -51,5 +51,5 @@ fn the_listener_is_ready_for_a_number_it_has_not_said() {
 fn a_listener_that_must_speak_without_a_number_says_which_import_is_missing() {
     let mut listener = Bench::<Listener>::new();
     let reason = listener.iterate().expect_err("there is nothing to say").reason;
-    assert_eq!(reason, "import `count` has no value yet");
+    assert_eq!(reason, "import `count` has no value");
 }

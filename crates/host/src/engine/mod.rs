@@ -185,7 +185,7 @@ impl Engine {
         self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
     }
 
-    /// A call into the instance failed. A driver that never worked ends the application: nothing can be done without it.
+    /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the application: nothing can be done without it.
     pub(crate) fn faulted(&self, instance: usize, reason: String) {
         let meter = &self.meters[instance];
         meter.faults.fetch_add(1, Ordering::Relaxed);
@@ -198,6 +198,8 @@ impl Engine {
             )));
         }
         self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
+        // Watchers are called, so no lock may be held.
+        self.variables.retract_exports(instance);
     }
 
     /// A call does not return: the level selects again as if it had failed. A restart that finds it there still fails too.

@@ -28,6 +28,14 @@ impl Variables {
         self.ports[instance].get(port)?.as_ref()
     }
 
+    /// Takes back what an instance has exported.
+    pub(crate) fn retract_exports(&self, instance: usize) {
+        self.ports[instance]
+            .iter()
+            .flatten()
+            .for_each(|variable| variable.retract());
+    }
+
     /// The period of an instance, seconds.
     pub(crate) fn period(&self, instance: usize) -> &Arc<Variable> {
         &self.periods[instance]

@@ -44,6 +44,8 @@ pub(super) static HOST: Host = Host {
     log,
     fail,
     extension,
+    retract,
+    real_time,
 };
 
 /// Runs `body` with the call behind `context`.
@@ -236,6 +238,23 @@ unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u6
 
 unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
     null()
+}
+
+unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe {
+        within(context, raw::FAILED, |call| {
+            match call.ports.retract(port as usize) {
+                Ok(()) => raw::OK,
+                Err(error) => status(&error),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { within(context, 0, |call| u32::from(call.engine.clock.is_everybodys())) }
 }
 
 /// Longest text believed of a plugin.

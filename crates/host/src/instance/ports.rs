@@ -144,6 +144,17 @@ impl Ports {
         }
     }
 
+    /// Takes back the newest value of an export.
+    pub(crate) fn retract(&mut self, port: usize) -> Result<(), PortError> {
+        match self.ports.get_mut(port) {
+            Some(Port::Output(writer)) => {
+                writer.retract();
+                Ok(())
+            }
+            _ => Err(PortError::WrongPort),
+        }
+    }
+
     /// Lets go of every value read; the next read sees the newest.
     pub(crate) fn release(&mut self) {
         for port in &mut self.ports {

@@ -476,4 +476,11 @@ impl<'a> Io<'a> {
         let out = inner.perceptive.as_mut().expect("an eye");
         out.write(inner.cx, value);
     }
+
+    /// Takes back what an eye saw.
+    pub(crate) fn retract(&mut self) {
+        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
+        let out = inner.perceptive.as_mut().expect("an eye");
+        out.retract(inner.cx);
+    }
 }

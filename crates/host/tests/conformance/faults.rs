@@ -25,6 +25,7 @@ on_every_executor!(
     a_driver_that_cannot_start_ends_the_application,
     a_driver_that_worked_before_is_restarted,
     a_perceptive_schema_that_faults_is_restarted,
+    nobody_acts_on_what_a_faulted_schema_said_before,
 );
 
 const PAIR: &str = r#"
@@ -320,6 +321,42 @@ fn a_perceptive_schema_that_faults_is_restarted(executor: Executor) {
     "#;
     let mut rig = Rig::start(executor, &stage, body);
     rig.until_did("low iterate");
+    assert_eq!(faults(&rig, "eye"), ["dust"]);
+    rig.stop();
+}
+
+fn nobody_acts_on_what_a_faulted_schema_said_before(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("eye", |call, io| {
+        if call == Call::Iterate {
+            if io.stage.did("low iterate") {
+                return Err("dust".into());
+            }
+            io.publish(1.0);
+        }
+        Ok(())
+    });
+    stage.play("low", |call, io| {
+        if call == Call::Check {
+            io.ready(io.input().is_some());
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["low"]
+        [schemas.eye]
+        type = "test/eye"
+        restart = "never"
+        [schemas.low]
+        type = "test/motor"
+        period = "1000s"
+        imports = { input = "eye.out" }
+        triggers = ["input"]
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("low iterate");
+    // Its period is far: it looks again because the value went (R12).
+    rig.until(|rig| rig.see("low").state == State::Checking);
     assert_eq!(faults(&rig, "eye"), ["dust"]);
     rig.stop();
 }

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, mpsc};
 
 use jde_board::value::Value;
 use jde_core::{Health, State};
+use jde_host::Options;
 use jde_host::event::Event;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
@@ -15,6 +16,7 @@ on_every_executor!(
     r12_a_trigger_makes_no_winner_iterate_out_of_turn,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
+    a_schema_knows_whether_time_is_everybodys,
 );
 
 mod real_time {
@@ -359,4 +361,29 @@ fn r17_the_contract_follows_the_period(executor: Executor) {
         .expect("a period");
     rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5) * MS);
     rig.stop();
+}
+
+fn a_schema_knows_whether_time_is_everybodys(executor: Executor) {
+    let real = match executor {
+        Executor::Threads | Executor::Pool => "low follows",
+        Executor::Lockstep => "low is hurried",
+    };
+    for (speed, line) in [(1.0, real), (2.0, "low is hurried")] {
+        let stage = Stage::new();
+        stage.play("low", |call, io| {
+            io.ready(true);
+            if call == Call::Iterate {
+                let real = io.cx().require_real_time().is_ok();
+                io.say(if real { "follows" } else { "is hurried" });
+            }
+            Ok(())
+        });
+        let options = Options {
+            speed,
+            ..Options::default()
+        };
+        let mut rig = Rig::start_with(executor, &stage, ONE, options);
+        rig.until_did(line);
+        rig.stop();
+    }
 }

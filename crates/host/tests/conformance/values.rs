@@ -18,6 +18,7 @@ on_every_executor!(
     r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out,
     r8_the_period_is_a_modulation,
     r8_a_father_modulates_its_child,
+    r12_a_value_that_was_taken_back_is_none_and_a_trigger,
 );
 
 mod real_time {
@@ -331,5 +332,44 @@ fn r8_a_command_counts_for_the_whole_call(executor: Executor) {
     });
     rig.until(|rig| rig.stage.count("robot iterate") > 5 && rig.stage.did("robot reach 0.1"));
     assert!(!stage.did("robot changed its mind"));
+    rig.stop();
+}
+
+fn r12_a_value_that_was_taken_back_is_none_and_a_trigger(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("eye", |call, io| {
+        match (call, io.stage.did("low iterate"), io.stage.did("low blind")) {
+            (Call::Iterate, false, _) => io.publish(1.0),
+            (Call::Iterate, true, false) => io.retract(),
+            (Call::Iterate, true, true) => io.publish(2.0),
+            _ => {}
+        }
+        Ok(())
+    });
+    stage.play("low", |call, io| {
+        if call == Call::Check {
+            match io.input() {
+                Some((value, number)) => io.say(format!("sees {value} {}", number > 1)),
+                None if io.stage.did("low iterate") => io.say("blind"),
+                None => {}
+            }
+            io.ready(io.input().is_some());
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["low"]
+        [schemas.eye]
+        type = "test/eye"
+        [schemas.low]
+        type = "test/motor"
+        period = "1000s"
+        imports = { input = "eye.out" }
+        triggers = ["input"]
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("low blind");
+    rig.until_did("low sees 2 true");
+    rig.until(|rig| rig.see("low").state == State::Winner);
     rig.stop();
 }

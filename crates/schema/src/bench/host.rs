@@ -33,6 +33,8 @@ pub(super) static HOST: raw::Host = raw::Host {
     log,
     fail,
     extension,
+    retract,
+    real_time,
 };
 
 /// # Safety
@@ -221,6 +223,16 @@ unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const c_char, length: u6
 
 unsafe extern "C" fn extension(_: *mut raw::Context, _: *const c_char) -> *const c_void {
     ptr::null()
+}
+
+unsafe extern "C" fn retract(cx: *mut raw::Context, port: u32) -> i32 {
+    // SAFETY: the bench's own context.
+    unsafe { place(cx) }.retract(port as usize)
+}
+
+unsafe extern "C" fn real_time(cx: *mut raw::Context) -> u32 {
+    // SAFETY: the bench's own context.
+    u32::from(unsafe { place(cx) }.real_time)
 }
 
 /// # Safety

@@ -53,7 +53,7 @@ use crate::schema::{Precondition, Schema};
 /// }
 ///
 /// let mut bench = Bench::<Double>::new();
-/// assert_eq!(bench.iterate().unwrap_err().reason, "import `half` has no value yet");
+/// assert_eq!(bench.iterate().unwrap_err().reason, "import `half` has no value");
 /// bench.import("half", &21.0);
 /// bench.iterate().unwrap();
 /// assert_eq!(bench.exported::<f64>("whole"), Some(42.0));
@@ -243,6 +243,12 @@ impl<S> Bench<S> {
         self.place.put(port, value);
     }
 
+    /// Takes back the newest value of an import, as its writer would.
+    pub fn retract(&mut self, name: &str) {
+        let port = names::port(&self.about, Kind::Import, name);
+        self.place.ports[port].newest = None;
+    }
+
     /// Writes a modulation, as its father would.
     pub fn set<T: Value>(&mut self, name: &str, value: T) {
         let port = self.port::<T>(Kind::Modulation, name);
@@ -278,6 +284,11 @@ impl<S> Bench<S> {
         self.place.now = now;
     }
 
+    /// Makes the schema believe that the application runs in real time, as it does on a new bench, or in lockstep.
+    pub fn set_real_time(&mut self, real_time: bool) {
+        self.place.real_time = real_time;
+    }
+
     /// Gives the schema authority over actuators and children, or takes it (R7).
     pub fn set_authority(&mut self, authority: bool) {
         self.place.authority = authority;
@@ -310,7 +321,7 @@ impl<S> Bench<S> {
         self.place.written(self.port::<T>(Kind::Actuator, name))
     }
 
-    /// The newest value of an export.
+    /// The newest value of an export; `None` if there is none, or it was taken back.
     #[must_use]
     pub fn exported<T: Value>(&self, name: &str) -> Option<T> {
         self.place.written(self.port::<T>(Kind::Export, name))

@@ -18,6 +18,7 @@ pub(super) struct Place {
     pub(super) children: Vec<ChildPlace>,
     pub(super) now: Duration,
     pub(super) authority: bool,
+    pub(super) real_time: bool,
     pub(super) log: Vec<(Severity, String)>,
     pub(super) reason: Option<String>,
 }
@@ -77,6 +78,7 @@ impl Place {
             children: about.children.iter().map(child).collect(),
             now: Duration::ZERO,
             authority: true,
+            real_time: true,
             log: Vec::new(),
             reason: None,
         }
@@ -119,6 +121,17 @@ impl Place {
 
     pub(super) fn drop_loans(&mut self) {
         self.ports.iter_mut().for_each(|port| port.loaned = false);
+    }
+
+    /// Takes back the newest value of an export.
+    pub(super) fn retract(&mut self, port: usize) -> i32 {
+        match self.ports.get_mut(port) {
+            Some(port) if matches!(port.port.role, Role::Export) => {
+                port.newest = None;
+                raw::OK
+            }
+            _ => raw::BAD_ARGUMENT,
+        }
     }
 
     /// Takes what was loaned as the newest value.
