@@ -3,6 +3,7 @@
 //! The defaults are those of a Pioneer P3-DX, with the source of each beside it.
 
 use crate::error::{WorldError, check};
+use crate::head::HeadConfig;
 
 /// Where a robot's odometry starts to count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +42,8 @@ pub struct RobotConfig {
     pub slip_sigma: f64,
     /// Where the odometry starts to count.
     pub odometry_origin: OdometryOrigin,
+    /// The pan-tilt head.
+    pub head: HeadConfig,
 }
 
 impl Default for RobotConfig {
@@ -64,6 +67,7 @@ impl Default for RobotConfig {
             wheel_scale_sigma: 0.0002,
             slip_sigma: 0.0005,
             odometry_origin: OdometryOrigin::default(),
+            head: HeadConfig::default(),
         }
     }
 }
@@ -123,6 +127,7 @@ impl RobotConfig {
         check("wheel_scale_sigma", self.wheel_scale_sigma, "0 to 0.5", |value| {
             (0.0..=0.5).contains(&value)
         })?;
-        check("slip_sigma", self.slip_sigma, "0 m or more", not_negative)
+        check("slip_sigma", self.slip_sigma, "0 m or more", not_negative)?;
+        self.head.check()
     }
 }

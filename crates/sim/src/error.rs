@@ -5,6 +5,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::geometry::Pose2;
+use crate::head::HeadCommand;
+
 /// One thing wrong, or doubtful, in a file of a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -75,6 +78,42 @@ pub enum WorldError {
         linear: f64,
         /// The turn rate that was asked for.
         angular: f64,
+    },
+    /// A command of the head with a number that is not finite; the head keeps the one before.
+    #[error("command of the head of robot `{robot}` is {command:?}: expected finite numbers")]
+    BadHeadCommand {
+        /// The robot.
+        robot: String,
+        /// What was asked for.
+        command: HeadCommand,
+    },
+    /// A robot cannot stand where it should be put; it stays where it is.
+    #[error(
+        "robot `{robot}` of radius {radius} m cannot be put at ({:.3}, {:.3}): `{by}` is there; choose a place {need:.3} m \
+         farther from it", .pose.x, .pose.y
+    )]
+    PlaceBlocked {
+        /// The robot.
+        robot: String,
+        /// Its radius in metres.
+        radius: f64,
+        /// Where it should be put.
+        pose: Pose2,
+        /// What stands there.
+        by: String,
+        /// How much farther away it must be, in metres.
+        need: f64,
+    },
+    /// A place that is not in this world; the robot stays where it is.
+    #[error(
+        "robot `{robot}` cannot be put at ({}, {}), heading {}: expected finite numbers, at most 100 km away",
+        .pose.x, .pose.y, .pose.heading
+    )]
+    BadPlace {
+        /// The robot.
+        robot: String,
+        /// Where it should be put.
+        pose: Pose2,
     },
     /// A buffer that does not hold one value a beam or sonar.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]

@@ -43,6 +43,10 @@ impl Pose2 {
         }
     }
 
+    pub(crate) fn is_finite(self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.heading.is_finite()
+    }
+
     /// Gives in the outer frame what `local` is in the frame of this pose.
     pub fn compose(self, local: Self) -> Self {
         let (sin, cos) = libm::sincos(self.heading);

@@ -51,10 +51,12 @@
 //! start = { x = 1, y = 1, heading_deg = 90 }
 //! ```
 
+mod battery;
 mod config;
 mod error;
 mod file;
 mod geometry;
+mod head;
 mod mover;
 mod odometer;
 mod random;
@@ -65,9 +67,11 @@ mod shape;
 mod solid;
 mod world;
 
+pub use battery::{BATTERY_CAPACITY, Battery};
 pub use config::{OdometryOrigin, RobotConfig};
 pub use error::{Fault, WorldError};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
+pub use head::{Head, HeadCommand, HeadConfig};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
 pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, SonarConfig};

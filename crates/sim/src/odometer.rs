@@ -50,6 +50,11 @@ impl Odometer {
         }
     }
 
+    /// Begins the pose anew at zero; the ticks go on.
+    pub(crate) fn reset(&mut self) {
+        self.odometry.pose = Pose2::default();
+    }
+
     /// Counts a true motion of `distance` metres and `turn` radians that took `dt` seconds.
     pub(crate) fn roll(&mut self, config: &RobotConfig, distance: f64, turn: f64, dt: f64, noise: &Noise) {
         let side = turn * config.track / 2.0;

@@ -2,8 +2,10 @@
 //!
 //! Knows what stands around it only by the clearance that its world gives.
 
+use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
 use crate::geometry::{Pose2, Twist2};
+use crate::head::{Head, HeadCommand};
 use crate::odometer::Odometer;
 use crate::random::Noise;
 
@@ -40,7 +42,10 @@ pub(crate) struct Robot {
     pub(crate) config: RobotConfig,
     pub(crate) truth: Truth,
     pub(crate) odometer: Odometer,
+    pub(crate) head: Head,
+    pub(crate) battery: Battery,
     command: Twist2,
+    head_command: HeadCommand,
 }
 
 impl Robot {
@@ -64,7 +69,10 @@ impl Robot {
             config,
             truth,
             odometer,
+            head: Head::default(),
+            battery: Battery::full(),
             command: Twist2::default(),
+            head_command: HeadCommand::default(),
         };
         robot.feel(clearance);
         robot
@@ -76,6 +84,20 @@ impl Robot {
             twist.linear.clamp(-linear, linear),
             twist.angular.clamp(-angular, angular),
         );
+    }
+
+    pub(crate) fn command_head(&mut self, command: HeadCommand) {
+        self.head_command = command;
+    }
+
+    /// Puts it elsewhere, at rest, to stand there until it is commanded again; its wheels notice nothing.
+    pub(crate) fn place(&mut self, pose: Pose2, clearance: f64) {
+        self.command = Twist2::default();
+        self.odometer.odometry.twist = Twist2::default();
+        let truth = &mut self.truth;
+        (truth.pose, truth.twist, truth.stalled) = (pose, Twist2::default(), false);
+        // To be put down beside a thing is not to run into it.
+        truth.contact = clearance < CONTACT;
     }
 
     /// Moves for `dt` seconds, as far as `clearance_at` stays positive, and counts what the wheels rolled.
@@ -105,6 +127,8 @@ impl Robot {
         self.truth.pose = moved.along_arc(0.0, (1.0 - part) * turn);
         self.truth.travelled += (part * distance).abs();
         self.odometer.roll(&self.config, part * distance, turn, dt, slip);
+        self.head.step(&self.config.head, self.head_command, dt);
+        self.battery.step(self.truth.twist, self.truth.stalled, dt);
     }
 
     /// Notes the gap around the body when all have moved.

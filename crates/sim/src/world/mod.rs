@@ -1,7 +1,8 @@
-//! The world: its time, its robots and their commands. What can be measured in it is in `senses`.
+//! The world: its time and its things. What is done to its robots is in `robots`, what can be measured in `senses`.
 //!
 //! Time is counted in whole steps, so that a history does not depend on who advances the world, or how often.
 
+mod robots;
 mod senses;
 
 use std::fs;
@@ -9,10 +10,11 @@ use std::path::Path;
 
 use parry2d_f64::math::Vector;
 
-use crate::config::RobotConfig;
+pub use self::robots::RobotId;
+
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Plan, Start};
-use crate::geometry::{Bounds, Pose2, Twist2};
+use crate::geometry::{Bounds, Pose2};
 use crate::mover::{Disc, Mover};
 use crate::random::{Noise, Purpose};
 use crate::robot::Robot;
@@ -21,10 +23,6 @@ use crate::shape::Shape;
 
 /// The length of a step in nanoseconds: short beside the periods of schemas, long enough to run a day in seconds.
 pub const STEP_NS: u64 = 10_000_000;
-
-/// A robot of a world; valid for the world that gave it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct RobotId(usize);
 
 /// A world with its robots; made by [`World::load`] or [`World::parse`].
 pub struct World {
@@ -121,92 +119,6 @@ impl World {
         }
     }
 
-    /// Gives the robots that the file has starts for, whether they have been added or not.
-    pub fn robot_names(&self) -> impl Iterator<Item = &str> {
-        self.berths.iter().map(|berth| berth.start.robot.as_str())
-    }
-
-    /// Gives the robots that have been added, in the order of the file.
-    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &str)> {
-        let added = self
-            .berths
-            .iter()
-            .enumerate()
-            .filter(|(_, berth)| berth.robot.is_some());
-        added.map(|(index, berth)| (RobotId(index), berth.start.robot.as_str()))
-    }
-
-    /// Puts a robot at its start, at rest. The order in which robots are added makes no difference.
-    ///
-    /// Errors: a name without a start, a robot added before, numbers that cannot work, something in its place.
-    pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
-        config.check()?;
-        let index = self
-            .berths
-            .iter()
-            .position(|berth| berth.start.robot == name)
-            .ok_or_else(|| {
-                let known: Vec<String> = self.robot_names().map(str::to_owned).collect();
-                let nearest = file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
-                WorldError::UnknownRobot {
-                    world: self.name.clone(),
-                    robot: name.to_owned(),
-                    known,
-                    nearest,
-                }
-            })?;
-        if self.berths[index].robot.is_some() {
-            return Err(WorldError::AlreadyAdded {
-                robot: name.to_owned(),
-            });
-        }
-        let start = &self.berths[index].start;
-        let (by, clearance) = self.clearance(index, start.pose, config.radius);
-        if clearance < 0.0 {
-            return Err(WorldError::StartBlocked {
-                place: format!("{}:{}", start.file.display(), start.line),
-                robot: name.to_owned(),
-                radius: config.radius,
-                by: by.to_owned(),
-                need: -clearance,
-            });
-        }
-        let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
-        self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
-        self.feel();
-        Ok(RobotId(index))
-    }
-
-    /// Tells a robot how to move from the next step on, within the limits of its motors, until it is told otherwise.
-    ///
-    /// Errors: a number that is not finite; the robot keeps the command before.
-    pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
-        if !twist.is_finite() {
-            let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
-            return Err(WorldError::BadCommand {
-                robot,
-                linear,
-                angular,
-            });
-        }
-        self.berths[robot.0]
-            .robot
-            .as_mut()
-            .expect("an id is given when its robot is added")
-            .command(twist);
-        Ok(())
-    }
-
-    /// Gives the numbers that the robot was added with.
-    pub fn config(&self, robot: RobotId) -> &RobotConfig {
-        &self.robot(robot).config
-    }
-
-    /// Gives the robot's name.
-    pub fn robot_name(&self, robot: RobotId) -> &str {
-        &self.berths[robot.0].start.robot
-    }
-
     fn step(&mut self) {
         let dt = STEP_NS as f64 * 1e-9;
         let discs: Vec<Disc> = self.others(usize::MAX).map(|(_, disc)| disc).collect();
@@ -278,12 +190,5 @@ impl World {
                     },
                 ))
             })
-    }
-
-    fn robot(&self, robot: RobotId) -> &Robot {
-        self.berths[robot.0]
-            .robot
-            .as_ref()
-            .expect("an id is given when its robot is added")
     }
 }

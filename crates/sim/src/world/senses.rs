@@ -5,7 +5,9 @@
 use parry2d_f64::math::Vector;
 
 use super::{RobotId, World};
+use crate::battery::Battery;
 use crate::error::WorldError;
+use crate::head::Head;
 use crate::mover::Mover;
 use crate::odometer::{Encoders, Odometry};
 use crate::random::{Noise, Purpose};
@@ -49,6 +51,16 @@ impl World {
     /// Gives the ticks that the wheels counted.
     pub fn encoders(&self, robot: RobotId) -> Encoders {
         self.robot(robot).odometer.encoders
+    }
+
+    /// Gives where a robot's head looks, and how it turns.
+    pub fn head(&self, robot: RobotId) -> Head {
+        self.robot(robot).head
+    }
+
+    /// Gives the state of a robot's battery.
+    pub fn battery(&self, robot: RobotId) -> Battery {
+        self.robot(robot).battery
     }
 
     /// Gives the bumpers that touch something now.

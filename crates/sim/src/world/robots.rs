@@ -1,0 +1,165 @@
+//! The robots of a world: who is in it, what each is told, and where it is put.
+//!
+//! Nothing here lets time pass.
+
+use super::World;
+use crate::config::RobotConfig;
+use crate::error::WorldError;
+use crate::file;
+use crate::geometry::{Pose2, Twist2};
+use crate::head::HeadCommand;
+use crate::random::{Noise, Purpose};
+use crate::robot::Robot;
+
+/// The farthest place from the origin, in metres, as in a world's file.
+const FAR: f64 = 1e5;
+
+/// A robot of a world; valid for the world that gave it, as long as the robot is in it.
+///
+/// Whatever takes an id panics once its robot has been removed. A robot that is added again has the id it had before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RobotId(pub(super) usize);
+
+impl World {
+    /// Gives the robots that the file has starts for, whether they have been added or not.
+    pub fn robot_names(&self) -> impl Iterator<Item = &str> {
+        self.berths.iter().map(|berth| berth.start.robot.as_str())
+    }
+
+    /// Gives the robots that have been added, in the order of the file.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &str)> {
+        let added = self
+            .berths
+            .iter()
+            .enumerate()
+            .filter(|(_, berth)| berth.robot.is_some());
+        added.map(|(index, berth)| (RobotId(index), berth.start.robot.as_str()))
+    }
+
+    /// Puts a robot at its start, at rest. The order in which robots are added makes no difference.
+    ///
+    /// Errors: a name without a start, a robot added before, numbers that cannot work, something in its place.
+    pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
+        config.check()?;
+        let index = self
+            .berths
+            .iter()
+            .position(|berth| berth.start.robot == name)
+            .ok_or_else(|| {
+                let known: Vec<String> = self.robot_names().map(str::to_owned).collect();
+                let nearest = file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
+                WorldError::UnknownRobot {
+                    world: self.name.clone(),
+                    robot: name.to_owned(),
+                    known,
+                    nearest,
+                }
+            })?;
+        if self.berths[index].robot.is_some() {
+            return Err(WorldError::AlreadyAdded {
+                robot: name.to_owned(),
+            });
+        }
+        let start = &self.berths[index].start;
+        let (by, clearance) = self.clearance(index, start.pose, config.radius);
+        if clearance < 0.0 {
+            return Err(WorldError::StartBlocked {
+                place: format!("{}:{}", start.file.display(), start.line),
+                robot: name.to_owned(),
+                radius: config.radius,
+                by: by.to_owned(),
+                need: -clearance,
+            });
+        }
+        let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
+        self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
+        self.feel();
+        Ok(RobotId(index))
+    }
+
+    /// Tells a robot how to move from the next step on, within the limits of its motors, until it is told otherwise.
+    ///
+    /// Errors: a number that is not finite; the robot keeps the command before.
+    pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
+        if !twist.is_finite() {
+            let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
+            return Err(WorldError::BadCommand {
+                robot,
+                linear,
+                angular,
+            });
+        }
+        self.robot_mut(robot).command(twist);
+        Ok(())
+    }
+
+    /// Gives the numbers that the robot was added with.
+    pub fn config(&self, robot: RobotId) -> &RobotConfig {
+        &self.robot(robot).config
+    }
+
+    /// Gives the robot's name.
+    pub fn robot_name(&self, robot: RobotId) -> &str {
+        &self.berths[robot.0].start.robot
+    }
+
+    /// Tells a robot's head where to look from the next step on, within its limits.
+    ///
+    /// Errors: a number that is not finite; the head keeps the command before.
+    pub fn command_head(&mut self, robot: RobotId, command: HeadCommand) -> Result<(), WorldError> {
+        if !command.is_finite() {
+            let robot = self.robot_name(robot).to_owned();
+            return Err(WorldError::BadHeadCommand { robot, command });
+        }
+        self.robot_mut(robot).command_head(command);
+        Ok(())
+    }
+
+    /// Puts a robot elsewhere, at rest; it stands there until it is commanded again.
+    ///
+    /// Its odometry does not jump, as with a real robot that is lifted.
+    /// Errors: something in the way, a place that is not finite; the robot stays where it is.
+    pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
+        let name = self.robot_name(robot);
+        if !pose.is_finite() || pose.x.abs() > FAR || pose.y.abs() > FAR {
+            let robot = name.to_owned();
+            return Err(WorldError::BadPlace { robot, pose });
+        }
+        let pose = Pose2::new(pose.x, pose.y, pose.heading);
+        let radius = self.config(robot).radius;
+        let (by, clearance) = self.clearance(robot.0, pose, radius);
+        if clearance < 0.0 {
+            return Err(WorldError::PlaceBlocked {
+                robot: name.to_owned(),
+                radius,
+                pose,
+                by: by.to_owned(),
+                need: -clearance,
+            });
+        }
+        self.robot_mut(robot).place(pose, clearance);
+        self.feel();
+        Ok(())
+    }
+
+    /// Takes a robot out of the world; its id is valid no more until it is added again, at its start.
+    pub fn remove_robot(&mut self, robot: RobotId) {
+        self.berths[robot.0].robot = None;
+        self.feel();
+    }
+
+    /// Has a robot's odometry begin anew at zero, where the robot is; its encoders go on counting.
+    pub fn reset_odometry(&mut self, robot: RobotId) {
+        self.robot_mut(robot).odometer.reset();
+    }
+
+    pub(super) fn robot(&self, robot: RobotId) -> &Robot {
+        self.berths[robot.0].robot.as_ref().expect(IN_THE_WORLD)
+    }
+
+    fn robot_mut(&mut self, robot: RobotId) -> &mut Robot {
+        self.berths[robot.0].robot.as_mut().expect(IN_THE_WORLD)
+    }
+}
+
+const IN_THE_WORLD: &str = "an id is used while its robot is in the world";

@@ -1,0 +1,300 @@
+//! What is done to robots from outside, their heads and their batteries.
+
+use jde_sim::{
+    Head, HeadCommand, Odometry, OdometryOrigin, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World,
+    WorldError,
+};
+use proptest::prelude::*;
+
+const SECOND: u64 = 1_000_000_000;
+const ROOM: &str = "
+    walls  = [{ name = 'wall', points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true }]
+    robots = { r = { start = { x = 1, y = 2 } }, other = { start = { x = 5, y = 2 } } }";
+
+fn room() -> (World, RobotId) {
+    let mut world = World::parse(ROOM, "robots.toml", 3).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    (world, robot)
+}
+
+fn run(world: &mut World, seconds: f64) {
+    world.advance_to(world.now() + (seconds * 1e9).round() as u64);
+}
+
+#[test]
+fn a_robot_that_is_put_elsewhere_stands_there_and_its_wheels_notice_nothing() {
+    let (mut world, robot) = room();
+    world.command(robot, Twist2::new(0.4, 0.2)).unwrap();
+    run(&mut world, 2.0);
+    let (odometry, encoders) = (world.odometry(robot).pose, world.encoders(robot));
+    let place = Pose2::new(4.0, 1.0, 2.0);
+    world.place(robot, place).unwrap();
+    run(&mut world, 1.0);
+    let truth = world.truth(robot);
+    assert_eq!(
+        (truth.pose, truth.twist, truth.collisions),
+        (place, Twist2::default(), 0)
+    );
+    assert_eq!(
+        (world.odometry(robot).pose, world.encoders(robot)),
+        (odometry, encoders)
+    );
+    // Standing, the wheels roll nothing and slip nothing; told to, it drives on from there.
+    world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
+    run(&mut world, 2.0);
+    let way = world.truth(robot).pose.distance(place);
+    assert!(
+        (world.odometry(robot).pose.distance(odometry) - way).abs() < 0.01,
+        "{way}"
+    );
+}
+
+#[test]
+fn a_robot_is_not_put_into_things() {
+    let (mut world, robot) = room();
+    world.add_robot("other", RobotConfig::default()).unwrap();
+    let before = world.truth(robot);
+    for (x, y, by, need) in [(5.9, 1.0, "`wall`", "0.150 m"), (4.6, 2.0, "`other`", "0.100 m")] {
+        let error = world.place(robot, Pose2::new(x, y, 0.0)).unwrap_err();
+        assert!(matches!(error, WorldError::PlaceBlocked { .. }), "{error:?}");
+        let text = error.to_string();
+        assert!(
+            text.contains("robot `r`") && text.contains(by) && text.contains(need),
+            "{text}"
+        );
+    }
+    for bad in [f64::NAN, f64::INFINITY, 1e9] {
+        let error = world
+            .place(
+                robot,
+                Pose2 {
+                    x: bad,
+                    y: 1.0,
+                    heading: 0.0,
+                },
+            )
+            .unwrap_err();
+        assert!(matches!(error, WorldError::BadPlace { .. }), "{error:?}");
+    }
+    assert_eq!(world.truth(robot), before);
+}
+
+#[test]
+fn to_be_put_down_beside_a_wall_is_no_collision() {
+    let (mut world, robot) = room();
+    world.place(robot, Pose2::new(0.2505, 2.0, 0.0)).unwrap();
+    run(&mut world, 1.0);
+    let truth = world.truth(robot);
+    assert!(truth.contact && truth.collisions == 0, "{truth:?}");
+}
+
+#[test]
+fn a_robot_that_left_and_came_back_is_as_new() {
+    let (mut world, robot) = room();
+    let new = (world.truth(robot), world.odometry(robot), world.battery(robot));
+    world.command(robot, Twist2::new(0.4, 0.0)).unwrap();
+    run(&mut world, 3.0);
+    world.remove_robot(robot);
+    assert_eq!(world.robots().count(), 0);
+    assert!(
+        world.cast_ray([1.0, 2.0], 0.0, 20.0, None).unwrap() > 4.9,
+        "it is in nobody's way"
+    );
+    let again = world.add_robot("r", RobotConfig::default()).unwrap();
+    assert_eq!(again, robot);
+    assert_eq!(
+        (world.truth(again), world.odometry(again), world.battery(again)),
+        new
+    );
+}
+
+#[test]
+fn a_robot_does_not_come_back_to_a_start_that_is_taken() {
+    let (mut world, robot) = room();
+    world.remove_robot(robot);
+    let other = world.add_robot("other", RobotConfig::default()).unwrap();
+    world.place(other, Pose2::new(1.2, 2.0, 0.0)).unwrap();
+    let error = world
+        .add_robot("r", RobotConfig::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("`other`") && error.contains("robots.toml:3"),
+        "{error}"
+    );
+}
+
+#[test]
+fn odometry_that_is_reset_begins_at_zero_and_the_ticks_go_on() {
+    let mut world = World::parse(ROOM, "robots.toml", 3).unwrap();
+    let config = RobotConfig {
+        odometry_origin: OdometryOrigin::StartPose,
+        ..RobotConfig::default()
+    };
+    let robot = world.add_robot("r", config).unwrap();
+    world.command(robot, Twist2::new(0.4, 0.3)).unwrap();
+    run(&mut world, 3.0);
+    let (before, encoders) = (world.odometry(robot), world.encoders(robot));
+    world.reset_odometry(robot);
+    assert_eq!(
+        world.odometry(robot),
+        Odometry {
+            pose: Pose2::default(),
+            ..before
+        }
+    );
+    assert_eq!(world.encoders(robot), encoders);
+}
+
+/// A head command in degrees.
+fn look(pan: f64, tilt: f64, pan_speed: f64, tilt_speed: f64) -> HeadCommand {
+    HeadCommand {
+        pan: pan.to_radians(),
+        tilt: tilt.to_radians(),
+        pan_speed: pan_speed.to_radians(),
+        tilt_speed: tilt_speed.to_radians(),
+    }
+}
+
+#[track_caller]
+fn looks(head: Head, pan: f64, tilt: f64) {
+    let found = [head.pan.to_degrees(), head.tilt.to_degrees()];
+    assert!(
+        (found[0] - pan).abs() < 1e-9 && (found[1] - tilt).abs() < 1e-9,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_head_turns_at_its_speeds_to_its_angles_and_stays_there() {
+    let (mut world, robot) = room();
+    world.command_head(robot, look(45.0, -20.0, 30.0, -10.0)).unwrap();
+    run(&mut world, 1.0);
+    looks(world.head(robot), 30.0, -10.0);
+    let head = world.head(robot);
+    assert!((head.pan_velocity - 30f64.to_radians()).abs() < 1e-9, "{head:?}");
+    assert!((head.tilt_velocity + 10f64.to_radians()).abs() < 1e-9, "{head:?}");
+    run(&mut world, 5.0);
+    let (pan, tilt) = (45f64.to_radians(), -20f64.to_radians());
+    assert_eq!(
+        world.head(robot),
+        Head {
+            pan,
+            tilt,
+            pan_velocity: 0.0,
+            tilt_velocity: 0.0
+        }
+    );
+}
+
+#[test]
+fn a_head_without_a_speed_holds_its_axis() {
+    let (mut world, robot) = room();
+    world.command_head(robot, look(40.0, 20.0, 60.0, 60.0)).unwrap();
+    run(&mut world, 2.0);
+    world.command_head(robot, look(-40.0, 0.0, 0.0, 10.0)).unwrap();
+    run(&mut world, 1.0);
+    looks(world.head(robot), 40.0, 10.0);
+    world.command_head(robot, HeadCommand::default()).unwrap();
+    run(&mut world, 1.0);
+    looks(world.head(robot), 40.0, 10.0);
+}
+
+#[test]
+fn a_head_keeps_to_its_limits() {
+    let (mut world, robot) = room();
+    world.command_head(robot, look(170.0, -170.0, 1e4, 1e4)).unwrap();
+    run(&mut world, 1.0);
+    looks(world.head(robot), 90.0, -70.0);
+    run(&mut world, 1.0);
+    looks(world.head(robot), 98.0, -88.0);
+    world
+        .command_head(robot, look(-170.0, 170.0, 90.0, 70.0))
+        .unwrap();
+    run(&mut world, 5.0);
+    looks(world.head(robot), -98.0, 30.0);
+    let error = world
+        .command_head(robot, look(f64::NAN, 0.0, 1.0, 1.0))
+        .unwrap_err();
+    assert!(error.to_string().contains("head of robot `r`"), "{error}");
+    run(&mut world, 1.0);
+    looks(world.head(robot), -98.0, 30.0);
+}
+
+#[test]
+fn a_head_that_cannot_work_is_named() {
+    let mut world = World::parse(ROOM, "robots.toml", 3).unwrap();
+    let mut config = RobotConfig::default();
+    config.head.max_pan_speed = -1.0;
+    let error = world.add_robot("r", config).unwrap_err().to_string();
+    assert!(error.contains("head max_pan_speed is -1"), "{error}");
+}
+
+#[test]
+fn a_battery_gives_its_charge_ampere_by_ampere() {
+    let (mut world, robot) = room();
+    let full = world.battery(robot);
+    assert_eq!(full.charge, 1.0);
+    run(&mut world, 3600.0);
+    let idle = world.battery(robot);
+    assert!(idle.current < 0.0 && idle.current == full.current, "{idle:?}");
+    let given = (full.charge - idle.charge) * jde_sim::BATTERY_CAPACITY;
+    assert!(
+        (given + idle.current).abs() < 1e-6,
+        "one hour at {} A gave {given} Ah",
+        idle.current
+    );
+    assert!(idle.voltage < full.voltage && idle.voltage > 11.7, "{idle:?}");
+}
+
+#[test]
+fn a_battery_sags_while_the_robot_drives_and_more_while_it_is_held() {
+    let (mut world, robot) = room();
+    let idle = world.battery(robot).voltage;
+    world.command(robot, Twist2::new(0.8, 0.0)).unwrap();
+    run(&mut world, 3.0);
+    let driving = world.battery(robot).voltage;
+    run(&mut world, 10.0);
+    assert!(world.truth(robot).stalled);
+    let held = world.battery(robot).voltage;
+    assert!(
+        idle - driving > 0.03 && driving - held > 0.05,
+        "{idle} {driving} {held}"
+    );
+    world.command(robot, Twist2::default()).unwrap();
+    run(&mut world, 1.0);
+    assert!(idle - world.battery(robot).voltage < 0.01, "it recovers");
+}
+
+#[test]
+fn an_empty_battery_stays_empty() {
+    let (mut world, robot) = room();
+    world.advance_to(14 * 3600 * SECOND);
+    let battery = world.battery(robot);
+    assert!(battery.charge == 0.0 && battery.voltage > 11.0, "{battery:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_head_never_leaves_its_limits_nor_exceeds_its_speeds(
+        commands in proptest::collection::vec((-4.0..4.0f64, -4.0..4.0f64, -3.0..3.0f64, -3.0..3.0f64), 1..20),
+    ) {
+        let (mut world, robot) = room();
+        let config = world.config(robot).head.clone();
+        for (pan, tilt, pan_speed, tilt_speed) in commands {
+            world.command_head(robot, HeadCommand { pan, tilt, pan_speed, tilt_speed }).unwrap();
+            for _ in 0..20 {
+                let before = world.head(robot);
+                world.advance_to(world.now() + STEP_NS);
+                let head = world.head(robot);
+                prop_assert!(head.pan.abs() <= config.max_pan, "{:?}", head);
+                prop_assert!((-config.max_tilt_up..=config.max_tilt_down).contains(&head.tilt), "{:?}", head);
+                prop_assert!(head.pan_velocity.abs() <= pan_speed.abs().min(config.max_pan_speed) + 1e-9);
+                prop_assert!(head.tilt_velocity.abs() <= tilt_speed.abs().min(config.max_tilt_speed) + 1e-9);
+                prop_assert!((head.pan - before.pan - head.pan_velocity * 0.01).abs() < 1e-12);
+            }
+        }
+    }
+}
