@@ -1,0 +1,289 @@
+//! The argument of a command as it is on the wire, and how types of ours are put into it. Which command takes which is not known here.
+
+/// What follows the number of a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Argument {
+    /// Nothing.
+    None,
+    /// Type `3B` and a magnitude.
+    Positive(u16),
+    /// Type `1B` and a magnitude.
+    Negative(u16),
+    /// Type `2B`, a length and as many bytes.
+    Text(Vec<u8>),
+    /// Any other bytes.
+    Raw(Vec<u8>),
+}
+
+/// Type byte of a positive number; also what simulators expect before numbers of their own.
+pub(crate) const POSITIVE: u8 = 0x3B;
+const NEGATIVE: u8 = 0x1B;
+const TEXT: u8 = 0x2B;
+
+/// Whether OPEN, CLOSE or CONFIG comes with the argument 1; robots take both, and no argument is also a step of synchronisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// No argument.
+    Bare,
+    /// With an argument, 1.
+    One,
+}
+
+/// Raw speeds of the wheels in the VEL2 command: times 20, mm/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wheels {
+    /// Of the left wheel.
+    pub left: i8,
+    /// Of the right wheel.
+    pub right: i8,
+}
+
+/// A number for one of a simulator's lasers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ForLaser {
+    /// The number.
+    pub value: i16,
+    /// Which laser, from 0.
+    pub laser: u8,
+}
+
+/// Where a simulator shall put its robot, in the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SimPose {
+    /// To the east, mm.
+    pub x: i32,
+    /// To the north, mm.
+    pub y: i32,
+    /// Heading, degrees counter-clockwise.
+    pub th: i32,
+}
+
+/// A request to a simulator: 1 load a map, 6 tell about yourself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SimControl {
+    /// What is asked.
+    pub code: u16,
+    /// What belongs to it; at most 190 bytes.
+    pub data: Vec<u8>,
+}
+
+/// A type that an argument holds.
+pub(super) trait Held: Sized {
+    fn put(&self) -> Argument;
+    /// `None` if the argument is not of this type.
+    fn take(argument: &Argument) -> Option<Self>;
+}
+
+impl Argument {
+    pub(super) fn write(&self, to: &mut Vec<u8>) {
+        match self {
+            Self::None => {}
+            Self::Positive(value) => {
+                to.push(POSITIVE);
+                to.extend(value.to_le_bytes());
+            }
+            Self::Negative(value) => {
+                to.push(NEGATIVE);
+                to.extend(value.to_le_bytes());
+            }
+            Self::Text(bytes) => {
+                to.extend([TEXT, bytes.len() as u8]);
+                to.extend(bytes);
+            }
+            Self::Raw(bytes) => to.extend(bytes),
+        }
+    }
+
+    pub(super) fn read(bytes: &[u8]) -> Self {
+        match bytes {
+            [] => Self::None,
+            [POSITIVE, low, high] => Self::Positive(u16::from_le_bytes([*low, *high])),
+            [NEGATIVE, low, high] => Self::Negative(u16::from_le_bytes([*low, *high])),
+            [TEXT, length, text @ ..] if usize::from(*length) == text.len() => Self::Text(text.to_vec()),
+            _ => Self::Raw(bytes.to_vec()),
+        }
+    }
+
+    fn raw(&self) -> &[u8] {
+        match self {
+            Self::Raw(bytes) => bytes,
+            Self::None | Self::Positive(_) | Self::Negative(_) | Self::Text(_) => &[],
+        }
+    }
+}
+
+impl Held for i16 {
+    fn put(&self) -> Argument {
+        if *self < 0 {
+            Argument::Negative(self.unsigned_abs())
+        } else {
+            Argument::Positive(self.unsigned_abs())
+        }
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match argument {
+            // Some clients send a negative number as a positive one of the same bits.
+            Argument::Positive(value) => Some(value.cast_signed()),
+            Argument::Negative(value) => Self::try_from(-i32::from(*value)).ok(),
+            Argument::None | Argument::Text(_) | Argument::Raw(_) => None,
+        }
+    }
+}
+
+impl Held for u16 {
+    fn put(&self) -> Argument {
+        Argument::Positive(*self)
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match argument {
+            Argument::Positive(value) => Some(*value),
+            Argument::None | Argument::Negative(_) | Argument::Text(_) | Argument::Raw(_) => None,
+        }
+    }
+}
+
+impl Held for bool {
+    fn put(&self) -> Argument {
+        Argument::Positive(u16::from(*self))
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        u16::take(argument).map(|value| value != 0)
+    }
+}
+
+impl Held for Form {
+    fn put(&self) -> Argument {
+        match self {
+            Self::Bare => Argument::None,
+            Self::One => Argument::Positive(1),
+        }
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match argument {
+            Argument::None => Some(Self::Bare),
+            Argument::Positive(_) | Argument::Negative(_) => Some(Self::One),
+            Argument::Text(_) | Argument::Raw(_) => None,
+        }
+    }
+}
+
+impl Held for Vec<u8> {
+    fn put(&self) -> Argument {
+        Argument::Text(self.clone())
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match argument {
+            Argument::Text(bytes) => Some(bytes.clone()),
+            Argument::None | Argument::Positive(_) | Argument::Negative(_) | Argument::Raw(_) => None,
+        }
+    }
+}
+
+impl Held for Wheels {
+    fn put(&self) -> Argument {
+        Argument::Positive(u16::from_le_bytes([
+            self.right.cast_unsigned(),
+            self.left.cast_unsigned(),
+        ]))
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        let [right, left] = i16::take(argument)?.to_le_bytes().map(u8::cast_signed);
+        Some(Self { left, right })
+    }
+}
+
+/// Nothing, or the type byte alone, which is how one client of old sends it.
+impl Held for () {
+    fn put(&self) -> Argument {
+        Argument::None
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match argument {
+            Argument::None | Argument::Positive(_) | Argument::Negative(_) => Some(()),
+            Argument::Text(_) | Argument::Raw(_) => None,
+        }
+    }
+}
+
+/// Nothing for the origin, else x mm, y mm, th degrees; sent with the type byte, without which one robot of old reads on.
+impl Held for Option<[i16; 3]> {
+    fn put(&self) -> Argument {
+        let numbers = self.iter().flatten().flat_map(|number| number.to_le_bytes());
+        Argument::Raw(core::iter::once(POSITIVE).chain(numbers).collect())
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        match (argument, argument.raw()) {
+            (Argument::None | Argument::Positive(_) | Argument::Negative(_), _) | (_, [_]) => Some(None),
+            (_, [_, a, b, c, d, e, f]) => Some(Some([[*a, *b], [*c, *d], [*e, *f]].map(i16::from_le_bytes))),
+            _ => None,
+        }
+    }
+}
+
+impl Held for ForLaser {
+    fn put(&self) -> Argument {
+        let mut bytes = Vec::with_capacity(4);
+        self.value.put().write(&mut bytes);
+        bytes.push(self.laser);
+        Argument::Raw(bytes)
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        if let Some(value) = i16::take(argument) {
+            return Some(Self { value, laser: 0 });
+        }
+        let (laser, number) = argument.raw().split_last()?;
+        let value = i16::take(&Argument::read(number))?;
+        Some(Self { value, laser: *laser })
+    }
+}
+
+impl Held for SimPose {
+    fn put(&self) -> Argument {
+        let numbers = [self.x, self.y, self.th].into_iter().flat_map(i32::to_le_bytes);
+        Argument::Raw(core::iter::once(POSITIVE).chain(numbers).collect())
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        let (numbers, []) = argument.raw().get(1..)?.as_chunks::<4>() else {
+            return None;
+        };
+        let [x, y, th] = *numbers else { return None };
+        let [x, y, th] = [x, y, th].map(i32::from_le_bytes);
+        Some(Self { x, y, th })
+    }
+}
+
+impl Held for SimControl {
+    fn put(&self) -> Argument {
+        let mut bytes = Vec::with_capacity(3 + self.data.len());
+        self.code.put().write(&mut bytes);
+        bytes.extend(&self.data);
+        // What a bare number looks like is one, so that reading gives it back.
+        Argument::read(&bytes)
+    }
+
+    fn take(argument: &Argument) -> Option<Self> {
+        if let Some(code) = u16::take(argument) {
+            return Some(Self {
+                code,
+                data: Vec::new(),
+            });
+        }
+        match argument.raw() {
+            [POSITIVE, low, high, data @ ..] => Some(Self {
+                code: u16::from_le_bytes([*low, *high]),
+                data: data.to_vec(),
+            }),
+            _ => None,
+        }
+    }
+}

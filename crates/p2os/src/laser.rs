@@ -1,0 +1,197 @@
+//! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and sweeps out of packets again.
+
+use crate::wire::{Field, Reader};
+use crate::{Error, Packet};
+
+/// Most readings of one packet.
+pub const READINGS: usize = 32;
+
+const PLAIN: u8 = 0x60;
+const EXTENDED: u8 = 0x61;
+
+/// One reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Distance, mm.
+    pub range: u16,
+    /// How well it was reflected, in units of the device; 0 in a plain packet.
+    pub reflectance: u8,
+}
+
+/// What a packet says beside its readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaserForm {
+    /// Kind 0x60: with the pose of the robot's odometry, mm, mm, degrees.
+    Plain {
+        /// Ahead of the origin.
+        x: i16,
+        /// To the left of the origin.
+        y: i16,
+        /// Heading, counter-clockwise.
+        th: i16,
+    },
+    /// Kind 0x61: with reflectances.
+    Extended {
+        /// Which laser, from 0.
+        device: u8,
+        /// Bit 0: the robot was moved by hand since the last packet.
+        flags: u8,
+    },
+}
+
+/// A part of a sweep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LaserPacket {
+    /// Of which kind it is.
+    pub form: LaserForm,
+    /// Readings of the whole sweep.
+    pub total: u16,
+    /// Number of the first reading here, from 0 at the start angle, counter-clockwise.
+    pub first: u16,
+    /// The readings.
+    pub readings: Vec<Reading>,
+}
+
+/// Makes sweeps of packets.
+///
+/// A sweep begins with the packet whose first reading is number 0. Packets that repeat what is known change nothing; a packet
+/// after a gap ends the sweep, and the next one begins anew.
+#[derive(Clone, Debug, Default)]
+pub struct Assembler {
+    total: u16,
+    readings: Vec<Reading>,
+    incomplete: u64,
+}
+
+impl LaserPacket {
+    /// Cuts a sweep into packets, first reading first.
+    pub fn sweep(form: LaserForm, readings: &[Reading]) -> impl Iterator<Item = Self> + '_ {
+        let readings = &readings[..readings.len().min(u16::MAX.into())];
+        let parts = readings.chunks(READINGS).enumerate();
+        parts.map(move |(number, part)| Self {
+            form,
+            total: readings.len() as u16,
+            first: (number * READINGS) as u16,
+            readings: part.to_vec(),
+        })
+    }
+
+    /// The packet that says it.
+    ///
+    /// # Errors
+    /// If it has more readings than fit; [`READINGS`] do.
+    pub fn to_packet(&self) -> Result<Packet, Error> {
+        let mut to = Vec::new();
+        match self.form {
+            LaserForm::Plain { x, y, th } => {
+                to.push(PLAIN);
+                x.write(&mut to);
+                y.write(&mut to);
+                th.write(&mut to);
+            }
+            LaserForm::Extended { .. } => to.push(EXTENDED),
+        }
+        self.total.write(&mut to);
+        self.first.write(&mut to);
+        to.push(u8::try_from(self.readings.len()).unwrap_or(u8::MAX));
+        for reading in &self.readings {
+            reading.range.write(&mut to);
+            if let LaserForm::Extended { .. } = self.form {
+                to.extend([reading.reflectance, 0, 0]);
+            }
+        }
+        if let LaserForm::Extended { device, flags } = self.form {
+            to.extend([device, flags]);
+        }
+        Packet::new(&to)
+    }
+
+    /// Whether a packet is one of a laser.
+    #[must_use]
+    pub fn is_one(packet: &Packet) -> bool {
+        matches!(packet.id(), PLAIN | EXTENDED)
+    }
+
+    /// Understands a packet; device and flags are 0 where an old simulator does not send them.
+    ///
+    /// # Errors
+    /// If it is of another kind, ends within its readings, or has readings beyond the end of the sweep.
+    pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
+        let mut from = Reader::new("packet of a laser", packet.data());
+        let extended = match packet.id() {
+            PLAIN => false,
+            EXTENDED => true,
+            have => {
+                let what = "packet of a laser";
+                return Err(Error::Kind { what, have });
+            }
+        };
+        let mut form = LaserForm::Extended { device: 0, flags: 0 };
+        if !extended {
+            let (x, y, th) = (from.get()?, from.get()?, from.get()?);
+            form = LaserForm::Plain { x, y, th };
+        }
+        let (total, first) = (from.get()?, from.get()?);
+        let count: u8 = from.get()?;
+        if u32::from(first) + u32::from(count) > u32::from(total) {
+            let what = "number of readings";
+            return Err(Error::Contradiction { what });
+        }
+        let mut readings = Vec::with_capacity(count.into());
+        for _ in 0..count {
+            let range = from.get()?;
+            let mut reflectance = 0;
+            if extended {
+                reflectance = from.get()?;
+                let _reserved: u16 = from.get()?;
+            }
+            readings.push(Reading { range, reflectance });
+        }
+        if extended {
+            let device = from.optional().unwrap_or_default();
+            let flags = from.optional().unwrap_or_default();
+            form = LaserForm::Extended { device, flags };
+        }
+        Ok(Self {
+            form,
+            total,
+            first,
+            readings,
+        })
+    }
+}
+
+impl Assembler {
+    /// Adds a packet; gives the sweep that it completes.
+    pub fn add(&mut self, packet: &LaserPacket) -> Option<Vec<Reading>> {
+        if packet.readings.is_empty() {
+            return None;
+        }
+        let (known, first) = (self.readings.len(), usize::from(packet.first));
+        let end = first + packet.readings.len();
+        let fits = packet.total == self.total && first <= known;
+        if fits && known > 0 && end <= known && self.readings[first..end] == packet.readings {
+            return None;
+        }
+        if first == 0 {
+            self.give_up();
+            self.total = packet.total;
+        } else if !fits || first < known || known == 0 {
+            self.give_up();
+            return None;
+        }
+        self.readings.extend(&packet.readings);
+        (self.readings.len() >= usize::from(self.total)).then(|| core::mem::take(&mut self.readings))
+    }
+
+    /// How many sweeps were begun and not completed.
+    #[must_use]
+    pub fn incomplete(&self) -> u64 {
+        self.incomplete
+    }
+
+    fn give_up(&mut self) {
+        self.incomplete += u64::from(!self.readings.is_empty());
+        self.readings.clear();
+    }
+}

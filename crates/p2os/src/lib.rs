@@ -1,0 +1,32 @@
+//! The packet protocol of Pioneer robots (P2OS, AROS, ARCOS) and of the simulators that speak it: both ends, without I/O.
+//!
+//! There are no sockets, serial lines, threads or clocks here: who uses it brings the bytes and the time. A robot or simulator
+//! finds [`Packet`]s with a [`Receiver`], reads [`Command`]s and answers with [`Names`], [`Sip`], [`Config`], [`LaserPacket`],
+//! [`Encoders`], [`SerialAux`] and [`SimState`].
+
+mod command;
+mod config;
+mod encoders;
+mod error;
+mod head;
+mod laser;
+mod packet;
+mod receiver;
+mod serial;
+mod sip;
+mod state;
+mod sync;
+mod wire;
+
+pub use command::{Argument, Command, ForLaser, Form, SimControl, SimPose, Wheels};
+pub use config::Config;
+pub use encoders::Encoders;
+pub use error::Error;
+pub use head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, UNIT as HEAD_UNIT};
+pub use laser::{Assembler, LaserForm, LaserPacket, READINGS, Reading};
+pub use packet::{MAX_PAYLOAD, Packet, checksum};
+pub use receiver::{Dropped, LONGEST_GAP, Receiver};
+pub use serial::{AuxPort, SerialAux};
+pub use sip::{Flags, Sip, SonarReading};
+pub use state::SimState;
+pub use sync::{Names, Sync};

@@ -1,0 +1,123 @@
+//! Finds packets in a stream of bytes, whatever else is in it. It holds no more than one packet, and interprets none.
+
+use core::time::Duration;
+
+use crate::packet::{HEADER, MAX_PAYLOAD, MAX_WIRE, Packet, checksum};
+
+/// A pause inside a packet after which its rest does not come: both ends send a packet in one piece.
+pub const LONGEST_GAP: Duration = Duration::from_millis(100);
+
+/// Takes bytes as they come and gives packets; after garbage it begins anew at the next byte that can begin a packet.
+#[derive(Clone, Debug)]
+pub struct Receiver {
+    held: Vec<u8>,
+    heard: Duration,
+    dropped: Dropped,
+}
+
+/// What a receiver threw away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Packets with a wrong checksum.
+    pub checksums: u64,
+    /// Packets whose rest did not come in time.
+    pub gaps: u64,
+    /// Bytes that belong to no good packet, those of the packets above with them.
+    pub bytes: u64,
+}
+
+impl Receiver {
+    /// Begins with nothing heard.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            held: Vec::with_capacity(MAX_WIRE),
+            heard: Duration::ZERO,
+            dropped: Dropped::default(),
+        }
+    }
+
+    /// Takes bytes that came by `now`, on a clock that does not go back, and gives each packet they complete to `each`.
+    pub fn receive(&mut self, bytes: &[u8], now: Duration, mut each: impl FnMut(Packet)) {
+        if bytes.is_empty() {
+            return;
+        }
+        if !self.held.is_empty() && now.saturating_sub(self.heard) > LONGEST_GAP {
+            self.dropped.gaps += 1;
+            self.dropped.bytes += self.held.len() as u64;
+            self.held.clear();
+        }
+        self.heard = now;
+        for byte in bytes {
+            self.held.push(*byte);
+            self.settle(&mut each);
+        }
+    }
+
+    /// What was thrown away so far.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    /// Takes what can be decided from what is held: afterwards it begins a packet whose end has not come, or is empty.
+    fn settle(&mut self, each: &mut impl FnMut(Packet)) {
+        loop {
+            match decide(&self.held) {
+                Verdict::Wait => return,
+                Verdict::Good(packet, length) => {
+                    self.held.drain(..length);
+                    each(packet);
+                }
+                Verdict::BadChecksum => {
+                    self.dropped.checksums += 1;
+                    self.skip();
+                }
+                Verdict::Junk => self.skip(),
+            }
+        }
+    }
+
+    /// Throws away one byte: a real packet may begin within what looked like one.
+    fn skip(&mut self) {
+        self.held.remove(0);
+        self.dropped.bytes += 1;
+    }
+}
+
+impl Default for Receiver {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[expect(clippy::large_enum_variant, reason = "it lives for one match, on the stack")]
+enum Verdict {
+    Wait,
+    /// A packet, and how many bytes of the wire it takes.
+    Good(Packet, usize),
+    BadChecksum,
+    Junk,
+}
+
+fn decide(held: &[u8]) -> Verdict {
+    let header = held.len().min(2);
+    if held[..header] != HEADER[..header] {
+        return Verdict::Junk;
+    }
+    let Some(&count) = held.get(2) else {
+        return Verdict::Wait;
+    };
+    let count = usize::from(count);
+    if !(3..=MAX_PAYLOAD + 2).contains(&count) {
+        return Verdict::Junk;
+    }
+    let Some(body) = held.get(3..3 + count) else {
+        return Verdict::Wait;
+    };
+    let (payload, sum) = body.split_at(count - 2);
+    if checksum(payload).to_be_bytes() != sum {
+        return Verdict::BadChecksum;
+    }
+    Packet::new(payload).map_or(Verdict::Junk, |packet| Verdict::Good(packet, 3 + count))
+}

@@ -1,0 +1,219 @@
+//! The server information packet: what a robot says of itself some ten times a second, in the robot's own units.
+
+use crate::wire::{Field, Reader};
+use crate::{Error, Packet};
+
+/// A server information packet.
+///
+/// Firmware grew it at the end: what an old one lacks is `None`, and a packet is written up to the first `None`. Units of distance
+/// and speed are those of the robot's [`Model`](crate::Model).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sip {
+    /// Whether the robot is moving.
+    pub moving: bool,
+    /// Position ahead of the origin, wheels' units, wrapping.
+    pub x: u16,
+    /// Position to the left of the origin, wheels' units, wrapping.
+    pub y: u16,
+    /// Heading, angular units counter-clockwise.
+    pub th: i16,
+    /// Speed of the left wheel.
+    pub left_velocity: i16,
+    /// Speed of the right wheel.
+    pub right_velocity: i16,
+    /// Battery, 0.1 V, up to 25.5 V.
+    pub battery: u8,
+    /// Low byte: bit 0 the left wheel stalls, bits 1 to 7 rear bumpers. High byte: bit 0 the right wheel stalls, bits 1 to 7 front
+    /// bumpers. Bumpers count from the left, as seen from the middle of the robot in their direction.
+    pub stall_bumpers: u16,
+    /// Set point of the server's heading controller, degrees.
+    pub control: i16,
+    /// Bit 0 motors on, bits 1 to 4 sonar arrays on, the rest as [`Flags`] says or left alone.
+    pub flags: u16,
+    /// Compass heading, 2 degrees.
+    pub compass: u8,
+    /// Sonars heard since the last packet.
+    pub sonars: Vec<SonarReading>,
+    /// The gripper's state.
+    pub gripper: Option<u8>,
+    /// Which analog port is selected.
+    pub analog_port: Option<u8>,
+    /// Its level.
+    pub analog: Option<u8>,
+    /// Digital inputs.
+    pub digital_in: Option<u8>,
+    /// Digital outputs.
+    pub digital_out: Option<u8>,
+    /// Battery, 0.1 V, without the limit of [`battery`](Self::battery).
+    pub battery_tenths: Option<u16>,
+    /// Charging: 0 not, 1 bulk, 2 overcharge, 3 float; `0xFF` unknown.
+    pub charge: Option<u8>,
+    /// Speed of turning, 0.1 degrees/s counter-clockwise.
+    pub rotation: Option<i16>,
+    /// Faults.
+    pub faults: Option<u16>,
+    /// Speed to the left, mm/s.
+    pub lateral: Option<i16>,
+    /// Temperature, °C; −127 is none measured.
+    pub temperature: Option<i8>,
+    /// State of charge, percent; 0 if the battery has no measure of it.
+    pub state_of_charge: Option<u8>,
+}
+
+/// What one sonar heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SonarReading {
+    /// Which, counted from the front left.
+    pub index: u8,
+    /// How far, the robot's units of range.
+    pub range: u16,
+}
+
+/// Bits of [`Sip::flags`].
+#[derive(Clone, Copy, Debug)]
+pub struct Flags;
+
+impl Flags {
+    /// The motors are on.
+    pub const MOTORS: u16 = 1;
+    /// All four sonar arrays are on.
+    pub const SONARS: u16 = 0b1_1110;
+    /// The emergency button is pressed.
+    pub const ESTOP: u16 = 1 << 5;
+}
+
+/// Kind of a SIP of a robot that stands.
+pub(crate) const STOPPED: u8 = 0x32;
+/// Kind of a SIP of a robot that moves.
+pub(crate) const MOVING: u8 = 0x33;
+
+/// Bytes of one sonar's reading.
+const SONAR_BYTES: usize = 3;
+/// Bytes of all that follows the sonars.
+const TAIL_BYTES: usize = 16;
+
+impl Sip {
+    /// The packet that says it.
+    ///
+    /// # Errors
+    /// If it has more sonars than fit, which is 54 with every field of the tail.
+    pub fn to_packet(&self) -> Result<Packet, Error> {
+        let mut to = vec![if self.moving { MOVING } else { STOPPED }];
+        self.x.write(&mut to);
+        self.y.write(&mut to);
+        self.th.write(&mut to);
+        self.left_velocity.write(&mut to);
+        self.right_velocity.write(&mut to);
+        self.battery.write(&mut to);
+        self.stall_bumpers.write(&mut to);
+        self.control.write(&mut to);
+        self.flags.write(&mut to);
+        self.compass.write(&mut to);
+        to.push(u8::try_from(self.sonars.len()).unwrap_or(u8::MAX));
+        for sonar in &self.sonars {
+            sonar.index.write(&mut to);
+            sonar.range.write(&mut to);
+        }
+        self.write_tail(&mut to);
+        Packet::new(&to)
+    }
+
+    /// Understands a packet of any length a firmware sends.
+    ///
+    /// # Errors
+    /// If it is no SIP, or ends before its sonars do.
+    pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
+        let moving = match packet.id() {
+            STOPPED => false,
+            MOVING => true,
+            have => return Err(Error::Kind { what: "SIP", have }),
+        };
+        let mut from = Reader::new("SIP", packet.data());
+        let mut sip = Self {
+            moving,
+            x: from.get()?,
+            y: from.get()?,
+            th: from.get()?,
+            left_velocity: from.get()?,
+            right_velocity: from.get()?,
+            battery: from.get()?,
+            stall_bumpers: from.get()?,
+            control: from.get()?,
+            flags: from.get()?,
+            compass: from.get()?,
+            ..Self::default()
+        };
+        let count = usize::from(from.get::<u8>()?);
+        // One simulator counts its sonars but leaves them out while they are off.
+        let left_out = from.left() < SONAR_BYTES * count && from.left() <= TAIL_BYTES;
+        for _ in 0..if left_out { 0 } else { count } {
+            let (index, range) = (from.get()?, from.get()?);
+            sip.sonars.push(SonarReading { index, range });
+        }
+        sip.read_tail(&mut from);
+        Ok(sip)
+    }
+
+    /// Battery, V, from the better of its two fields.
+    #[must_use]
+    pub fn volts(&self) -> f64 {
+        f64::from(self.battery_tenths.unwrap_or_else(|| self.battery.into())) / 10.0
+    }
+
+    /// Whether the motors are on.
+    #[must_use]
+    pub fn motors(&self) -> bool {
+        self.flags & Flags::MOTORS != 0
+    }
+
+    /// Whether a wheel is held against its will.
+    #[must_use]
+    pub fn stalled(&self) -> bool {
+        self.stall_bumpers & 0x0101 != 0
+    }
+
+    /// Whether the front bumper of this number, from 0, is pressed; there are at most seven.
+    #[must_use]
+    pub fn front_bumper(&self, number: usize) -> bool {
+        number < 7 && self.stall_bumpers >> (9 + number) & 1 != 0
+    }
+
+    /// Whether the rear bumper of this number, from 0, is pressed; there are at most seven.
+    #[must_use]
+    pub fn rear_bumper(&self, number: usize) -> bool {
+        number < 7 && self.stall_bumpers >> (1 + number) & 1 != 0
+    }
+}
+
+/// The fields at the end, in the order in which firmware added them.
+macro_rules! tail {
+    ($($field:ident),*) => {
+        impl Sip {
+            fn write_tail(&self, to: &mut Vec<u8>) {
+                $(let Some(value) = self.$field else { return };
+                value.write(to);)*
+            }
+
+            fn read_tail(&mut self, from: &mut Reader<'_>) {
+                $(self.$field = from.optional();
+                if self.$field.is_none() {
+                    return;
+                })*
+            }
+        }
+    };
+}
+tail!(
+    gripper,
+    analog_port,
+    analog,
+    digital_in,
+    digital_out,
+    battery_tenths,
+    charge,
+    rotation,
+    faults,
+    lateral,
+    temperature,
+    state_of_charge
+);

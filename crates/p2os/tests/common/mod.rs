@@ -1,0 +1,39 @@
+//! What the tests share: hexadecimal vectors, and one way to read and write again any packet. No test is in here.
+#![allow(dead_code)]
+
+use jde_p2os::{Command, Config, Encoders, Error, LaserPacket, Names, Packet, SerialAux, SimState, Sip};
+
+/// The lines of a file of vectors: bytes in hexadecimal, then words about them.
+pub(crate) fn vectors(text: &str) -> impl Iterator<Item = (Vec<u8>, &str)> {
+    text.lines().map(|line| {
+        let (bytes, words) = line.split_once("  ").expect("bytes, two blanks, words");
+        (hex(bytes), words)
+    })
+}
+
+pub(crate) fn hex(text: &str) -> Vec<u8> {
+    let digits: Vec<u8> = text
+        .chars()
+        .map(|digit| digit.to_digit(16).expect("hexadecimal") as u8)
+        .collect();
+    digits.chunks(2).map(|pair| pair[0] << 4 | pair[1]).collect()
+}
+
+/// What a robot says, read as what its kind says it is, and written again.
+pub(crate) fn again(packet: &Packet) -> Result<Packet, Error> {
+    match packet.id() {
+        0..=1 => Ok(*packet),
+        2 => Names::from_packet(packet)?.to_packet(),
+        0x20 => Config::from_packet(packet)?.to_packet(),
+        0x32 | 0x33 => Sip::from_packet(packet)?.to_packet(),
+        0x60 | 0x61 => LaserPacket::from_packet(packet)?.to_packet(),
+        0x62 => SimState::from_packet(packet)?.to_packet(),
+        0x90 => Ok(Encoders::from_packet(packet)?.to_packet()),
+        _ => SerialAux::from_packet(packet)?.to_packet(),
+    }
+}
+
+/// What a client says, read and written again.
+pub(crate) fn again_command(packet: &Packet) -> Result<Packet, Error> {
+    Command::from_packet(packet).to_packet()
+}
