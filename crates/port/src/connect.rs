@@ -1,0 +1,167 @@
+//! One attempt to reach a device, on a thread of its own, because names, networks and lines take as long as they like.
+
+use core::time::Duration;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::thread::{self, JoinHandle};
+
+use rustix::net::sockopt;
+
+use crate::address::Address;
+use crate::serial;
+
+/// How long a host may take to answer: a radio link that loses packets needs a second retry.
+const TIMEOUT: Duration = Duration::from_secs(3);
+
+/// An attempt under way.
+#[derive(Debug)]
+pub(crate) struct Attempt {
+    result: Receiver<Result<Stream, String>>,
+    thread: JoinHandle<()>,
+}
+
+/// An open stream that never blocks.
+#[derive(Debug)]
+pub(crate) enum Stream {
+    Tcp(TcpStream),
+    Serial(File),
+}
+
+impl Attempt {
+    pub(crate) fn start(address: &Address) -> Result<Self, String> {
+        let (sender, result) = mpsc::channel();
+        let to = address.clone();
+        let thread = thread::Builder::new()
+            .name("connecting".to_owned())
+            .spawn(move || {
+                // Nobody may be waiting any more; the stream is closed then.
+                let _ = sender.send(open(&to));
+            })
+            .map_err(|error| format!("{}: no thread to connect with: {error}", address.device()))?;
+        Ok(Self { result, thread })
+    }
+
+    /// How it ended, once it has.
+    pub(crate) fn result(&self) -> Option<Result<Stream, String>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err("the attempt to connect failed".to_owned())),
+        }
+    }
+
+    /// Whether its thread is gone.
+    pub(crate) fn is_over(&self) -> bool {
+        self.thread.is_finished()
+    }
+}
+
+fn open(address: &Address) -> Result<Stream, String> {
+    match address {
+        Address::Serial { path, baud, framing } => {
+            serial::open_line(path, *baud, *framing).map(Stream::Serial)
+        }
+        Address::Tcp { host, port } => {
+            let device = address.device();
+            let addresses = (host.as_str(), *port)
+                .to_socket_addrs()
+                .map_err(|error| format!("{device}: no such host: {error}"))?;
+            let mut last = format!("{device}: no such host");
+            for address in addresses {
+                match TcpStream::connect_timeout(&address, TIMEOUT).and_then(prepared) {
+                    Ok(stream) => return Ok(Stream::Tcp(stream)),
+                    Err(error) => last = format!("{device}: {}", in_words(&error)),
+                }
+            }
+            Err(last)
+        }
+    }
+}
+
+fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
+    stream.set_nonblocking(true)?;
+    // Commands are small and urgent.
+    stream.set_nodelay(true)?;
+    // A peer that lost its power says no goodbye: ask after 2 s of silence, and give up 3 s later.
+    sockopt::set_socket_keepalive(&stream, true)?;
+    sockopt::set_tcp_keepidle(&stream, Duration::from_secs(2))?;
+    sockopt::set_tcp_keepintvl(&stream, Duration::from_secs(1))?;
+    sockopt::set_tcp_keepcnt(&stream, 3)?;
+    sockopt::set_tcp_user_timeout(&stream, 5000)?;
+    Ok(stream)
+}
+
+/// What a network's error means to whoever wired it.
+fn in_words(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::ConnectionRefused => {
+            "connection refused: nothing listens there; is it switched on, and is the port right?".to_owned()
+        }
+        ErrorKind::TimedOut => "no answer in time: is it switched on, and is the address right?".to_owned(),
+        ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable => {
+            format!("{error}: is the cable in, and is this machine on its network?")
+        }
+        ErrorKind::ConnectionReset | ErrorKind::BrokenPipe | ErrorKind::ConnectionAborted => {
+            "the other side broke the connection off".to_owned()
+        }
+        _ => error.to_string(),
+    }
+}
+
+impl Stream {
+    /// The end of the stream in words: nobody is there any more.
+    pub(crate) fn end(&self) -> &'static str {
+        match self {
+            Self::Tcp(_) => "the other side closed the connection",
+            Self::Serial(_) => "the line is gone: was it unplugged?",
+        }
+    }
+
+    pub(crate) fn in_words(&self, error: &io::Error) -> String {
+        match self {
+            Self::Tcp(_) => in_words(error),
+            Self::Serial(_) => format!("the line is gone: was it unplugged? ({error})"),
+        }
+    }
+
+    pub(crate) fn set_baud(&self, baud: u32) -> io::Result<()> {
+        match self {
+            Self::Tcp(_) => Ok(()),
+            Self::Serial(line) => serial::set_baud(line, baud),
+        }
+    }
+}
+
+impl Read for Stream {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Tcp(stream) => stream.read(room),
+            Self::Serial(line) => line.read(room),
+        }
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Tcp(stream) => stream.write(bytes),
+            Self::Serial(line) => line.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl AsFd for Stream {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        match self {
+            Self::Tcp(stream) => stream.as_fd(),
+            Self::Serial(line) => line.as_fd(),
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Byte streams to devices: a serial line or a TCP connection under one address, polled by its owner, that never blocks and
+//! comes back by itself. It knows no protocol, keeps no clock and prints nothing.
+//!
+//! ```
+//! use core::time::Duration;
+//! use jde_port::{Address, Backoff, Link, Port, Pty};
+//!
+//! # fn main() -> Result<(), Box<dyn core::error::Error>> {
+//! let device = Pty::open()?;
+//! let address = Address::parse(&format!("serial:{}@9600", device.path().display()))?;
+//! let mut port = Port::new(address, Backoff::default());
+//! # let start = std::time::Instant::now();
+//! while !port.poll(start.elapsed()).is_connected() {
+//!     // The owner's next iteration.
+//! #   std::thread::yield_now();
+//! }
+//! let mut heard = Vec::new();
+//! port.write(b"who are you?");
+//! port.read(&mut heard);
+//! # Ok(())
+//! # }
+//! ```
+
+mod address;
+mod backoff;
+mod connect;
+mod port;
+mod pty;
+mod serial;
+
+pub use address::{Address, AddressError, Framing, Parity};
+pub use backoff::Backoff;
+pub use port::{Link, Port};
+pub use pty::Pty;

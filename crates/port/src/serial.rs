@@ -1,0 +1,125 @@
+//! A serial line as a file: opened for one program alone, raw, without flow control, never blocking.
+
+use std::fs::File;
+use std::io;
+
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
+use rustix::io::Errno;
+use rustix::termios::{
+    ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl, tcflush,
+    tcgetattr, tcsetattr,
+};
+
+use crate::address::{Framing, Parity};
+
+/// Opens a line; the error is in words for whoever plugged it in.
+pub(crate) fn open_line(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let line = File::from(open(path, flags, Mode::empty()).map_err(|error| in_words(error, path))?);
+    let mut settings = tcgetattr(&line).map_err(|error| in_words(error, path))?;
+    // The lock is for programs that ask, the ioctl for those that do not; neither alone keeps everybody out.
+    flock(&line, FlockOperation::NonBlockingLockExclusive).map_err(|error| in_words(error, path))?;
+    ioctl_tiocexcl(&line).map_err(|error| in_words(error, path))?;
+    raw(&mut settings, framing);
+    apply(&line, settings, baud).map_err(|error| in_words(error, path))?;
+    // What came before anybody listened belongs to no conversation.
+    tcflush(&line, QueueSelector::IFlush).map_err(|error| in_words(error, path))?;
+    Ok(line)
+}
+
+/// Changes the speed of an open line.
+pub(crate) fn set_baud(line: &File, baud: u32) -> io::Result<()> {
+    let settings = tcgetattr(line)?;
+    Ok(apply(line, settings, baud)?)
+}
+
+/// Sets the speed, and makes sure that the line took it: drivers round what their clock cannot divide.
+fn apply(line: &File, mut settings: Termios, baud: u32) -> rustix::io::Result<()> {
+    settings.set_speed(baud)?;
+    tcsetattr(line, OptionalActions::Now, &settings)?;
+    let given = tcgetattr(line)?.output_speed();
+    // A receiver samples in the middle of a bit: over ten bits it bears some 5 %, of which either end may take half.
+    if given.abs_diff(baud) > baud / 40 {
+        return Err(Errno::RANGE);
+    }
+    Ok(())
+}
+
+/// Bytes as they are, and none that nobody sent.
+fn raw(settings: &mut Termios, framing: Framing) {
+    settings.make_raw();
+    let modes = &mut settings.control_modes;
+    modes.remove(
+        ControlModes::CSIZE
+            | ControlModes::PARENB
+            | ControlModes::PARODD
+            | ControlModes::CSTOPB
+            | ControlModes::CRTSCTS,
+    );
+    modes.insert(ControlModes::CREAD | ControlModes::CLOCAL);
+    modes.insert(match framing.data_bits {
+        7 => ControlModes::CS7,
+        _ => ControlModes::CS8,
+    });
+    match framing.parity {
+        Parity::None => {}
+        Parity::Even => modes.insert(ControlModes::PARENB),
+        Parity::Odd => modes.insert(ControlModes::PARENB | ControlModes::PARODD),
+    }
+    modes.set(ControlModes::CSTOPB, framing.stop_bits == 2);
+    // With one byte asked for, reading none means that the line is gone; with none asked for it could mean anything.
+    settings.special_codes[SpecialCodeIndex::VMIN] = 1;
+    settings.special_codes[SpecialCodeIndex::VTIME] = 0;
+}
+
+fn in_words(error: Errno, path: &str) -> String {
+    let words = io::Error::from(error);
+    match error {
+        Errno::NOENT | Errno::NXIO | Errno::NODEV => {
+            format!("{path}: there is no such device: is it plugged in, and is that its name?")
+        }
+        Errno::ACCESS | Errno::PERM => format!(
+            "{path}: Permission denied: add yourself to the group dialout (sudo usermod -aG dialout $USER) \
+             and log in again"
+        ),
+        Errno::BUSY | Errno::WOULDBLOCK => format!("{path}: another program has it open: close that first"),
+        Errno::NOTTY | Errno::ISDIR | Errno::INVAL => format!("{path}: this is no serial line"),
+        Errno::RANGE => format!("{path}: the line cannot go at that speed: choose another"),
+        _ => format!("{path}: {words}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Pty;
+
+    #[test]
+    fn a_framing_becomes_the_bits_of_the_line() {
+        let pty = Pty::open().expect("a pseudo-terminal");
+        let mut settings = tcgetattr(pty.master()).expect("it is a terminal");
+        let mut bits = |framing: &str| {
+            raw(&mut settings, framing.parse().expect("a framing"));
+            let modes = settings.control_modes;
+            let has = |mode| modes.contains(mode);
+            assert!(has(ControlModes::CREAD | ControlModes::CLOCAL) && !has(ControlModes::CRTSCTS));
+            (
+                modes & ControlModes::CSIZE == ControlModes::CS8,
+                has(ControlModes::PARENB),
+                has(ControlModes::PARODD),
+                has(ControlModes::CSTOPB),
+            )
+        };
+        assert_eq!(bits("7E2"), (false, true, false, true));
+        assert_eq!(bits("8O1"), (true, true, true, false));
+        assert_eq!(bits("8N1"), (true, false, false, false));
+    }
+
+    #[test]
+    fn what_a_person_can_mend_is_said() {
+        let words = in_words(Errno::ACCESS, "/dev/ttyUSB0");
+        assert!(words.starts_with("/dev/ttyUSB0: Permission denied: add yourself to the group dialout"));
+        assert!(in_words(Errno::RANGE, "/dev/ttyUSB0").contains("choose another"));
+        assert!(in_words(Errno::IO, "/dev/ttyUSB0").contains("error"));
+    }
+}
