@@ -42,6 +42,8 @@ pub struct RobotConfig {
     pub slip_sigma: f64,
     /// Where the odometry starts to count.
     pub odometry_origin: OdometryOrigin,
+    /// The heaviest load it can push, in kilograms; under that load it is half as fast as without.
+    pub max_push: f64,
     /// The pan-tilt head.
     pub head: HeadConfig,
 }
@@ -67,6 +69,8 @@ impl Default for RobotConfig {
             wheel_scale_sigma: 0.0002,
             slip_sigma: 0.0005,
             odometry_origin: OdometryOrigin::default(),
+            // The payload of the data sheet: what it can carry it can push.
+            max_push: 23.0,
             head: HeadConfig::default(),
         }
     }
@@ -128,6 +132,7 @@ impl RobotConfig {
             (0.0..=0.5).contains(&value)
         })?;
         check("slip_sigma", self.slip_sigma, "0 m or more", not_negative)?;
+        check("max_push", self.max_push, "more than 0 kg", positive)?;
         self.head.check()
     }
 }

@@ -52,13 +52,17 @@
 //! ```
 
 mod battery;
+mod camera;
+mod color;
 mod config;
 mod error;
 mod file;
 mod geometry;
 mod head;
+mod loose;
 mod mover;
 mod odometer;
+mod person;
 mod random;
 mod robot;
 mod scene;
@@ -68,6 +72,7 @@ mod solid;
 mod world;
 
 pub use battery::{BATTERY_CAPACITY, Battery};
+pub use color::Color;
 pub use config::{OdometryOrigin, RobotConfig};
 pub use error::{Fault, WorldError};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};

@@ -2,8 +2,14 @@
 //!
 //! A mover never touches a robot by its own motion: it halts when its next step would come nearer to one than its
 //! clearance, and turns back along its way when it has waited long enough. Movers pass through one another.
+//! A person is a mover with legs: a body for sonars and bumps, two legs for a laser.
 
+use std::f64::consts::PI;
+
+use crate::color::Color;
 use crate::geometry::Pose2;
+use crate::loose::Loose;
+use crate::person::{self, Person};
 use crate::shape::{Outline, Shape};
 use crate::solid::Solid;
 
@@ -16,6 +22,10 @@ pub(crate) enum Body {
     /// Its own x axis lies along the way.
     Box {
         size: [f64; 2],
+    },
+    /// Round, on two legs.
+    Person {
+        radius: f64,
     },
 }
 
@@ -42,6 +52,11 @@ pub(crate) struct Plan {
     pub(crate) clearance: f64,
     /// How long it waits before it turns back, in seconds.
     pub(crate) patience: f64,
+    /// How long it rests at every way-point, in seconds.
+    pub(crate) pause: f64,
+    pub(crate) color: Color,
+    /// Metres from the floor.
+    pub(crate) height: f64,
 }
 
 pub(crate) struct Mover {
@@ -54,7 +69,13 @@ pub(crate) struct Mover {
     direction: f64,
     /// Seconds since it halted for a robot.
     waited: f64,
+    /// Seconds that it still rests at a way-point.
+    resting: f64,
+    /// Metres that it has walked.
+    walked: f64,
     solid: Solid,
+    /// Of a person only.
+    legs: Option<[Solid; 2]>,
 }
 
 /// A robot as movers see it.
@@ -73,21 +94,34 @@ impl Mover {
             marks.push(length);
         }
         let solid = Solid::new(&outline(&plan, &marks, 0.0));
-        Self {
+        let mut mover = Self {
             plan,
             marks,
             position: 0.0,
             direction: 1.0,
             waited: 0.0,
+            resting: 0.0,
+            walked: 0.0,
             solid,
-        }
+            legs: None,
+        };
+        mover.legs = mover.person().map(|person| person.legs());
+        mover
     }
 
-    /// Moves on by `dt` seconds, or waits for the robots in its way.
-    pub(crate) fn step(&mut self, dt: f64, robots: &[Disc]) {
-        let (position, direction) = self.ahead(self.plan.speed * dt);
+    /// Moves on by `dt` seconds, or waits for the robots in its way and for the loose things.
+    pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &Loose) {
+        if self.resting > 0.0 {
+            self.resting -= dt;
+            return;
+        }
+        let stride = self.plan.speed * dt;
+        let (position, direction, rests) = self.rest(stride).unwrap_or_else(|| {
+            let (position, direction) = self.ahead(stride);
+            (position, direction, 0.0)
+        });
         let next = Solid::new(&outline(&self.plan, &self.marks, position));
-        if robots.iter().any(|robot| self.crowds(&next, robot)) {
+        if robots.iter().any(|robot| self.crowds(&next, robot)) || loose.hinder(&self.solid, &next) {
             self.waited += dt;
             if self.waited >= self.plan.patience {
                 self.direction = -self.direction;
@@ -95,6 +129,9 @@ impl Mover {
             }
         } else {
             (self.position, self.direction, self.solid, self.waited) = (position, direction, next, 0.0);
+            self.resting = rests;
+            self.walked += stride;
+            self.legs = self.person().map(|person| person.legs());
         }
     }
 
@@ -102,10 +139,36 @@ impl Mover {
         &self.solid
     }
 
+    /// What a ray of light meets just above the floor.
+    pub(crate) fn feet(&self) -> &[Solid] {
+        match &self.legs {
+            Some(legs) => legs,
+            None => std::slice::from_ref(&self.solid),
+        }
+    }
+
+    /// The person, if it is one.
+    pub(crate) fn person(&self) -> Option<Person> {
+        let Body::Person { radius } = self.plan.body else {
+            return None;
+        };
+        let along = place(&self.plan, &self.marks, self.position);
+        let turned = if self.direction > 0.0 { 0.0 } else { PI };
+        Some(Person {
+            pose: Pose2::new(along.x, along.y, along.heading + turned),
+            stride: person::stride(self.walked),
+            radius,
+            height: self.plan.height,
+            color: self.plan.color,
+        })
+    }
+
     pub(crate) fn shape(&self) -> Shape<'_> {
         Shape {
             name: &self.plan.name,
             outline: outline(&self.plan, &self.marks, self.position),
+            color: self.plan.color,
+            height: self.plan.height,
             moving: true,
         }
     }
@@ -128,6 +191,25 @@ impl Mover {
         });
         let gap = next.distance_to_solid(&disc);
         gap < self.plan.clearance && gap < self.solid.distance_to_solid(&disc)
+    }
+
+    /// Where it comes, if there is a way-point on this stride and it rests at them, and for how long it does.
+    fn rest(&self, stride: f64) -> Option<(f64, f64, f64)> {
+        if self.plan.pause == 0.0 {
+            return None;
+        }
+        let (here, there) = (self.position, self.position + self.direction * stride);
+        let between = |mark: f64| {
+            if self.direction > 0.0 {
+                here < mark && mark <= there
+            } else {
+                there <= mark && mark < here
+            }
+        };
+        let mark = self.marks.iter().copied().find(|&mark| between(mark))?;
+        // The end of a loop is its beginning.
+        let start = self.plan.at_end == AtEnd::Loop && mark == self.length();
+        Some((if start { 0.0 } else { mark }, self.direction, self.plan.pause))
     }
 
     fn ahead(&self, stride: f64) -> (f64, f64) {
@@ -160,7 +242,7 @@ fn outline(plan: &Plan, marks: &[f64], position: f64) -> Outline {
     let pose = place(plan, marks, position);
     let center = [pose.x, pose.y];
     match plan.body {
-        Body::Circle { radius } => Outline::Circle { center, radius },
+        Body::Circle { radius } | Body::Person { radius } => Outline::Circle { center, radius },
         Body::Box { size } => Outline::Box {
             center,
             size,

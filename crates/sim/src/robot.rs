@@ -25,7 +25,8 @@ pub struct Truth {
     pub twist: Twist2,
     /// Metres of way, forwards and backwards alike.
     pub travelled: f64,
-    /// The gap between its body and the nearest thing, mover or robot, in metres; infinite when there is none.
+    /// The gap between its body and the nearest thing, mover or robot, in metres; infinite when there is none. What can be
+    /// pushed is not counted: to push it is no collision.
     pub clearance: f64,
     /// The least clearance since it entered the world.
     pub min_clearance: f64,
@@ -45,6 +46,8 @@ pub(crate) struct Robot {
     pub(crate) head: Head,
     pub(crate) battery: Battery,
     command: Twist2,
+    /// Kilograms that it pushed over the last step.
+    load: f64,
     head_command: HeadCommand,
 }
 
@@ -72,6 +75,7 @@ impl Robot {
             head: Head::default(),
             battery: Battery::full(),
             command: Twist2::default(),
+            load: 0.0,
             head_command: HeadCommand::default(),
         };
         robot.feel(clearance);
@@ -100,13 +104,20 @@ impl Robot {
         truth.contact = clearance < CONTACT;
     }
 
-    /// Moves for `dt` seconds, as far as `clearance_at` stays positive, and counts what the wheels rolled.
-    pub(crate) fn step(&mut self, dt: f64, slip: &Noise, clearance_at: impl Fn(Pose2) -> f64) {
+    /// Moves for `dt` seconds, as far as `clearance_at` stays positive and `make_room` answers, and counts what the wheels
+    /// rolled. `make_room` has what is loose give way to the body at a pose, within so many seconds, and gives the kilograms.
+    pub(crate) fn step(
+        &mut self,
+        dt: f64,
+        slip: &Noise,
+        clearance_at: impl Fn(Pose2) -> f64,
+        make_room: impl FnMut(Pose2, f64) -> Option<f64>,
+    ) {
         let before = self.truth.twist;
         let config = &self.config;
         let linear = approach(
             before.linear,
-            self.command.linear,
+            self.command.linear / (1.0 + self.load / config.max_push),
             config.linear_acceleration * dt,
             config.linear_deceleration * dt,
         );
@@ -119,7 +130,8 @@ impl Robot {
         // Under a constant acceleration the mean of the two speeds gives the exact way.
         let distance = (before.linear + linear) / 2.0 * dt;
         let turn = (before.angular + angular) / 2.0 * dt;
-        let part = self.free_part(distance, turn, &clearance_at);
+        let free = self.free_part(distance, turn, &clearance_at);
+        let part = self.push(free, (distance, turn), dt, make_room);
         self.truth.stalled = part < 1.0;
         self.truth.twist = Twist2::new(if self.truth.stalled { 0.0 } else { linear }, angular);
         // A round body can always turn: what is left of the turn happens on the spot.
@@ -143,6 +155,36 @@ impl Robot {
         truth.contact = contact;
     }
 
+    /// Has what is loose give way along the first `part` of an arc; gives how much of it the body can go.
+    fn push(
+        &mut self,
+        part: f64,
+        (distance, turn): (f64, f64),
+        dt: f64,
+        mut make_room: impl FnMut(Pose2, f64) -> Option<f64>,
+    ) -> f64 {
+        self.load = 0.0;
+        if part * distance == 0.0 {
+            return part;
+        }
+        let (start, pieces) = (self.truth.pose, self.pieces(part * distance));
+        let mut free = 0.0;
+        for piece in 1..=pieces as u32 {
+            let next = part * (f64::from(piece) / pieces);
+            match make_room(start.along_arc(next * distance, next * turn), dt / pieces) {
+                Some(load) => self.load = self.load.max(load),
+                None => return free,
+            }
+            free = next;
+        }
+        part
+    }
+
+    /// Into how many pieces a way is cut, so short beside the body that it cannot pass through the thinnest wall between two.
+    fn pieces(&self, distance: f64) -> f64 {
+        (distance.abs() / (self.config.radius / 50.0)).ceil()
+    }
+
     /// The part of an arc, from 0 to 1, that the body can go without entering anything.
     fn free_part(&self, distance: f64, turn: f64, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
         let start = self.truth.pose;
@@ -151,8 +193,7 @@ impl Robot {
             return 1.0;
         }
         let at = |part: f64| clearance_at(start.along_arc(part * distance, part * turn));
-        // Pieces so short beside the body that it cannot pass through the thinnest wall between two looks.
-        let pieces = (distance.abs() / (self.config.radius / 50.0)).ceil();
+        let pieces = self.pieces(distance);
         let mut free = 0.0;
         for piece in 1..=pieces as u32 {
             let next = f64::from(piece) / pieces;

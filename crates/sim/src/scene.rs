@@ -7,6 +7,7 @@ use parry2d_f64::math::Vector;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::{PointQuery, Ray};
 
+use crate::color::Color;
 use crate::shape::{Outline, Shape};
 use crate::solid::Solid;
 
@@ -15,6 +16,9 @@ use crate::solid::Solid;
 pub(crate) struct Fixture {
     pub(crate) name: String,
     pub(crate) outline: Outline,
+    pub(crate) color: Color,
+    /// Metres from the floor.
+    pub(crate) height: f64,
 }
 
 pub(crate) struct Scene {
@@ -70,13 +74,21 @@ impl Scene {
             .map(|index| &self.solids[index as usize])
     }
 
-    /// The names of the things that touch a solid.
-    pub(crate) fn touching<'a>(&'a self, solid: &'a Solid) -> impl Iterator<Item = &'a str> {
-        let area = solid.aabb();
+    /// The things whose boxes come within `reach` of a solid's.
+    pub(crate) fn beside(&self, solid: &Solid, reach: f64) -> impl Iterator<Item = &Solid> {
+        let area = solid.aabb().loosened(reach);
+        self.tree
+            .leaves(move |node| node.aabb().intersects(&area))
+            .map(|index| &self.solids[index as usize])
+    }
+
+    /// The names of the things that are no farther from a solid than `gap`.
+    pub(crate) fn near<'a>(&'a self, solid: &'a Solid, gap: f64) -> impl Iterator<Item = &'a str> {
+        let area = solid.aabb().loosened(gap);
         self.tree
             .leaves(move |node| node.aabb().intersects(&area))
             .map(|index| index as usize)
-            .filter(|&index| self.solids[index].distance_to_solid(solid) <= 0.0)
+            .filter(move |&index| self.solids[index].distance_to_solid(solid) <= gap)
             .map(|index| self.fixtures[index].name.as_str())
     }
 
@@ -84,6 +96,8 @@ impl Scene {
         self.fixtures.iter().map(|fixture| Shape {
             name: &fixture.name,
             outline: fixture.outline,
+            color: fixture.color,
+            height: fixture.height,
             moving: false,
         })
     }

@@ -2,6 +2,8 @@
 //!
 //! Nothing here draws.
 
+use crate::color::Color;
+
 /// The outline of a thing, in the frame of the world, in metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
@@ -37,6 +39,10 @@ pub struct Shape<'a> {
     pub name: &'a str,
     /// Where it is and how big.
     pub outline: Outline,
-    /// Whether it moves on its own.
+    /// Its colour.
+    pub color: Color,
+    /// How far it reaches up from the floor, in metres.
+    pub height: f64,
+    /// Whether it may be elsewhere later: it moves on its own, or can be pushed.
     pub moving: bool,
 }

@@ -44,10 +44,10 @@ fn unknown_keys_get_the_nearest_known_one() {
         &["unknown key `boxs`", "did you mean `boxes`?"],
     );
     check(
-        "[[circles]]\nname = 'pillar'\ncenter = [0, 0]\nradius = 1\ncolour = 'red' # here",
+        "[[circles]]\nname = 'pillar'\ncenter = [0, 0]\nradius = 1\nxyz = 'red' # here",
         &[
             "circle `pillar`",
-            "unknown key `colour`",
+            "unknown key `xyz`",
             "`name`, `center`, `radius`",
         ],
     );
@@ -295,4 +295,53 @@ fn any_text_gives_a_world_or_faults_with_lines() {
             assert!(error.faults().iter().all(|fault| fault.line.is_some()), "{error}");
         }
     }
+}
+
+#[test]
+fn colours_are_digits_or_known_names() {
+    check(
+        "[[circles]]\ncenter = [0, 0]\nradius = 1\ncolor = 'grean' # here",
+        &[
+            "circle 1",
+            "`color` is `grean`",
+            "#rrggbb",
+            "did you mean `green`?",
+        ],
+    );
+    check("floor = '#12345' # here", &["`floor` is `#12345`", "`orange`"]);
+    check("light = 3 # here", &["`light` is not a table", "from_deg"]);
+}
+
+#[test]
+fn loose_things_need_room() {
+    check(
+        "circles = [{ name = 'post', center = [0, 0], radius = 1 }]
+         balls = [{ name = 'b', center = [1.05, 0], radius = 0.1 }] # here",
+        &["`b` lies in `post`"],
+    );
+    check(
+        "boxes = [{ name = 'carton', center = [0.3, 0], size = [0.4, 0.4], movable = true }]
+         balls = [{ name = 'b', center = [0, 0], radius = 0.101 }] # here",
+        &["`b` lies in `carton`"],
+    );
+    check(
+        "people = [{ name = 'eve', way = [[0, 0], [3, 0]], speed = 1 }]\nballs = [{ center = [0.3, 0], radius = 0.1 }] # here",
+        &["`ball 1` lies in `eve`"],
+    );
+}
+
+#[test]
+fn only_what_is_movable_has_a_mass() {
+    check(
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmass = 3 # here",
+        &["box 1", "not `movable`"],
+    );
+    check(
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmovable = true\nmass = 0 # here",
+        &["box 1", "`mass` is 0", "more than 0"],
+    );
+    check(
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = -1 # here",
+        &["person 1", "`pause` is -1"],
+    );
 }

@@ -1,6 +1,6 @@
 //! Things that move: their ways, their manners, and that they never touch a robot by themselves.
 
-use jde_sim::{Outline, RobotConfig, RobotId, STEP_NS, Twist2, World};
+use jde_sim::{LaserConfig, Outline, Pose2, RobotConfig, RobotId, STEP_NS, Twist2, World};
 use proptest::prelude::*;
 
 const SECOND: u64 = 1_000_000_000;
@@ -180,4 +180,72 @@ proptest! {
             prop_assert!(world.truth(robot).min_clearance >= 0.0, "{:?}", world.truth(robot));
         }
     }
+}
+
+#[test]
+fn a_person_rests_at_every_way_point() {
+    let mut world = world("people = [{ name = 'm', way = [[0, 0], [2, 0], [2, 1]], speed = 1, pause = 3 }]");
+    for (seconds, place) in [
+        (1, [1.0, 0.0]),
+        (2, [2.0, 0.0]),
+        (5, [2.0, 0.0]),
+        (6, [2.0, 1.0]),
+        (9, [2.0, 1.0]),
+    ] {
+        world.advance_to(seconds * SECOND);
+        assert_at(&world, place);
+    }
+    world.advance_to(10 * SECOND);
+    assert_at(&world, [2.0, 0.0]);
+}
+
+#[test]
+fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
+    let mut world = world(
+        "people = [{ name = 'm', way = [[2, 3], [2, -3]], speed = 0.5 }]
+         robots = { r = { start = { x = 0, y = 0 } } }",
+    );
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    // It walks across in front of the robot, and is right ahead after 6 s.
+    let laser = LaserConfig {
+        sigma: 0.0,
+        mount: Pose2::default(),
+        ..LaserConfig::default()
+    };
+    let mut ranges = vec![0.0; laser.beams];
+    let mut strides = Vec::new();
+    for tenth in 0..=20 {
+        world.advance_to(5 * SECOND + tenth * SECOND / 10);
+        world.laser(robot, &laser, &mut ranges).unwrap();
+        let met: Vec<[f64; 2]> = (0..laser.beams)
+            .filter(|&beam| ranges[beam].is_finite())
+            .map(|beam| (f64::from(ranges[beam]), laser.angle(beam)))
+            .map(|(range, angle)| [range * angle.cos(), range * angle.sin()])
+            .collect();
+        let middle = center(&world, "m");
+        // Every leg is within the body, and no beam meets the edge of the body itself.
+        for point in &met {
+            assert!(
+                (point[0] - middle[0]).hypot(point[1] - middle[1]) < 0.25,
+                "{point:?} {middle:?}"
+            );
+        }
+        let side = |x: f64| {
+            met.iter()
+                .filter(|point| point[0] < x)
+                .map(|point| point[1])
+                .collect::<Vec<_>>()
+        };
+        let near = side(2.0);
+        strides.push(near.iter().sum::<f64>() / near.len() as f64 - middle[1]);
+        assert!(
+            world.cast_ray([0.0, middle[1]], 0.0, 9.0, Some(robot)).unwrap() - 1.75 < 1e-9,
+            "the body"
+        );
+    }
+    // The leg on the robot's side swings ahead of the body and behind it.
+    let (least, most) = strides
+        .iter()
+        .fold((0.0f64, 0.0f64), |(low, high), &at| (low.min(at), high.max(at)));
+    assert!(least < -0.08 && most > 0.08, "{strides:?}");
 }

@@ -9,6 +9,7 @@ use super::document::{Document, Table};
 use super::grid::{Cell, Grid};
 use super::picture::Picture;
 use super::sheet::{self, Facts};
+use super::things;
 use super::values;
 use crate::error::Fault;
 use crate::geometry::Pose2;
@@ -60,10 +61,7 @@ impl Map {
                 size: [(right - left) * self.resolution, (top - bottom) * self.resolution],
                 angle: self.origin.heading,
             };
-            Fixture {
-                name: self.name.clone(),
-                outline,
-            }
+            things::fixture(self.name.clone(), outline, things::WALL)
         })
     }
 

@@ -1,12 +1,16 @@
-//! World files: TOML with walls, boxes, circles, movers, a map and the starts of robots.
+//! World files: TOML with walls, boxes, circles, movers, people, balls, a map and the starts of robots.
 //!
 //! All faults of the world and its map are found and reported together; nothing is guessed, and nothing is ignored.
 
 mod document;
 mod grid;
+mod loose;
 mod map;
+mod movers;
 mod pgm;
 mod picture;
+mod room;
+mod scenery;
 mod sheet;
 mod starts;
 mod things;
@@ -17,8 +21,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 use self::document::{Document, Table};
+use crate::camera::Light;
 use crate::error::Fault;
 use crate::geometry::{Bounds, Pose2};
+use crate::loose::Body;
 use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
@@ -30,7 +36,9 @@ const STRIDE: f64 = 0.05;
 pub(crate) struct Plan {
     pub(crate) name: String,
     pub(crate) scene: Scene,
-    pub(crate) movers: Vec<mover::Plan>,
+    pub(crate) movers: Vec<mover::Mover>,
+    pub(crate) loose: Vec<Body>,
+    pub(crate) light: Light,
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
     pub(crate) bounds: Bounds,
@@ -56,7 +64,8 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
         return Err(document.into_faults());
     }
     let keys = [
-        "name", "map", "bounds", "walls", "boxes", "circles", "movers", "robots",
+        "name", "map", "bounds", "floor", "sky", "light", "walls", "boxes", "circles", "movers", "people",
+        "balls", "robots",
     ];
     let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
     let plan = plan(&document, &root);
@@ -85,11 +94,14 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     let name = root.optional("name", file_name.unwrap_or_default(), values::text);
     let stated = starts::bounds(document, root);
     let map = map::read(document, root);
-    let fixtures = things::fixtures(document, root);
-    let movers = things::movers(document, root);
+    let light = scenery::light(document, root);
+    let things = things::read(document, root);
+    let balls = loose::balls(document, root);
+    let movers = movers::read(document, root);
     let starts = starts::starts(document, root);
-    let (name, stated, map, mut fixtures, movers, starts) =
-        (name?, stated?, map?, fixtures?, movers?, starts?);
+    let (name, stated, map, light) = (name?, stated?, map?, light?);
+    let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
+    loose.extend(balls?);
 
     if starts.len() > MAX_ROBOTS {
         root.fault(
@@ -107,7 +119,11 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
             sound = false;
         }
     }
-    if !sound {
+    let standing: Vec<_> = movers
+        .iter()
+        .map(|(plan, _)| mover::Mover::new(plan.clone()))
+        .collect();
+    if !room::check(document, &scene, &standing, &loose) || !sound {
         return None;
     }
     let mut warnings = Vec::new();
@@ -120,7 +136,7 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     for (mover, span) in &movers {
         let mut met: Vec<&str> = Vec::new();
         let solids: Vec<_> = mover::Mover::along(mover, STRIDE).collect();
-        met.extend(solids.iter().flat_map(|solid| scene.touching(solid)));
+        met.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
         met.sort_unstable();
         met.dedup();
         if !met.is_empty() {
@@ -136,18 +152,21 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     let corners = scene
         .corners()
         .chain(map.iter().flat_map(map::Map::corners))
-        .chain(ways);
+        .chain(ways)
+        .chain(loose.iter().flat_map(|(body, _)| body.corners()));
     let around = Bounds::around(corners.chain(starts.iter().map(|(start, _)| [start.pose.x, start.pose.y])));
     let bounds = stated.or(around).unwrap_or(Bounds {
         min: [0.0; 2],
         max: [0.0; 2],
     });
-    let movers = movers.into_iter().map(|(mover, _)| mover).collect();
+    let loose = loose.into_iter().map(|(body, _)| body).collect();
     let starts = starts.into_iter().map(|(start, _)| start).collect();
     Some(Plan {
         name,
         scene,
-        movers,
+        movers: standing,
+        loose,
+        light,
         starts,
         bounds,
         warnings,

@@ -1,27 +1,53 @@
-//! The things of a world file: walls, boxes, circles and movers.
+//! The things of a world file that stand still: walls, boxes and circles. Those that move on their own are in `movers`, those
+//! that can be pushed in `loose`.
 //!
 //! Each reader reports every fault of its things, and gives nothing if there was one.
 
-use std::ops::Range;
-
 use super::document::{Document, Table};
+use super::loose;
 use super::values;
-use crate::mover::{self, AtEnd, Body};
+use crate::color::Color;
 use crate::scene::Fixture;
 use crate::shape::Outline;
 
-/// The gap in metres that a mover keeps to robots unless it says otherwise: an arm's length.
-const CLEARANCE: f64 = 0.5;
-/// How long a mover waits for a robot before it turns back, in seconds, unless it says otherwise.
-const WAIT: f64 = 3.0;
+/// What a thing looks like.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) color: Color,
+    /// Metres from the floor.
+    pub(crate) height: f64,
+}
 
-pub(crate) fn fixtures(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Fixture>> {
+/// What walls, and the blocks of a map, look like unless the file says otherwise: plaster, up to a ceiling that is not there.
+pub(crate) const WALL: Look = Look {
+    color: Color::new(226, 221, 208),
+    height: 2.5,
+};
+/// What boxes look like: a desk.
+pub(crate) const BOX: Look = Look {
+    color: Color::new(176, 136, 92),
+    height: 0.75,
+};
+/// What circles look like: something painted.
+const CIRCLE: Look = Look {
+    color: Color::new(96, 134, 128),
+    height: 0.75,
+};
+
+/// What a box is.
+enum Kind {
+    Fixed(Fixture),
+    Loose(loose::Placed),
+}
+
+/// What stands still, and the boxes among the rest that can be pushed.
+pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<(Vec<Fixture>, Vec<loose::Placed>)> {
     let walls = each(
         document,
         root,
         "walls",
         "wall",
-        &["name", "points", "closed"],
+        &["name", "points", "closed", "color", "height"],
         wall,
     );
     let boxes = each(
@@ -29,45 +55,52 @@ pub(crate) fn fixtures(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<
         root,
         "boxes",
         "box",
-        &["name", "center", "size", "angle_deg"],
-        rectangle,
+        &[
+            "name",
+            "center",
+            "size",
+            "angle_deg",
+            "color",
+            "height",
+            "movable",
+            "mass",
+        ],
+        |table, name| match table.optional("movable", false, values::flag)? {
+            true => loose::movable(table, name).map(Kind::Loose),
+            false => fixed(table, name).map(Kind::Fixed),
+        },
     );
     let circles = each(
         document,
         root,
         "circles",
         "circle",
-        &["name", "center", "radius"],
+        &["name", "center", "radius", "color", "height"],
         circle,
     );
-    Some(
-        walls?
-            .into_iter()
-            .chain(boxes?)
-            .chain(circles?)
-            .flatten()
-            .collect(),
-    )
+    let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
+    for kind in boxes? {
+        match kind {
+            Kind::Fixed(fixture) => fixtures.push(fixture),
+            Kind::Loose(body) => movable.push(body),
+        }
+    }
+    fixtures.extend(circles?);
+    Some((fixtures, movable))
 }
 
-pub(crate) fn movers(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(mover::Plan, Range<usize>)>> {
-    let known = [
-        "name",
-        "radius",
-        "size",
-        "way",
-        "speed",
-        "loop",
-        "clearance",
-        "wait",
-    ];
-    each(document, root, "movers", "mover", &known, |table, name| {
-        Some((mover(table, name)?, table.span().clone()))
+/// The `color` and the `height` of a thing.
+pub(crate) fn look(table: &Table<'_>, default: Look) -> Option<Look> {
+    let color = table.optional("color", default.color, values::color);
+    let height = table.optional("height", default.height, values::positive);
+    Some(Look {
+        color: color?,
+        height: height?,
     })
 }
 
 /// Reads every item of an array of tables, each with its name; nothing if any has a fault.
-fn each<'a, T>(
+pub(crate) fn each<'a, T>(
     document: &'a Document<'a>,
     root: &Table<'a>,
     key: &str,
@@ -93,9 +126,10 @@ fn each<'a, T>(
 }
 
 fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
+    let look = look(table, WALL);
     let points = table.required("points", values::points);
     let closed = table.optional("closed", false, values::flag);
-    let (mut points, closed) = (points?, closed?);
+    let (look, mut points, closed) = (look?, points?, closed?);
     if closed {
         if points.len() < 3 {
             table.fault(
@@ -119,78 +153,52 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     });
     Some(
         sides
-            .map(|outline| Fixture {
-                name: name.clone(),
-                outline,
-            })
+            .map(|outline| fixture(name.clone(), outline, look))
             .collect(),
     )
 }
 
-fn rectangle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
+fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
+    if let Some(mass) = table.get("mass") {
+        table.fault(
+            &mass.span(),
+            "has a `mass` and is not `movable`: add `movable = true`, or drop it",
+        );
+        return None;
+    }
+    let (look, place) = (look(table, BOX), rectangle(table));
+    let (center, size, angle) = place?;
+    Some(fixture(name, Outline::Box { center, size, angle }, look?))
+}
+
+/// Where a box is: its middle, its size and its angle.
+pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> {
     let (center, size) = (
         table.required("center", values::point),
         table.required("size", values::size),
     );
     let angle = table.optional("angle_deg", 0.0, values::number);
-    let outline = Outline::Box {
-        center: center?,
-        size: size?,
-        angle: angle?.to_radians(),
-    };
-    Some(vec![Fixture { name, outline }])
+    Some((center?, size?, angle?.to_radians()))
 }
 
-fn circle(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
+fn circle(table: &Table<'_>, name: String) -> Option<Fixture> {
+    let look = look(table, CIRCLE);
     let (center, radius) = (
         table.required("center", values::point),
         table.required("radius", values::positive),
     );
-    Some(vec![Fixture {
-        name,
-        outline: Outline::Circle {
-            center: center?,
-            radius: radius?,
-        },
-    }])
+    let outline = Outline::Circle {
+        center: center?,
+        radius: radius?,
+    };
+    Some(fixture(name, outline, look?))
 }
 
-fn mover(table: &Table<'_>, name: String) -> Option<mover::Plan> {
-    let body = match (table.get("radius"), table.get("size")) {
-        (Some(_), None) => table
-            .required("radius", values::positive)
-            .map(|radius| Body::Circle { radius }),
-        (None, Some(_)) => table
-            .required("size", values::size)
-            .map(|size| Body::Box { size }),
-        (Some(_), Some(_)) | (None, None) => {
-            table.fault(
-                table.span(),
-                "needs a `radius` for a round body or a `size` for a box, and only one",
-            );
-            None
-        }
-    };
-    let way = table.required("way", values::points);
-    let speed = table.required("speed", values::positive);
-    let closed = table.optional("loop", false, values::flag);
-    let clearance = table.optional("clearance", CLEARANCE, values::positive);
-    let patience = table.optional("wait", WAIT, values::not_negative);
-    let (way, at_end) = (way?, if closed? { AtEnd::Loop } else { AtEnd::TurnBack });
-    if at_end == AtEnd::Loop && way[0] == way[way.len() - 1] {
-        table.fault(
-            table.span(),
-            "is a `loop` whose `way` ends where it starts: drop the last point",
-        );
-        return None;
-    }
-    Some(mover::Plan {
+pub(crate) fn fixture(name: String, outline: Outline, Look { color, height }: Look) -> Fixture {
+    Fixture {
         name,
-        body: body?,
-        way,
-        at_end,
-        speed: speed?,
-        clearance: clearance?,
-        patience: patience?,
-    })
+        outline,
+        color,
+        height,
+    }
 }

@@ -7,6 +7,7 @@ use std::ops::Range;
 use toml::de::DeValue;
 
 use super::document::Item;
+use crate::color::{self, Color};
 
 /// What a reader of a value answers: the value, or where it is wrong and how.
 pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
@@ -81,6 +82,21 @@ pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
         )),
         None => Ok(points),
     }
+}
+
+pub(crate) fn color(item: &Item<'_>) -> Read<Color> {
+    let text = text(item)?;
+    Color::parse(&text).ok_or_else(|| {
+        let names: Vec<&str> = color::NAMES.iter().map(|(name, _)| *name).collect();
+        let known = match super::nearest(&text, names.iter().copied()) {
+            Some(name) => format!("did you mean `{name}`?"),
+            None => format!("one of `{}`", names.join("`, `")),
+        };
+        (
+            item.span(),
+            format!("is `{text}`: expected \"#rrggbb\", or the name of a colour; {known}"),
+        )
+    })
 }
 
 pub(crate) fn text(item: &Item<'_>) -> Read<String> {

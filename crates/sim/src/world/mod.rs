@@ -2,19 +2,23 @@
 //!
 //! Time is counted in whole steps, so that a history does not depend on who advances the world, or how often.
 
+mod firm;
 mod robots;
 mod senses;
 
 use std::fs;
+use std::mem;
 use std::path::Path;
 
 use parry2d_f64::math::Vector;
 
 pub use self::robots::RobotId;
 
+use crate::camera::Light;
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Plan, Start};
 use crate::geometry::{Bounds, Pose2};
+use crate::loose::{self, Loose, Pusher};
 use crate::mover::{Disc, Mover};
 use crate::random::{Noise, Purpose};
 use crate::robot::Robot;
@@ -31,6 +35,8 @@ pub struct World {
     steps: u64,
     scene: Scene,
     movers: Vec<Mover>,
+    loose: Loose,
+    light: Light,
     berths: Vec<Berth>,
     bounds: Bounds,
     warnings: Vec<Fault>,
@@ -66,6 +72,8 @@ impl World {
             name,
             scene,
             movers,
+            loose,
+            light,
             starts,
             bounds,
             warnings,
@@ -75,7 +83,9 @@ impl World {
             seed,
             steps: 0,
             scene,
-            movers: movers.into_iter().map(Mover::new).collect(),
+            movers,
+            loose: Loose::new(loose),
+            light,
             berths: starts
                 .into_iter()
                 .map(|start| Berth { start, robot: None })
@@ -102,7 +112,11 @@ impl World {
 
     /// Gives everything that stands or moves, as it is now, but for the robots.
     pub fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
-        self.scene.shapes().chain(self.movers.iter().map(Mover::shape))
+        let loose = self.loose.bodies().iter().map(loose::Body::shape);
+        self.scene
+            .shapes()
+            .chain(self.movers.iter().map(Mover::shape))
+            .chain(loose)
     }
 
     /// Gives the present time in nanoseconds: a whole number of steps, at most one behind what the world was advanced to.
@@ -123,8 +137,10 @@ impl World {
         let dt = STEP_NS as f64 * 1e-9;
         let discs: Vec<Disc> = self.others(usize::MAX).map(|(_, disc)| disc).collect();
         for mover in &mut self.movers {
-            mover.step(dt, &discs);
+            mover.step(dt, &discs, &self.loose);
         }
+        let mut loose = mem::take(&mut self.loose);
+        loose.roll(dt, &self.firm());
         self.steps += 1;
         for index in 0..self.berths.len() {
             // Taken out for its step, so that the rest of the world can be asked for its clearance.
@@ -132,10 +148,17 @@ impl World {
                 continue;
             };
             let slip = Noise::new(self.seed, index, Purpose::Slip, 0, self.steps);
-            let radius = robot.config.radius;
-            robot.step(dt, &slip, |pose| self.clearance(index, pose, radius).1);
+            let (radius, strength) = (robot.config.radius, robot.config.max_push);
+            let (pusher, firm) = (Pusher { radius, strength }, self.firm());
+            robot.step(
+                dt,
+                &slip,
+                |pose| self.clearance(index, pose, radius).1,
+                |pose, dt| loose.make_room(pusher, Vector::new(pose.x, pose.y), dt, &firm),
+            );
             self.berths[index].robot = Some(robot);
         }
+        self.loose = loose;
         self.feel();
     }
 
@@ -152,7 +175,22 @@ impl World {
         }
     }
 
-    /// What is nearest to a round body, and the gap; negative when they overlap.
+    /// What is nearest to a round body of all that stands, moves or lies about, and the gap; negative when they overlap.
+    fn vacancy(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
+        let center = Vector::new(pose.x, pose.y);
+        let loose = self.loose.bodies().iter().map(|body| {
+            let gap = body.solid().distance_to_point(center) - radius;
+            (body.name.as_str(), gap)
+        });
+        loose.fold(
+            self.clearance(robot, pose, radius),
+            |a, b| {
+                if b.1 < a.1 { b } else { a }
+            },
+        )
+    }
+
+    /// What is nearest to a round body but for what is loose, and the gap; negative when they overlap.
     fn clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
         let center = Vector::new(pose.x, pose.y);
         let fixed = self.scene.nearest(center);

@@ -61,16 +61,17 @@ impl World {
             });
         }
         let start = &self.berths[index].start;
-        let (by, clearance) = self.clearance(index, start.pose, config.radius);
-        if clearance < 0.0 {
+        let (by, gap) = self.vacancy(index, start.pose, config.radius);
+        if gap < 0.0 {
             return Err(WorldError::StartBlocked {
                 place: format!("{}:{}", start.file.display(), start.line),
                 robot: name.to_owned(),
                 radius: config.radius,
                 by: by.to_owned(),
-                need: -clearance,
+                need: -gap,
             });
         }
+        let (_, clearance) = self.clearance(index, start.pose, config.radius);
         let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
         self.berths[index].robot = Some(Robot::new(config, start.pose, clearance, &scale));
         self.feel();
@@ -127,16 +128,17 @@ impl World {
         }
         let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let radius = self.config(robot).radius;
-        let (by, clearance) = self.clearance(robot.0, pose, radius);
-        if clearance < 0.0 {
+        let (by, gap) = self.vacancy(robot.0, pose, radius);
+        if gap < 0.0 {
             return Err(WorldError::PlaceBlocked {
                 robot: name.to_owned(),
                 radius,
                 pose,
                 by: by.to_owned(),
-                need: -clearance,
+                need: -gap,
             });
         }
+        let (_, clearance) = self.clearance(robot.0, pose, radius);
         self.robot_mut(robot).place(pose, clearance);
         self.feel();
         Ok(())

@@ -8,6 +8,7 @@ use super::{RobotId, World};
 use crate::battery::Battery;
 use crate::error::WorldError;
 use crate::head::Head;
+use crate::loose::Body;
 use crate::mover::Mover;
 use crate::odometer::{Encoders, Odometry};
 use crate::random::{Noise, Purpose};
@@ -25,7 +26,7 @@ impl World {
         buffer("laser", ranges.len(), laser.beams)?;
         let noise = self.noise(robot, Purpose::Laser, laser.stream);
         laser.scan(self.truth(robot).pose, &noise, ranges, |origin, angle| {
-            self.cast_ray(origin, angle, laser.range_max, Some(robot))
+            self.cast(Echo::Light, origin, angle, laser.range_max, Some(robot))
         });
         Ok(())
     }
@@ -72,10 +73,18 @@ impl World {
         } = self.robot(robot);
         let center = Vector::new(pose.x, pose.y);
         let reach = config.radius + CONTACT;
+        // A ball is too light to press a bumper.
+        let boxes = self
+            .loose
+            .bodies()
+            .iter()
+            .filter(|body| !body.is_ball())
+            .map(Body::solid);
         let solids = self
             .scene
             .around(center, reach)
-            .chain(self.movers.iter().map(Mover::solid));
+            .chain(self.movers.iter().map(Mover::solid))
+            .chain(boxes);
         let things = solids
             .map(|solid| solid.nearest(center))
             .filter(|point| point.distance(center) < reach);
@@ -93,8 +102,20 @@ impl World {
         self.robot(robot).truth
     }
 
-    /// Gives the distance along a ray to the first thing, mover or robot but `except`; nothing beyond `max` metres.
+    /// Gives the distance along a ray to the first thing, mover or robot but `except`; nothing beyond `max` metres. A person is a
+    /// round body to it, as to a sonar; a laser sees the legs.
     pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
+        self.cast(Echo::Sound, origin, angle, max, except)
+    }
+
+    fn cast(
+        &self,
+        echo: Echo,
+        origin: [f64; 2],
+        angle: f64,
+        max: f64,
+        except: Option<RobotId>,
+    ) -> Option<f64> {
         let ray = solid::ray(origin, angle);
         let mut nearest = self.scene.cast(&ray, max);
         let mut consider = |solid: &solid::Solid| {
@@ -102,7 +123,13 @@ impl World {
                 nearest = Some(distance);
             }
         };
-        self.movers.iter().for_each(|mover| consider(mover.solid()));
+        for mover in &self.movers {
+            match echo {
+                Echo::Light => mover.feet().iter().for_each(&mut consider),
+                Echo::Sound => consider(mover.solid()),
+            }
+        }
+        self.loose.bodies().iter().for_each(|body| consider(body.solid()));
         for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
             consider(&solid::Solid::new(&Outline::Circle {
                 center: disc.center,
@@ -115,6 +142,15 @@ impl World {
     fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {
         Noise::new(self.seed, robot.0, purpose, stream, self.steps)
     }
+}
+
+/// What a ray is of, for it decides what a person is to it.
+#[derive(Clone, Copy, Debug)]
+enum Echo {
+    /// A thin ray near the floor, which meets legs.
+    Light,
+    /// A wide lobe, which meets the whole body.
+    Sound,
 }
 
 fn buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {

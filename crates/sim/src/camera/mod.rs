@@ -1,0 +1,5 @@
+//! Cameras.
+
+mod light;
+
+pub(crate) use light::Light;

@@ -1,0 +1,124 @@
+//! How a robot pushes what is loose: everything its body would enter moves away from it by the least that makes room.
+//!
+//! Without friction: a thing leaves along the line of contact. What a pushed thing meets moves on with it.
+
+use parry2d_f64::math::Vector;
+
+use super::{Body, Firm, Form, Loose, SKIN, enters};
+
+/// How often what was pushed may come into the way of the same body again in one piece of its way.
+const ROUNDS: usize = 4;
+
+/// A round body that pushes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pusher {
+    pub(crate) radius: f64,
+    /// The heaviest load in kilograms that it can push.
+    pub(crate) strength: f64,
+}
+
+impl Loose {
+    /// Makes room for a body at a point, where it comes within `dt` seconds.
+    ///
+    /// Gives the kilograms that moved, or nothing if something is held or too heavy; then nothing has moved.
+    pub(crate) fn make_room(
+        &mut self,
+        pusher: Pusher,
+        center: Vector,
+        dt: f64,
+        firm: &impl Firm,
+    ) -> Option<f64> {
+        if !self
+            .bodies
+            .iter()
+            .any(|body| depth(body, pusher, center).is_some())
+        {
+            return Some(0.0);
+        }
+        let before = self.bodies.clone();
+        let load = self.pushed(pusher, center, dt, firm);
+        if load.is_none() {
+            self.bodies = before;
+        }
+        load
+    }
+
+    fn pushed(&mut self, pusher: Pusher, center: Vector, dt: f64, firm: &impl Firm) -> Option<f64> {
+        let mut moved = vec![false; self.bodies.len()];
+        for _ in 0..ROUNDS {
+            let mut room = true;
+            for index in 0..self.bodies.len() {
+                let Some(way) = depth(&self.bodies[index], pusher, center) else {
+                    continue;
+                };
+                room = false;
+                self.shift(
+                    index,
+                    way,
+                    dt,
+                    &mut vec![false; self.bodies.len()],
+                    &mut moved,
+                    firm,
+                )?;
+                if self.weight(&moved) > pusher.strength {
+                    return None;
+                }
+            }
+            if room {
+                return Some(self.weight(&moved));
+            }
+        }
+        None
+    }
+
+    /// Moves a thing, and with it by the same way all that it meets; `chain` has those that already move so.
+    fn shift(
+        &mut self,
+        index: usize,
+        way: Vector,
+        dt: f64,
+        chain: &mut [bool],
+        moved: &mut [bool],
+        firm: &impl Firm,
+    ) -> Option<()> {
+        chain[index] = true;
+        moved[index] = true;
+        let body = &self.bodies[index];
+        let next = body.moved(way);
+        let gap = firm.gap(&next, body.center + way, SKIN);
+        if enters(gap, || firm.gap(&body.solid, body.center, SKIN)) {
+            return None;
+        }
+        for other in 0..self.bodies.len() {
+            let (body, met) = (&self.bodies[index], &self.bodies[other]);
+            let meets = !chain[other]
+                && enters(met.solid.distance_to_solid(&next), || {
+                    met.solid.distance_to_solid(&body.solid)
+                });
+            if meets {
+                self.shift(other, way, dt, chain, moved, firm)?;
+            }
+        }
+        let body = &mut self.bodies[index];
+        body.go(way);
+        if let Form::Ball { .. } = body.form {
+            let (ahead, speed) = (way.normalize(), way.length() / dt);
+            // It rolls on at least as fast as it was pushed, and no slower than it rolled already.
+            body.velocity += ahead * (speed - body.velocity.dot(ahead)).max(0.0);
+        }
+        Some(())
+    }
+
+    fn weight(&self, moved: &[bool]) -> f64 {
+        let heavy = self.bodies.iter().zip(moved).filter(|(_, moved)| **moved);
+        heavy.map(|(body, _)| body.mass).sum()
+    }
+}
+
+/// The way by which a thing must go, if the body at a point enters it.
+fn depth(body: &Body, pusher: Pusher, center: Vector) -> Option<Vector> {
+    let away = body.solid.nearest(center) - center;
+    let gap = away.length() - pusher.radius;
+    // A centre within the thing has no way out; the pieces of a way are too short for it to get there.
+    (gap < 0.0 && away.length() > 0.0).then(|| away.normalize() * (SKIN - gap))
+}

@@ -1,0 +1,104 @@
+//! How balls roll: ever slower, and softly off what they meet.
+//!
+//! The energy of a ball never grows by itself; only a robot that pushes gives it any.
+
+use parry2d_f64::math::Vector;
+
+use super::{Firm, Form, Loose, SKIN, enters};
+
+/// What rolling takes from a speed in a second, in m/s²: a light ball on a carpet.
+const ROLLING: f64 = 0.2;
+/// The part of a speed that a ball keeps when it bounces: a soft one.
+const RESTITUTION: f64 = 0.5;
+/// The part of its radius that a ball rolls in one step at most: it cannot get through a wall between two of them.
+const STRIDE: f64 = 0.5;
+
+/// What a ball meets.
+enum Met {
+    /// Something that does not give, in the direction from it to the ball.
+    Firm(Vector),
+    /// Another ball.
+    Ball(usize),
+}
+
+impl Loose {
+    /// Rolls every ball on for `dt` seconds, in the order of the file.
+    pub(crate) fn roll(&mut self, dt: f64, firm: &impl Firm) {
+        for index in 0..self.bodies.len() {
+            let body = &mut self.bodies[index];
+            let Form::Ball { radius } = body.form else {
+                continue;
+            };
+            let speed = body.velocity.length();
+            let slower = (speed - ROLLING * dt).max(0.0).min(STRIDE * radius / dt);
+            if slower == 0.0 {
+                body.velocity = Vector::ZERO;
+                continue;
+            }
+            body.velocity *= slower / speed;
+            let way = body.velocity * dt;
+            match self.meets(index, way, firm) {
+                Some(met) => self.bounce(index, met),
+                None => self.bodies[index].go(way),
+            }
+        }
+    }
+
+    /// What is nearest to where a ball would be, if it would be too near.
+    fn meets(&self, index: usize, way: Vector, firm: &impl Firm) -> Option<Met> {
+        let body = &self.bodies[index];
+        let (center, solid) = (body.center + way, body.moved(way));
+        let firm = firm
+            .nearest(&solid, center, SKIN)
+            .filter(|(_, gap)| enters(*gap, || firm.gap(&body.solid, body.center, SKIN)))
+            .map(|(point, gap)| (gap, Met::Firm(center - point)));
+        let others = self
+            .bodies
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index);
+        let loose = others.filter_map(|(other, met)| {
+            let gap = met.solid.distance_to_solid(&solid);
+            let meets = enters(gap, || met.solid.distance_to_solid(&body.solid));
+            meets.then(|| {
+                if met.is_ball() {
+                    (gap, Met::Ball(other))
+                } else {
+                    (gap, Met::Firm(center - met.solid.nearest(center)))
+                }
+            })
+        });
+        loose
+            .chain(firm)
+            .reduce(|a, b| if b.0 < a.0 { b } else { a })
+            .map(|(_, met)| met)
+    }
+
+    /// Turns the ball back where it is; it rolls away in the next step.
+    fn bounce(&mut self, index: usize, met: Met) {
+        match met {
+            Met::Firm(away) => {
+                let body = &mut self.bodies[index];
+                let away = away.try_normalize().unwrap_or(Vector::ZERO);
+                let nearing = body.velocity.dot(away);
+                if nearing < 0.0 {
+                    body.velocity -= away * ((1.0 + RESTITUTION) * nearing);
+                } else {
+                    // Past the point of a corner it goes away from it again, yet got too near on the way there.
+                    body.velocity *= -RESTITUTION;
+                }
+            }
+            Met::Ball(other) => {
+                let apart = self.bodies[index].center - self.bodies[other].center;
+                let away = apart.try_normalize().unwrap_or(Vector::ZERO);
+                let nearing = (self.bodies[index].velocity - self.bodies[other].velocity).dot(away);
+                if nearing < 0.0 {
+                    let (mass, met) = (self.bodies[index].mass, self.bodies[other].mass);
+                    let impulse = -(1.0 + RESTITUTION) * nearing / (1.0 / mass + 1.0 / met);
+                    self.bodies[index].velocity += away * (impulse / mass);
+                    self.bodies[other].velocity -= away * (impulse / met);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! What does not give way to loose things: what is fixed, what moves on its own, and robots.
+//!
+//! A view of the world; moves nothing.
+
+use parry2d_f64::math::Vector;
+
+use super::World;
+use crate::loose::Firm;
+use crate::mover::Mover;
+use crate::scene::Scene;
+use crate::shape::Outline;
+use crate::solid::Solid;
+
+/// The firm part of a world, with the robots that are in their places.
+pub(super) struct Standing<'a> {
+    scene: &'a Scene,
+    movers: &'a [Mover],
+    robots: Vec<Solid>,
+}
+
+impl World {
+    pub(super) fn firm(&self) -> Standing<'_> {
+        let robots = self.others(usize::MAX).map(|(_, disc)| {
+            Solid::new(&Outline::Circle {
+                center: disc.center,
+                radius: disc.radius,
+            })
+        });
+        Standing {
+            scene: &self.scene,
+            movers: &self.movers,
+            robots: robots.collect(),
+        }
+    }
+}
+
+impl Firm for Standing<'_> {
+    fn nearest(&self, solid: &Solid, center: Vector, reach: f64) -> Option<(Vector, f64)> {
+        self.scene
+            .beside(solid, reach)
+            .chain(self.movers.iter().map(Mover::solid))
+            .chain(&self.robots)
+            .map(|thing| (thing, thing.distance_to_solid(solid)))
+            .filter(|(_, gap)| *gap <= reach)
+            .reduce(|a, b| if b.1 < a.1 { b } else { a })
+            .map(|(thing, gap)| (thing.nearest(center), gap))
+    }
+}
