@@ -2,7 +2,7 @@
 //!
 //! There are no sockets, serial lines, threads or clocks here: who uses it brings the bytes and the time. A robot or simulator
 //! finds [`Packet`]s with a [`Receiver`], reads [`Command`]s and answers with [`Names`], [`Sip`], [`Config`], [`LaserPacket`],
-//! [`Encoders`], [`SerialAux`] and [`SimState`].
+//! [`Encoders`], [`SerialAux`] and [`SimState`]. A client has a [`Session`], which does all of that for it, and knows [`Model`]s.
 
 mod command;
 mod config;
@@ -10,9 +10,12 @@ mod encoders;
 mod error;
 mod head;
 mod laser;
+mod model;
+mod odometer;
 mod packet;
 mod receiver;
 mod serial;
+mod session;
 mod sip;
 mod state;
 mod sync;
@@ -24,9 +27,12 @@ pub use encoders::Encoders;
 pub use error::Error;
 pub use head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, UNIT as HEAD_UNIT};
 pub use laser::{Assembler, LaserForm, LaserPacket, READINGS, Reading};
+pub use model::{Battery, Body, Bumpers, LaserMount, Limits, Model, ModelError, Sonars, Ticks, Units};
+pub use odometer::{Odometer, Pose};
 pub use packet::{MAX_PAYLOAD, Packet, checksum};
 pub use receiver::{Dropped, LONGEST_GAP, Receiver};
 pub use serial::{AuxPort, SerialAux};
+pub use session::{Beams, Event, Head, HeadWish, Laser, Options, Session, State, Wish};
 pub use sip::{Flags, Sip, SonarReading};
 pub use state::SimState;
 pub use sync::{Names, Sync};

@@ -1,0 +1,119 @@
+//! One continuous pose out of the wheels' wrapping counts. It measures nothing and knows no map.
+
+use core::time::Duration;
+
+use crate::{Model, Sip};
+
+/// Where a robot is, in a frame that stays.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Ahead of the frame's origin, m.
+    pub x: f64,
+    /// To the left of it, m.
+    pub y: f64,
+    /// Counter-clockwise, from −π to π rad.
+    pub heading: f64,
+}
+
+/// Follows the positions of SIPs.
+///
+/// Counts that wrap go on, forwards and backwards. A step that the robot cannot have driven is no motion: the robot was given
+/// another origin, and the pose stays as it is.
+#[derive(Clone, Debug)]
+pub struct Odometer {
+    pose: Pose,
+    last: Option<Heard>,
+    jumps: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    x: u16,
+    y: u16,
+    heading: f64,
+    time: Duration,
+}
+
+/// How much farther than its limits a robot may seem to have gone: bytes are late at times, and firmware rounds.
+const SLACK_M: f64 = 0.25;
+const SLACK_RAD: f64 = 0.5;
+/// The same in proportion: SIPs that waited together seem to be apart less than they are.
+const SLACK_FACTOR: f64 = 2.0;
+
+impl Odometer {
+    /// Begins at a pose, wherever the robot counts from.
+    #[must_use]
+    pub fn new(start: Pose) -> Self {
+        Self {
+            pose: start,
+            last: None,
+            jumps: 0,
+        }
+    }
+
+    /// Takes the position of a SIP that came by `now`; gives the pose.
+    pub fn update(&mut self, model: &Model, sip: &Sip, now: Duration) -> Pose {
+        let heard = Heard {
+            x: sip.x,
+            y: sip.y,
+            heading: model.angle(sip.th),
+            time: now,
+        };
+        if let Some(last) = self.last.replace(heard) {
+            self.step(model, &last, &heard);
+        }
+        self.pose
+    }
+
+    /// The next position is where the robot is now: it counts anew, as after a new connection.
+    pub fn rebase(&mut self) {
+        self.last = None;
+    }
+
+    /// The pose by the last SIP.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// How often the robot was given another origin.
+    #[must_use]
+    pub fn jumps(&self) -> u64 {
+        self.jumps
+    }
+
+    fn step(&mut self, model: &Model, last: &Heard, heard: &Heard) {
+        let bits = model.units.position_bits;
+        let meters = |from, to| f64::from(difference(from, to, bits)) * model.units.distance_mm / 1000.0;
+        let (dx, dy) = (meters(last.x, heard.x), meters(last.y, heard.y));
+        let turn = wrap(heard.heading - last.heading);
+        let elapsed = heard.time.saturating_sub(last.time).as_secs_f64() * SLACK_FACTOR;
+        let farthest = SLACK_M + elapsed * model.limits.velocity_mm_s / 1000.0;
+        let most = SLACK_RAD + elapsed * model.limits.rotation_deg_s.to_radians();
+        if dx.hypot(dy) > farthest || turn.abs() > most {
+            self.jumps += 1;
+            return;
+        }
+        // From the robot's frame, whose x axis it saw at `last.heading` to its right, to ours.
+        let (sin, cos) = (self.pose.heading - last.heading).sin_cos();
+        self.pose.x += dx * cos - dy * sin;
+        self.pose.y += dx * sin + dy * cos;
+        self.pose.heading = wrap(self.pose.heading + turn);
+    }
+}
+
+/// The shorter way from one count to another that both wrap after as many bits, positive if it counts up.
+#[must_use]
+pub(crate) fn difference(from: u16, to: u16, bits: u32) -> i32 {
+    let span = 1 << bits.min(16);
+    let up = (i32::from(to) - i32::from(from)).rem_euclid(span);
+    if up >= span / 2 { up - span } else { up }
+}
+
+/// An angle as one from −π to π rad.
+#[must_use]
+pub(crate) fn wrap(angle: f64) -> f64 {
+    use core::f64::consts::{PI, TAU};
+    let wrapped = (angle + PI).rem_euclid(TAU) - PI;
+    if wrapped.is_finite() { wrapped } else { 0.0 }
+}

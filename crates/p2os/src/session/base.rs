@@ -1,0 +1,106 @@
+//! The base: speeds within limits, sent when they change and often enough, and motors that must be on. Only a wish moves it.
+
+use core::time::Duration;
+
+use super::{Event, Wish};
+use crate::{Command, Config, Flags, Model, Sip};
+
+/// Speeds are said again this often, ten times before the usual watchdog of 2 s stops the robot.
+const REPEAT: Duration = Duration::from_millis(200);
+/// Between two tries to switch motors on: the robot takes a moment, and a person may be holding the button.
+const MOTORS_AGAIN: Duration = Duration::from_secs(1);
+/// As many tries, then a person must look; it goes on trying when the wish to move ends and begins anew.
+const MOTORS_TRIES: u32 = 5;
+
+/// What was last said to the base.
+#[derive(Clone, Debug)]
+pub(super) struct Base {
+    said: Option<(i16, i16)>,
+    said_at: Duration,
+    motors_at: Duration,
+    tries: u32,
+}
+
+impl Base {
+    /// A base whose motors have been asked for at `now`.
+    pub(super) fn new(now: Duration) -> Self {
+        Self {
+            said: None,
+            said_at: now,
+            motors_at: now,
+            tries: 0,
+        }
+    }
+
+    /// Says what the wish wants, if it must be said now.
+    pub(super) fn drive(
+        &mut self,
+        wish: &Wish,
+        limits: (f64, f64),
+        now: Duration,
+        mut say: impl FnMut(Command),
+    ) {
+        let speeds = (
+            units(wish.linear * 1000.0, limits.0),
+            units(wish.angular.to_degrees(), limits.1),
+        );
+        let changed = self.said != Some(speeds);
+        if changed || now.saturating_sub(self.said_at) >= REPEAT {
+            self.said = Some(speeds);
+            self.said_at = now;
+            say(Command::Velocity(speeds.0));
+            say(Command::RotVelocity(speeds.1));
+        }
+    }
+
+    /// Switches motors on that a robot says are off while it should move.
+    pub(super) fn motors(&mut self, sip: &Sip, now: Duration, mut say: impl FnMut(Command)) -> Option<Event> {
+        let moves = self.said.is_some_and(|speeds| speeds != (0, 0));
+        if sip.motors() || !moves {
+            self.tries = 0;
+            return None;
+        }
+        if self.tries > MOTORS_TRIES || now.saturating_sub(self.motors_at) < MOTORS_AGAIN {
+            return None;
+        }
+        self.motors_at = now;
+        self.tries += 1;
+        let pressed = sip.flags & Flags::ESTOP != 0;
+        if self.tries > MOTORS_TRIES || pressed {
+            self.tries = MOTORS_TRIES + 1;
+            let why = if pressed {
+                ": its emergency stop is pressed"
+            } else {
+                ""
+            };
+            return Some(Event::Warning(format!(
+                "the robot's motors stay off{why}; press its motors button, or stop and start it again"
+            )));
+        }
+        say(Command::Enable(true));
+        None
+    }
+}
+
+/// Greatest speeds, mm/s and degrees/s: the model's, and what the robot says it is set to.
+pub(super) fn limits(model: &Model, config: Option<&Config>) -> (f64, f64) {
+    let set = |limit: f64, told: Option<u16>| match told {
+        Some(told @ 1..) => limit.min(f64::from(told)),
+        Some(0) | None => limit,
+    };
+    (
+        set(
+            model.limits.velocity_mm_s,
+            config.map(|config| config.trans_vel_max),
+        ),
+        set(
+            model.limits.rotation_deg_s,
+            config.map(|config| config.rot_vel_max),
+        ),
+    )
+}
+
+/// A number as the protocol has it; what is no number is 0.
+fn units(value: f64, limit: f64) -> i16 {
+    value.clamp(-limit, limit).round() as i16
+}

@@ -1,0 +1,217 @@
+//! The head: one command to the camera at a time, and its answers, or the time it takes if it cannot answer.
+
+use core::time::Duration;
+
+use super::{Event, HeadWish};
+use crate::head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, UNIT};
+use crate::{AuxPort, Command, SerialAux};
+
+/// How long an answer may take: the camera's tenth of a second, and a slow serial line there and back.
+const PATIENCE: Duration = Duration::from_millis(400);
+/// Between two commands to a camera that cannot answer.
+const PACE: Duration = Duration::from_millis(150);
+/// After switching on, and after it said that it is busy.
+const REST: Duration = Duration::from_millis(500);
+/// Unanswered commands after which it counts as one that cannot answer.
+const SILENCE: u32 = 6;
+
+/// Greatest angles of the camera, units right and left, down and up.
+const PAN: (f64, f64) = (-875.0, 875.0);
+const TILT: (f64, f64) = (-267.0, 790.0);
+/// Least and greatest speeds, units a second.
+const PAN_SPEED: (f64, f64) = (8.0, 800.0);
+const TILT_SPEED: (f64, f64) = (8.0, 662.0);
+
+/// One axis, in the units and directions of the camera.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    /// Where it looks, by its own word or by what it was told.
+    place: f64,
+    /// Where it was last sent.
+    sent: i16,
+    /// At which speed.
+    speed: u16,
+}
+
+/// A camera that is spoken to.
+#[derive(Clone, Debug)]
+pub(super) struct HeadLine {
+    answers: bool,
+    parser: HeadParser,
+    /// What it must be told before it obeys.
+    first: &'static [HeadCommand],
+    waiting: Option<(HeadCommand, Duration)>,
+    rest_until: Duration,
+    unanswered: u32,
+    pan: Axis,
+    tilt: Axis,
+    /// The time up to which the places are reckoned.
+    reckoned: Duration,
+}
+
+/// Power, then the line commands, then the zeros.
+const FIRST: &[HeadCommand] = &[HeadCommand::Power(true), HeadCommand::Control, HeadCommand::Init];
+
+impl HeadLine {
+    pub(super) fn new(answers: bool, now: Duration) -> Self {
+        Self {
+            answers,
+            parser: HeadParser::default(),
+            first: FIRST,
+            waiting: None,
+            rest_until: now,
+            unanswered: 0,
+            pan: Axis::default(),
+            tilt: Axis::default(),
+            reckoned: now,
+        }
+    }
+
+    /// Says the next thing, if it is time for one.
+    pub(super) fn drive(
+        &mut self,
+        wish: &HeadWish,
+        now: Duration,
+        mut say: impl FnMut(Command),
+    ) -> Option<Event> {
+        self.reckon(now);
+        let mut warning = None;
+        if let Some((_, since)) = &self.waiting {
+            if now.saturating_sub(*since) < PATIENCE {
+                return None;
+            }
+            self.waiting = None;
+            self.unanswered += 1;
+            if self.unanswered >= SILENCE {
+                self.answers = false;
+                let words =
+                    "the camera does not answer; it is told where to look, and where it looks is reckoned";
+                warning = Some(Event::Warning(words.to_owned()));
+            }
+        }
+        if now < self.rest_until {
+            return warning;
+        }
+        let Some(next) = self.next(wish) else {
+            self.rest_until = now + PACE;
+            return warning.or(Some(self.event()));
+        };
+        say(Command::Tty2(next.to_bytes()));
+        if self.answers {
+            // Forget what was not fetched, then fetch as much as the answer has.
+            say(Command::GetAux(0));
+            say(Command::GetAux(if next == HeadCommand::Where { 14 } else { 6 }));
+            self.waiting = Some((next, now));
+        } else {
+            self.rest_until = now + if self.first.is_empty() { PACE } else { REST };
+            self.done(&next);
+        }
+        warning
+    }
+
+    /// Takes what came in at the port.
+    pub(super) fn receive(&mut self, aux: &SerialAux, now: Duration) -> Option<Event> {
+        if aux.port != AuxPort::One {
+            return None;
+        }
+        let mut heard = Vec::new();
+        self.parser.receive(&aux.bytes, |frame| heard.push(frame));
+        let mut event = None;
+        for frame in heard {
+            let HeadFrame::Answer(answer) = frame else {
+                continue;
+            };
+            let Some((command, _)) = self.waiting.take() else {
+                continue;
+            };
+            self.unanswered = 0;
+            if answer.status != HeadAnswer::OK {
+                self.rest_until = now + REST;
+                continue;
+            }
+            self.done(&command);
+            if command == HeadCommand::Power(true) {
+                self.rest_until = now + REST;
+            }
+            if let Some((pan, tilt)) = answer.pan_tilt() {
+                (self.pan.place, self.tilt.place) = (pan.into(), tilt.into());
+                self.reckoned = now;
+                event = Some(self.event());
+            }
+        }
+        event
+    }
+
+    fn event(&self) -> Event {
+        Event::Head {
+            pan: -self.pan.place * UNIT,
+            tilt: -self.tilt.place * UNIT,
+        }
+    }
+
+    /// What to say next: first its beginning, then what the wish changes, then a question.
+    fn next(&mut self, wish: &HeadWish) -> Option<HeadCommand> {
+        if let Some(first) = self.first.first() {
+            return Some(first.clone());
+        }
+        let pan = aim(self.pan, -wish.pan, wish.pan_speed, PAN, PAN_SPEED);
+        let tilt = aim(self.tilt, -wish.tilt, wish.tilt_speed, TILT, TILT_SPEED);
+        let place = HeadCommand::PanTilt {
+            pan: pan.sent,
+            tilt: tilt.sent,
+        };
+        if pan.speed != self.pan.speed {
+            return Some(HeadCommand::PanSpeed(pan.speed));
+        }
+        if tilt.speed != self.tilt.speed {
+            return Some(HeadCommand::TiltSpeed(tilt.speed));
+        }
+        if (pan.sent, tilt.sent) != (self.pan.sent, self.tilt.sent) {
+            return Some(place);
+        }
+        // One that cannot answer is asked nothing: where it looks is reckoned.
+        self.answers.then_some(HeadCommand::Where)
+    }
+
+    /// A command was taken.
+    fn done(&mut self, command: &HeadCommand) {
+        match command {
+            HeadCommand::PanSpeed(speed) => self.pan.speed = *speed,
+            HeadCommand::TiltSpeed(speed) => self.tilt.speed = *speed,
+            HeadCommand::PanTilt { pan, tilt } => (self.pan.sent, self.tilt.sent) = (*pan, *tilt),
+            HeadCommand::Power(_) | HeadCommand::Control | HeadCommand::Init => {
+                self.first = self.first.get(1..).unwrap_or_default();
+            }
+            HeadCommand::Stop | HeadCommand::Where | HeadCommand::Zoom(_) | HeadCommand::Other { .. } => {}
+        }
+    }
+
+    /// Lets the axes have turned towards where they were sent.
+    fn reckon(&mut self, now: Duration) {
+        let elapsed = now.saturating_sub(self.reckoned).as_secs_f64();
+        self.reckoned = now;
+        for axis in [&mut self.pan, &mut self.tilt] {
+            let most = f64::from(axis.speed) * elapsed;
+            axis.place += (f64::from(axis.sent) - axis.place).clamp(-most, most);
+        }
+    }
+}
+
+/// Where an axis shall be sent, and at which speed; without a speed it stays where it looks now.
+fn aim(axis: Axis, angle: f64, speed: f64, ends: (f64, f64), speeds: (f64, f64)) -> Axis {
+    if !(speed.abs() > 0.0 && angle.is_finite()) {
+        // One that has arrived, but for what rounding leaves, keeps its place to the unit.
+        let arrived = (axis.place - f64::from(axis.sent)).abs() < 2.0;
+        let sent = if arrived {
+            axis.sent
+        } else {
+            axis.place.round() as i16
+        };
+        return Axis { sent, ..axis };
+    }
+    Axis {
+        place: axis.place,
+        sent: (angle / UNIT).clamp(ends.0, ends.1).round() as i16,
+        speed: (speed.abs() / UNIT).clamp(speeds.0, speeds.1).round() as u16,
+    }
+}

@@ -1,0 +1,277 @@
+//! The client's end of a connection: hello, switching on, driving, goodbye. It has no clock, no thread and no socket; its owner
+//! carries bytes both ways and says what time it is.
+//!
+//! Once connected, nothing is ever sent but from [`Session::drive`] and [`Session::close`]. So a robot whose application hangs
+//! hears nothing, and its watchdog stops it.
+
+mod base;
+mod event;
+mod handshake;
+mod head;
+mod laser;
+mod options;
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use crate::encoders;
+use crate::{
+    Assembler, Command, Config, Dropped, Encoders, Form, LaserPacket, Model, Odometer, Packet, Pose,
+    Receiver, SerialAux, Sip,
+};
+
+use base::Base;
+pub use event::{Event, State};
+use handshake::Handshake;
+use head::HeadLine;
+use laser::Asking;
+pub use options::{Beams, Head, HeadWish, Laser, Options, Wish};
+
+/// A robot that says nothing for so long is lost: it sends ten SIPs in it.
+const SILENCE: Duration = Duration::from_secs(1);
+/// Most events that wait for their owner; older ones give way, for they no longer tell how things are.
+const MOST_EVENTS: usize = 256;
+
+/// A client's session with a robot.
+#[derive(Clone, Debug)]
+pub struct Session {
+    options: Options,
+    state: State,
+    handshake: Option<Handshake>,
+    receiver: Receiver,
+    output: Vec<u8>,
+    events: VecDeque<Event>,
+    model: Option<Model>,
+    config: Option<Config>,
+    sip: Option<Sip>,
+    heard: Duration,
+    odometer: Odometer,
+    base: Base,
+    asking: Asking,
+    assembler: Assembler,
+    head: Option<HeadLine>,
+    ticks: Option<(Encoders, [i64; 2])>,
+}
+
+impl Session {
+    /// A session that waits for a connection.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self {
+            state: State::Idle,
+            handshake: None,
+            receiver: Receiver::new(),
+            output: Vec::new(),
+            events: VecDeque::new(),
+            model: options.model.clone(),
+            config: None,
+            sip: None,
+            heard: Duration::ZERO,
+            odometer: Odometer::new(options.start),
+            base: Base::new(Duration::ZERO),
+            asking: Asking::Done,
+            assembler: Assembler::default(),
+            head: None,
+            ticks: None,
+            options,
+        }
+    }
+
+    /// A new connection is there: says hello. Whatever was before is forgotten, but for the odometry and the encoders, which go on.
+    pub fn connected(&mut self, now: Duration) {
+        self.receiver = Receiver::new();
+        self.output.clear();
+        self.config = None;
+        self.sip = None;
+        self.asking = Asking::Done;
+        self.assembler = Assembler::default();
+        self.head = None;
+        self.odometer.rebase();
+        self.heard = now;
+        self.state = State::Syncing;
+        let mut handshake = Handshake::new(now);
+        handshake.hello(&mut self.output);
+        self.handshake = Some(handshake);
+    }
+
+    /// The connection is gone, for a reason in words.
+    pub fn lost(&mut self, reason: &str) {
+        if !matches!(self.state, State::Refused(_)) {
+            self.state = State::Lost(reason.to_owned());
+        }
+        self.handshake = None;
+        self.output.clear();
+    }
+
+    /// Takes bytes that came by `now`. They may be cut anywhere.
+    pub fn receive(&mut self, bytes: &[u8], now: Duration) {
+        let mut packets = Vec::new();
+        self.receiver.receive(bytes, now, |packet| packets.push(packet));
+        for packet in packets {
+            match self.state {
+                State::Syncing | State::Opening(_) => self.shake(&packet, now),
+                State::Connected(_) => self.take(&packet, now),
+                State::Idle | State::Lost(_) | State::Refused(_) => {}
+            }
+        }
+    }
+
+    /// Goes on with the hello, or drives as is wished now. Called in every iteration of its owner, and by nobody else.
+    pub fn drive(&mut self, wish: &Wish, now: Duration) {
+        match self.state {
+            State::Syncing | State::Opening(_) => self.wait(now),
+            State::Connected(_) => self.drive_on(wish, now),
+            State::Idle | State::Lost(_) | State::Refused(_) => {}
+        }
+    }
+
+    /// The bytes to send now; each is given once.
+    pub fn output(&mut self) -> Vec<u8> {
+        core::mem::take(&mut self.output)
+    }
+
+    /// The next of what the robot said.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// Ends the session: the bytes that stop the robot and switch it off, after which it says no more.
+    pub fn close(&mut self) -> Vec<u8> {
+        let mut farewell = Vec::new();
+        let commands: &[Command] = match self.state {
+            State::Connected(_) | State::Opening(_) => &[
+                Command::Velocity(0),
+                Command::RotVelocity(0),
+                Command::Enable(false),
+                Command::Sonar(0),
+                Command::Close(Form::One),
+            ],
+            State::Syncing => &[Command::Close(Form::One)],
+            State::Idle | State::Lost(_) | State::Refused(_) => &[],
+        };
+        for command in commands {
+            say(&mut farewell, command);
+        }
+        self.output.clear();
+        self.handshake = None;
+        self.state = State::Idle;
+        farewell
+    }
+
+    /// How it stands.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The robot's model, once it is known.
+    #[must_use]
+    pub fn model(&self) -> Option<&Model> {
+        self.model.as_ref()
+    }
+
+    /// What the robot says it is set to, if it was asked and answered.
+    #[must_use]
+    pub fn config(&self) -> Option<&Config> {
+        self.config.as_ref()
+    }
+
+    /// Whether the robot says that it is a simulator.
+    #[must_use]
+    pub fn is_simulator(&self) -> bool {
+        let named = match &self.state {
+            State::Opening(names) | State::Connected(names) => crate::config::is_simulators_name(&names.name),
+            State::Idle | State::Syncing | State::Lost(_) | State::Refused(_) => false,
+        };
+        named || self.config.as_ref().is_some_and(Config::is_simulator)
+    }
+
+    /// Where the robot is by its wheels.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.odometer.pose()
+    }
+
+    /// What was thrown away of what came, over this connection.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        self.receiver.dropped()
+    }
+
+    fn drive_on(&mut self, wish: &Wish, now: Duration) {
+        if now.saturating_sub(self.heard) > SILENCE {
+            self.lost("the robot has said nothing for a second: is it switched on, and the cable in?");
+            return;
+        }
+        let Some(model) = &self.model else { return };
+        let limits = base::limits(model, self.config.as_ref());
+        let output = &mut self.output;
+        self.base
+            .drive(wish, limits, now, |command| say(output, &command));
+        let mut events = Vec::new();
+        if let Some(sip) = &self.sip {
+            events.extend(self.base.motors(sip, now, |command| say(output, &command)));
+        }
+        events.extend(self.asking.go_on(now, |command| say(output, &command)));
+        if let Some(head) = &mut self.head {
+            events.extend(head.drive(&wish.head, now, |command| say(output, &command)));
+        }
+        for event in events {
+            self.tell(event);
+        }
+    }
+
+    /// Takes a packet of a robot that drives.
+    fn take(&mut self, packet: &Packet, now: Duration) {
+        if let Ok(sip) = Sip::from_packet(packet) {
+            self.heard = now;
+            if let Some(model) = &self.model {
+                self.odometer.update(model, &sip, now);
+            }
+            self.sip = Some(sip.clone());
+            self.tell(Event::Sip(Box::new(sip)));
+        } else if LaserPacket::is_one(packet) {
+            let Ok(part) = LaserPacket::from_packet(packet) else {
+                return;
+            };
+            self.asking.heard();
+            if let Some(sweep) = self.assembler.add(&part) {
+                self.tell(Event::Laser(sweep));
+            }
+        } else if packet.id() == encoders::KIND {
+            let Ok(heard) = Encoders::from_packet(packet) else {
+                return;
+            };
+            let (last, [left, right]) = self.ticks.unwrap_or((heard, [0; 2]));
+            let left = left + i64::from(heard.left.wrapping_sub(last.left));
+            let right = right + i64::from(heard.right.wrapping_sub(last.right));
+            self.ticks = Some((heard, [left, right]));
+            self.tell(Event::Encoders { left, right });
+        } else if let Ok(config) = Config::from_packet(packet) {
+            self.set_to(config);
+        } else if let (Ok(aux), Some(head)) = (SerialAux::from_packet(packet), &mut self.head)
+            && let Some(event) = head.receive(&aux, now)
+        {
+            self.tell(event);
+        }
+    }
+
+    fn set_to(&mut self, config: Config) {
+        self.tell(Event::Config(Box::new(config.clone())));
+        self.config = Some(config);
+    }
+
+    fn tell(&mut self, event: Event) {
+        if self.events.len() == MOST_EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+    }
+}
+
+/// Adds a command's packet; every command a session says fits into one.
+fn say(output: &mut Vec<u8>, command: &Command) {
+    if let Ok(packet) = command.to_packet() {
+        output.extend(packet.to_bytes());
+    }
+}
