@@ -1,0 +1,171 @@
+//! A scanner as the manual describes it, for tests: modes, password, speeds, configuration, scans, and what can go wrong. It does
+//! no I/O; its reading of telegrams is its own, so that a mistake of the driver's is not repeated here.
+
+use crate::telegram::framed;
+
+/// A scanner.
+#[derive(Debug)]
+pub(crate) struct Emulator {
+    pub(crate) baud: u32,
+    pub(crate) streaming: bool,
+    pub(crate) installing: bool,
+    pub(crate) block: Vec<u8>,
+    pub(crate) view: u16,
+    pub(crate) step: u16,
+    /// Values of the next scans, all alike.
+    pub(crate) value: u16,
+    pub(crate) status: u8,
+    /// How many of the next telegrams it cannot read, but for the one that it is met by.
+    pub(crate) nacks: u32,
+    /// Commands that it says it cannot do.
+    pub(crate) refuses: Option<u8>,
+    pub(crate) silent: bool,
+    /// Whether noise stands between its telegrams.
+    pub(crate) noisy: bool,
+    /// Times its configuration was written.
+    pub(crate) writes: u32,
+    pub(crate) heard: Vec<u8>,
+}
+
+impl Emulator {
+    /// Fresh from the factory: 9600 baud, 1 degree, centimetres.
+    pub(crate) fn new() -> Self {
+        let mut block = vec![0; 32];
+        block[2] = 70;
+        Self {
+            baud: 9600,
+            streaming: false,
+            installing: false,
+            block,
+            view: 180,
+            step: 100,
+            value: 1500,
+            status: 0x10,
+            nacks: 0,
+            refuses: None,
+            silent: false,
+            noisy: false,
+            writes: 0,
+            heard: Vec::new(),
+        }
+    }
+
+    /// What it says to bytes at a speed of the line.
+    pub(crate) fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+        if self.silent {
+            return Vec::new();
+        }
+        if baud != self.baud {
+            // What arrives at the wrong speed is noise, and so is what leaves.
+            self.heard.clear();
+            return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
+        }
+        self.heard.extend_from_slice(bytes);
+        let mut answers = Vec::new();
+        while let Some(start) = self.heard.iter().position(|byte| *byte == 0x02) {
+            self.heard.drain(..start);
+            let [_, _, low, high, ..] = *self.heard else { break };
+            let whole = 6 + usize::from(low) + 256 * usize::from(high);
+            if self.heard.len() < whole {
+                break;
+            }
+            let telegram: Vec<u8> = self.heard.drain(..whole).collect();
+            answers.extend(self.telegram(&telegram));
+        }
+        answers
+    }
+
+    fn telegram(&mut self, telegram: &[u8]) -> Vec<u8> {
+        let payload = &telegram[4..telegram.len() - 2];
+        assert_eq!(
+            telegram,
+            framed(0x00, payload),
+            "a telegram to a scanner is whole"
+        );
+        if self.nacks > 0 && payload != [0x20, 0x25] {
+            self.nacks -= 1;
+            return vec![0x15];
+        }
+        let mut answer = vec![0x06];
+        let refused = self.refuses == Some(payload[0]);
+        let mut to = |data: &[u8]| {
+            let payload = [&[payload[0] | 0x80], data, &[self.status]].concat();
+            answer.extend(framed(0x80, &payload));
+        };
+        match payload {
+            [0x20, ..] if refused => to(&[0x02]),
+            [0x20, 0x00, password @ ..] => {
+                self.installing = password == b"SICK_LMS";
+                self.streaming = false;
+                to(&[u8::from(!self.installing)]);
+            }
+            [0x20, 0x24] => {
+                self.streaming = true;
+                self.installing = false;
+                to(&[0]);
+            }
+            [0x20, 0x25] => {
+                self.streaming = false;
+                self.installing = false;
+                to(&[0]);
+            }
+            [0x20, speed] => {
+                to(&[0]);
+                self.baud = match speed {
+                    0x40 => 38_400,
+                    0x41 => 19_200,
+                    0x42 => 9600,
+                    0x48 => 500_000,
+                    _ => panic!("no speed: {speed:#x}"),
+                };
+            }
+            [0x3a] => to(b"LMS200;30106;V02.10 "),
+            &[0x3b, view, 0, step, 0] => {
+                let good = !refused && self.installing;
+                to(&[u8::from(good), view, 0, step, 0]);
+                if good {
+                    (self.view, self.step) = (view.into(), step.into());
+                }
+            }
+            [0x74] => to(&self.block.clone()),
+            [0x77, block @ ..] => {
+                let good = !refused && self.installing;
+                to(&[&[u8::from(good)], block].concat());
+                if good {
+                    self.block = block.to_vec();
+                    self.writes += 1;
+                }
+            }
+            _ => panic!("the driver says what no scanner knows: {payload:02x?}"),
+        }
+        answer
+    }
+
+    /// What it sends after a turn of its mirror.
+    pub(crate) fn turn(&mut self) -> Vec<u8> {
+        if !self.streaming || self.silent {
+            return Vec::new();
+        }
+        let count = self.view * 100 / self.step + 1;
+        let head = count | u16::from(self.block[6]) << 14;
+        let mut payload = vec![0xb0];
+        payload.extend(head.to_le_bytes());
+        (0..count).for_each(|_| payload.extend(self.value.to_le_bytes()));
+        payload.push(self.status);
+        let noise: &[u8] = if self.noisy {
+            &[0x02, 0x80, 0x10, 0x00, 0x15, 0x77]
+        } else {
+            &[]
+        };
+        [noise, &framed(0x80, &payload)].concat()
+    }
+
+    /// Somebody switches it off and on: what it says then.
+    pub(crate) fn restart(&mut self) -> Vec<u8> {
+        (self.baud, self.streaming, self.installing) = (9600, false, false);
+        framed(
+            0x80,
+            &[&[0x90], &b"LMS200;30106;V02.10 "[..], &[self.status]].concat(),
+        )
+    }
+}

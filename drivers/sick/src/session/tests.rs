@@ -1,0 +1,275 @@
+//! Conversations with the emulator in virtual time, where waiting costs nothing.
+
+use super::*;
+use crate::emulator::Emulator;
+
+/// A session and a scanner with a wire between them.
+struct Wire {
+    session: Session,
+    scanner: Emulator,
+    now: Duration,
+    baud: u32,
+    events: Vec<Event>,
+}
+
+impl Wire {
+    fn new(scanner: Emulator, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
+        let wanted = Wanted {
+            beams: Beams::so_many(beams).expect("it can"),
+            reach: Reach::metres(reach).expect("it can"),
+            line: Line::Serial { first, working },
+        };
+        let mut events = Vec::new();
+        let session = Session::begin(wanted, Duration::ZERO, &mut events);
+        let mut wire = Self {
+            session,
+            scanner,
+            now: Duration::ZERO,
+            baud: first,
+            events: Vec::new(),
+        };
+        wire.carry(events);
+        wire
+    }
+
+    /// Carries what is said to and fro until nobody says anything more.
+    fn carry(&mut self, mut events: Vec<Event>) {
+        let mut at = 0;
+        while let Some(event) = events.get(at).cloned() {
+            at += 1;
+            match &event {
+                Event::Baud(baud) => self.baud = *baud,
+                Event::Send(bytes) => {
+                    let answer = self.scanner.hear(bytes, self.baud);
+                    self.session.hear(&answer, self.now, &mut events);
+                }
+                Event::Ready(_) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => {}
+            }
+        }
+        self.events.extend(events);
+    }
+
+    fn hear(&mut self, bytes: &[u8]) {
+        let mut events = Vec::new();
+        self.session.hear(bytes, self.now, &mut events);
+        self.carry(events);
+    }
+
+    /// Lets time pass, 100 ms by 100 ms, until it is ready or lost.
+    fn settle(&mut self) {
+        while !self.session.is_ready() && self.lost().is_none() {
+            self.now += Duration::from_millis(100);
+            let turn = self.scanner.turn();
+            let garbled = if self.baud == self.scanner.baud {
+                turn
+            } else {
+                turn.iter().map(|byte| byte ^ 0x95).collect()
+            };
+            self.hear(&garbled);
+        }
+    }
+
+    fn lost(&self) -> Option<&str> {
+        self.events.iter().find_map(|event| match event {
+            Event::Lose(reason) => Some(&**reason),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Scan(_) | Event::Warn(_) => None,
+        })
+    }
+
+    fn scans(&mut self) -> Vec<Scan> {
+        let events = std::mem::take(&mut self.events);
+        let scan = |event| match event {
+            Event::Scan(scan) => Some(scan),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Warn(_) | Event::Lose(_) => None,
+        };
+        events.into_iter().filter_map(scan).collect()
+    }
+}
+
+fn ready(scanner: Emulator, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
+    let mut wire = Wire::new(scanner, first, working, wanted);
+    wire.settle();
+    assert_eq!(wire.lost(), None);
+    wire
+}
+
+fn refused(scanner: Emulator) -> String {
+    let mut wire = Wire::new(scanner, 9600, 38_400, (181, 8));
+    wire.settle();
+    wire.lost().expect("it is given up").to_owned()
+}
+
+#[test]
+fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
+    let mut wire = ready(Emulator::new(), 9600, 38_400, (361, 8));
+    assert_eq!((wire.baud, wire.scanner.baud), (38_400, 38_400));
+    assert_eq!(
+        (wire.scanner.view, wire.scanner.step, wire.scanner.block[6]),
+        (180, 50, 1)
+    );
+    assert_eq!(
+        wire.scanner.block[2], 70,
+        "what was not asked for stays as it was"
+    );
+    assert!(
+        wire.events
+            .contains(&Event::Ready("LMS200;30106;V02.10, 38400 baud".to_owned()))
+    );
+    let turn = wire.scanner.turn();
+    wire.hear(&turn);
+    let scans = wire.scans();
+    assert_eq!(scans.len(), 1);
+    assert_eq!(scans[0].ranges, [1.5; 361]);
+    // 732 bytes of 10 bits at 38400 baud.
+    assert_eq!(scans[0].transfer.as_millis(), 190);
+}
+
+#[test]
+fn it_is_found_at_any_speed_even_while_it_sends_scans() {
+    for first in SPEEDS {
+        for at in SPEEDS {
+            for streaming in [false, true] {
+                let scanner = Emulator {
+                    baud: at,
+                    streaming,
+                    ..Emulator::new()
+                };
+                let wire = ready(scanner, first, 19_200, (181, 8));
+                assert_eq!(wire.scanner.baud, 19_200);
+            }
+        }
+    }
+}
+
+#[test]
+fn its_memory_is_written_only_for_a_change() {
+    let wire = ready(Emulator::new(), 9600, 9600, (181, 16));
+    assert_eq!(
+        (wire.scanner.writes, wire.scanner.block[5], wire.scanner.block[6]),
+        (1, 4, 1)
+    );
+    let wire = ready(wire.scanner, 9600, 9600, (181, 16));
+    assert_eq!(wire.scanner.writes, 1);
+    let wire = ready(wire.scanner, 9600, 9600, (181, 80));
+    assert_eq!(
+        (wire.scanner.writes, wire.scanner.block[5], wire.scanner.block[6]),
+        (2, 0, 0)
+    );
+}
+
+#[test]
+fn a_telegram_that_noise_took_is_said_again() {
+    let wire = ready(
+        Emulator {
+            nacks: 2,
+            baud: 9600,
+            ..Emulator::new()
+        },
+        9600,
+        9600,
+        (101, 8),
+    );
+    assert_eq!(wire.scanner.view, 100);
+}
+
+#[test]
+fn scans_are_found_between_noise() {
+    let mut wire = ready(
+        Emulator {
+            noisy: true,
+            ..Emulator::new()
+        },
+        9600,
+        9600,
+        (401, 8),
+    );
+    for _ in 0..20 {
+        let turn = wire.scanner.turn();
+        for piece in turn.chunks(13) {
+            wire.hear(piece);
+        }
+    }
+    assert_eq!(wire.scans().len(), 20);
+}
+
+#[test]
+fn what_it_will_not_do_is_named() {
+    assert!(
+        refused(Emulator {
+            silent: true,
+            ..Emulator::new()
+        })
+        .contains("no scanner answers at any speed")
+    );
+    assert!(
+        refused(Emulator {
+            refuses: Some(0x3b),
+            ..Emulator::new()
+        })
+        .starts_with("it would not measure as many")
+    );
+    assert!(
+        refused(Emulator {
+            refuses: Some(0x77),
+            ..Emulator::new()
+        })
+        .starts_with("it would not take another")
+    );
+    let speed = refused(Emulator {
+        refuses: Some(0x20),
+        ..Emulator::new()
+    });
+    assert!(
+        speed.starts_with("it would not go at the speed `baud`") && speed.ends_with("it has a fault"),
+        "{speed}"
+    );
+}
+
+#[test]
+fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
+    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    wire.now += SILENCE - Duration::from_nanos(1);
+    wire.hear(&[]);
+    assert_eq!(wire.lost(), None);
+    wire.now += Duration::from_nanos(1);
+    wire.hear(&[]);
+    assert_eq!(wire.lost(), Some("no scan came for 3 s"));
+
+    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    let words = wire.scanner.restart();
+    wire.hear(&words);
+    assert!(
+        wire.lost()
+            .is_some_and(|reason| reason.contains("switched off and on"))
+    );
+
+    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    wire.scanner.status = 0x13;
+    let turn = wire.scanner.turn();
+    wire.hear(&turn);
+    assert!(wire.lost().is_some_and(|reason| reason.contains("status 0x13")));
+    assert_eq!(wire.scans(), [], "what it measures with a fault is not used");
+}
+
+#[test]
+fn a_dirty_window_is_said_once_and_scans_go_on() {
+    let mut wire = ready(
+        Emulator {
+            status: 0x90,
+            ..Emulator::new()
+        },
+        9600,
+        9600,
+        (181, 8),
+    );
+    for _ in 0..3 {
+        let turn = wire.scanner.turn();
+        wire.hear(&turn);
+    }
+    let warnings = wire
+        .events
+        .iter()
+        .filter(|event| matches!(event, Event::Warn(_)))
+        .count();
+    assert_eq!((warnings, wire.scans().len()), (1, 3));
+}

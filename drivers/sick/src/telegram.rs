@@ -1,0 +1,273 @@
+//! Telegrams as they go over the wire: framed, checked, found again after any garbage. What they mean is not known here.
+//!
+//! From SICK's "Telegrams for configuring and operating the LMS 2xx": STX, address, length (2 bytes, low first) of what
+//! follows up to the checksum, command, data, in answers a status byte, and a checksum of all before it (2 bytes, low first).
+
+const STX: u8 = 0x02;
+const NACK: u8 = 0x15;
+/// The host's telegrams go to address 0; answers come from 0x80 and the scanner's own number.
+const TO_ANY: u8 = 0x00;
+const FROM_SCANNER: u8 = 0x80;
+/// STX, address and length.
+const HEAD: usize = 4;
+const CHECKSUM: usize = 2;
+/// The longest telegram by the manual, whole.
+const LONGEST: usize = 812;
+const POLYNOMIAL: u16 = 0x8005;
+
+/// What the scanner says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Heard {
+    /// It could not read the last telegram.
+    Nack,
+    /// It answers, or tells by itself.
+    Telegram(Telegram),
+}
+
+/// A telegram of the scanner.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Telegram {
+    /// What it is about: that of the question with its highest bit set.
+    pub(crate) command: u8,
+    pub(crate) data: Vec<u8>,
+    /// How the scanner is.
+    pub(crate) status: u8,
+    /// Bytes it took on the wire.
+    pub(crate) size: usize,
+}
+
+/// Finds telegrams in what is heard, however it is cut and whatever stands between.
+#[derive(Debug, Default)]
+pub(crate) struct Receiver {
+    bytes: Vec<u8>,
+    start: usize,
+}
+
+/// A telegram of the host.
+pub(crate) fn question(payload: &[u8]) -> Vec<u8> {
+    framed(TO_ANY, payload)
+}
+
+/// A telegram to or from an address; a payload is a command and what belongs to it.
+pub(crate) fn framed(address: u8, payload: &[u8]) -> Vec<u8> {
+    let [low, high] = (payload.len() as u16).to_le_bytes();
+    let mut telegram = vec![STX, address, low, high];
+    telegram.extend_from_slice(payload);
+    telegram.extend_from_slice(&checksum(&telegram).to_le_bytes());
+    telegram
+}
+
+/// The checksum of the manual: shifted by a bit, and each byte taken in twice, the second time as the high one.
+fn checksum(bytes: &[u8]) -> u16 {
+    let (mut sum, mut before) = (0_u16, 0);
+    for &byte in bytes {
+        let carry = sum & 0x8000 != 0;
+        sum <<= 1;
+        if carry {
+            sum ^= POLYNOMIAL;
+        }
+        sum ^= u16::from_le_bytes([byte, before]);
+        before = byte;
+    }
+    sum
+}
+
+impl Receiver {
+    /// Takes in bytes as they come.
+    pub(crate) fn hear(&mut self, bytes: &[u8]) {
+        self.bytes.drain(..self.start);
+        self.start = 0;
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Forgets what is half heard; at another speed it is worth nothing.
+    pub(crate) fn clear(&mut self) {
+        self.bytes.clear();
+        self.start = 0;
+    }
+
+    /// The next thing heard; `None` until more comes.
+    pub(crate) fn next(&mut self) -> Option<Heard> {
+        loop {
+            let rest = &self.bytes[self.start..];
+            match *rest.first()? {
+                STX => match telegram(rest) {
+                    Found::Whole(telegram) => {
+                        self.start += telegram.size;
+                        return Some(Heard::Telegram(telegram));
+                    }
+                    Found::Part => return None,
+                    Found::Garbage => self.start += 1,
+                },
+                NACK => {
+                    self.start += 1;
+                    return Some(Heard::Nack);
+                }
+                _ => self.start += 1,
+            }
+        }
+    }
+}
+
+enum Found {
+    Whole(Telegram),
+    /// So far it is one.
+    Part,
+    Garbage,
+}
+
+fn telegram(bytes: &[u8]) -> Found {
+    match bytes.get(1) {
+        None => return Found::Part,
+        Some(address) if address & FROM_SCANNER == 0 => return Found::Garbage,
+        Some(_) => {}
+    }
+    let &[_, _, low, high, ..] = bytes else {
+        return Found::Part;
+    };
+    let length = usize::from(u16::from_le_bytes([low, high]));
+    let size = HEAD + length + CHECKSUM;
+    if length < 2 || size > LONGEST {
+        return Found::Garbage;
+    }
+    let Some(whole) = bytes.get(..size) else {
+        return Found::Part;
+    };
+    let (checked, sum) = whole.split_at(size - CHECKSUM);
+    let &[_, _, _, _, command, ref data @ .., status] = checked else {
+        return Found::Garbage;
+    };
+    if checksum(checked).to_le_bytes() != sum {
+        return Found::Garbage;
+    }
+    Found::Whole(Telegram {
+        command,
+        data: data.to_vec(),
+        status,
+        size,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn questions_are_those_of_the_manual_to_the_byte() {
+        assert_eq!(question(&[0x31]), [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12]);
+        assert_eq!(
+            question(&[0x20, 0x24]),
+            [0x02, 0x00, 0x02, 0x00, 0x20, 0x24, 0x34, 0x08]
+        );
+        assert_eq!(
+            question(&[0x20, 0x42]),
+            [0x02, 0x00, 0x02, 0x00, 0x20, 0x42, 0x52, 0x08]
+        );
+        assert_eq!(
+            question(&[0x20, 0x48]),
+            [0x02, 0x00, 0x02, 0x00, 0x20, 0x48, 0x58, 0x08]
+        );
+        assert_eq!(
+            question(&[0x30, 0x01]),
+            [0x02, 0x00, 0x02, 0x00, 0x30, 0x01, 0x31, 0x18]
+        );
+        let variant = question(&[0x3b, 180, 0, 100, 0]);
+        assert_eq!(
+            variant,
+            [0x02, 0x00, 0x05, 0x00, 0x3b, 0xb4, 0x00, 0x64, 0x00, 0x97, 0x49]
+        );
+        let password = question(b"\x20\x00SICK_LMS");
+        assert_eq!(password[password.len() - 2..], [0xbe, 0xc5]);
+    }
+
+    fn answer(data: &[u8]) -> Vec<u8> {
+        framed(0x80, &[&[0xb0], data, &[0x10]].concat())
+    }
+
+    fn heard(pieces: impl IntoIterator<Item = Vec<u8>>) -> Vec<Heard> {
+        let mut receiver = Receiver::default();
+        let mut all = Vec::new();
+        for piece in pieces {
+            receiver.hear(&piece);
+            while let Some(heard) = receiver.next() {
+                all.push(heard);
+            }
+        }
+        all
+    }
+
+    fn data(heard: &[Heard]) -> Vec<&[u8]> {
+        heard
+            .iter()
+            .map(|heard| match heard {
+                Heard::Nack => &[][..],
+                Heard::Telegram(telegram) => &*telegram.data,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_start_that_is_none_costs_no_telegram_behind_it() {
+        // Each looks like a beginning: STX, an answer's address, a length.
+        for false_start in [
+            &[0x02_u8][..],
+            &[0x02, 0x80],
+            &[0x02, 0x80, 0x05, 0x00],
+            &[0x02, 0x02, 0x80],
+        ] {
+            let bytes = [false_start, &answer(b"one"), &answer(b"two")].concat();
+            assert_eq!(data(&heard([bytes])), [b"one", b"two"]);
+        }
+    }
+
+    #[test]
+    fn what_is_too_long_is_no_telegram() {
+        let longest = LONGEST - HEAD - CHECKSUM - 2;
+        assert_eq!(heard([answer(&vec![0xff; longest])]).len(), 1);
+        assert_eq!(heard([answer(&vec![0xff; longest + 1])]), []);
+    }
+
+    #[test]
+    fn ten_thousand_telegrams_with_a_wrong_byte_are_never_believed() {
+        let whole = answer(b"ranges and more ranges");
+        let mut number = 7_u32;
+        let mut random = || {
+            number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (number >> 16) as usize
+        };
+        for _ in 0..10_000 {
+            let mut wrong = whole.clone();
+            let place = random() % wrong.len();
+            wrong[place] ^= (1 + random() % 255) as u8;
+            let all = heard([wrong.clone(), answer(b"next"), vec![0; LONGEST]]);
+            let believed: Vec<_> = data(&all).into_iter().filter(|data| !data.is_empty()).collect();
+            assert_eq!(believed, [b"next"], "{wrong:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn telegrams_survive_any_cut(cuts in prop::collection::vec(1_usize..40, 1..40)) {
+            let bytes = [answer(b"one"), vec![NACK], answer(&[0x02, 0x80, 0x15, 0x06]), answer(b"")].concat();
+            let mut rest = &bytes[..];
+            let mut pieces = Vec::new();
+            for cut in cuts.iter().cycle() {
+                if rest.is_empty() {
+                    break;
+                }
+                let (piece, more) = rest.split_at(rest.len().min(*cut));
+                pieces.push(piece.to_vec());
+                rest = more;
+            }
+            let all = heard(pieces);
+            prop_assert_eq!(data(&all), [&b"one"[..], &[], &[0x02, 0x80, 0x15, 0x06], &[]]);
+        }
+
+        #[test]
+        fn no_bytes_panic(pieces in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..900), 0..6)) {
+            heard(pieces);
+        }
+    }
+}
