@@ -72,6 +72,7 @@ mod solid;
 mod world;
 
 pub use battery::{BATTERY_CAPACITY, Battery};
+pub use camera::{CameraConfig, CameraMount};
 pub use color::Color;
 pub use config::{OdometryOrigin, RobotConfig};
 pub use error::{Fault, WorldError};

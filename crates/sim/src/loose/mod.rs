@@ -87,6 +87,10 @@ impl Body {
         [area.mins.into(), area.maxs.into()]
     }
 
+    pub(crate) fn center(&self) -> [f64; 2] {
+        self.center.into()
+    }
+
     pub(crate) fn is_ball(&self) -> bool {
         matches!(self.form, Form::Ball { .. })
     }

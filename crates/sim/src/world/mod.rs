@@ -3,6 +3,7 @@
 //! Time is counted in whole steps, so that a history does not depend on who advances the world, or how often.
 
 mod firm;
+mod pictures;
 mod robots;
 mod senses;
 

@@ -153,7 +153,7 @@ enum Echo {
     Sound,
 }
 
-fn buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {
+pub(super) fn buffer(sensor: &'static str, given: usize, expected: usize) -> Result<(), WorldError> {
     if given == expected {
         Ok(())
     } else {

@@ -1,0 +1,44 @@
+//! A picture with the depth of every pixel: the nearer hides the farther, in whatever order they come.
+//!
+//! Knows pixels only, no shapes.
+
+/// A picture that is being made.
+pub(super) struct Canvas<'a> {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Three bytes a pixel, by rows from the top.
+    colors: &'a mut [u8],
+    /// The inverse of the depth in metres, so that it is straight along a row of a flat face; 0 where nothing is.
+    near: Vec<f32>,
+}
+
+impl<'a> Canvas<'a> {
+    pub(super) fn new(width: usize, height: usize, colors: &'a mut [u8]) -> Self {
+        debug_assert_eq!(colors.len(), 3 * width * height);
+        Self {
+            width,
+            height,
+            colors,
+            near: vec![0.0; width * height],
+        }
+    }
+
+    /// The colours and inverse depths of the pixels from `left` until `right` of a row.
+    pub(super) fn span(
+        &mut self,
+        row: usize,
+        left: usize,
+        right: usize,
+    ) -> impl Iterator<Item = (&mut [u8; 3], &mut f32)> {
+        let (from, to) = (row * self.width + left, row * self.width + right);
+        let (colors, _) = self.colors[3 * from..3 * to].as_chunks_mut::<3>();
+        colors.iter_mut().zip(&mut self.near[from..to])
+    }
+}
+
+/// The pixels whose middles lie between two places along a row or column of `count` pixels.
+pub(super) fn middles(from: f64, to: f64, count: usize) -> (usize, usize) {
+    let bound = |place: f64| libm::ceil(place - 0.5).clamp(0.0, count as f64) as usize;
+    let (first, end) = (bound(from), bound(to));
+    (first, end.max(first))
+}

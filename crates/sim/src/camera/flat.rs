@@ -1,0 +1,91 @@
+//! Flat faces: convex, of one colour each, filled row by row.
+//!
+//! The inverse of the depth is straight across a face, so a pixel costs an addition and a comparison.
+
+use super::canvas::{Canvas, middles};
+use super::view::{Rays, V3, View, dot, sub};
+
+/// Nearer than this in metres nothing is drawn: the inside of the camera.
+const NEAR: f64 = 0.01;
+
+/// A convex face with its corners in order.
+pub(super) struct Face {
+    pub(super) corners: [V3; 4],
+    /// The unit normal; a face is seen from both its sides.
+    pub(super) normal: V3,
+    pub(super) color: [u8; 3],
+}
+
+/// Corners of a face in front of the eye: the plane of the eye can cut one more.
+const CORNERS: usize = 5;
+
+impl Face {
+    pub(super) fn draw(&self, view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
+        // On the ray through (u, v) the plane of the face is met at depth t: n·(eye + t·ray) = n·corner.
+        let offset = dot(self.normal, sub(self.corners[0], view.eye));
+        if offset == 0.0 {
+            return;
+        }
+        let near = [rays.origin, rays.column, rays.row].map(|ray| dot(self.normal, ray) / offset);
+        let mut pixels = [[0.0; 2]; CORNERS];
+        let pixels = self.pixels(view, &mut pixels);
+        let extent = pixels
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), pixel| {
+                (low.min(pixel[1]), high.max(pixel[1]))
+            });
+        let (top, bottom) = middles(extent.0, extent.1, canvas.height);
+        for row in top..bottom {
+            let v = row as f64 + 0.5;
+            let (left, right) = across(pixels, v);
+            let (left, right) = middles(left, right, canvas.width);
+            let mut inverse = (near[0] + v * near[2] + (left as f64 + 0.5) * near[1]) as f32;
+            let step = near[1] as f32;
+            for (color, depth) in canvas.span(row, left, right) {
+                if inverse > *depth {
+                    *depth = inverse;
+                    *color = self.color;
+                }
+                inverse += step;
+            }
+        }
+    }
+
+    /// The corners in the picture, of the part that is in front of the eye.
+    fn pixels<'a>(&self, view: &View, pixels: &'a mut [[f64; 2]; CORNERS]) -> &'a [[f64; 2]] {
+        let local = self.corners.map(|corner| view.local(corner));
+        let mut count = 0;
+        let mut push = |point: V3| {
+            pixels[count] = view.pixel(point);
+            count += 1;
+        };
+        for (index, &from) in local.iter().enumerate() {
+            let to = local[(index + 1) % local.len()];
+            if from[2] >= NEAR {
+                push(from);
+            }
+            if (from[2] >= NEAR) != (to[2] >= NEAR) {
+                let part = (NEAR - from[2]) / (to[2] - from[2]);
+                push([
+                    from[0] + part * (to[0] - from[0]),
+                    from[1] + part * (to[1] - from[1]),
+                    NEAR,
+                ]);
+            }
+        }
+        &pixels[..count]
+    }
+}
+
+/// Where a row enters and leaves a convex face.
+fn across(corners: &[[f64; 2]], v: f64) -> (f64, f64) {
+    let mut found = (f64::INFINITY, f64::NEG_INFINITY);
+    for (index, from) in corners.iter().enumerate() {
+        let to = corners[(index + 1) % corners.len()];
+        if (from[1] <= v) != (to[1] <= v) {
+            let u = from[0] + (v - from[1]) / (to[1] - from[1]) * (to[0] - from[0]);
+            found = (found.0.min(u), found.1.max(u));
+        }
+    }
+    found
+}

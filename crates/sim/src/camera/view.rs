@@ -1,0 +1,124 @@
+//! Where a camera is and looks, and what ray goes through a pixel of it.
+//!
+//! Draws nothing.
+
+pub(super) type V3 = [f64; 3];
+
+/// An eye in the world, with its picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    pub(super) eye: V3,
+    /// Unit vectors ahead, to the left and up, in the frame of the world.
+    ahead: V3,
+    left: V3,
+    up: V3,
+    focal: f64,
+    pub(super) width: usize,
+    pub(super) height: usize,
+}
+
+/// The vectors of the rays of a picture: the ray through the point (u, v) is `origin + u * column + v * row`, and goes one metre
+/// ahead of the eye in each unit of its parameter. So the depth of a point is the parameter of its ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rays {
+    pub(super) origin: V3,
+    pub(super) column: V3,
+    pub(super) row: V3,
+}
+
+impl View {
+    /// An eye that looks along a heading, level.
+    pub(super) fn new(eye: V3, heading: f64, focal: f64, [width, height]: [usize; 2]) -> Self {
+        let (sin, cos) = libm::sincos(heading);
+        Self {
+            eye,
+            ahead: [cos, sin, 0.0],
+            left: [-sin, cos, 0.0],
+            up: [0.0, 0.0, 1.0],
+            focal,
+            width,
+            height,
+        }
+    }
+
+    /// Moved by metres ahead, to the left and up, as it looks.
+    pub(super) fn moved(mut self, [x, y, z]: V3) -> Self {
+        for axis in 0..3 {
+            self.eye[axis] += x * self.ahead[axis] + y * self.left[axis] + z * self.up[axis];
+        }
+        self
+    }
+
+    /// Turned to the left about its own upright axis.
+    pub(super) fn panned(mut self, angle: f64) -> Self {
+        (self.ahead, self.left) = turned(self.ahead, self.left, angle);
+        self
+    }
+
+    /// Turned down about its own axis to the left.
+    pub(super) fn tilted(mut self, angle: f64) -> Self {
+        (self.up, self.ahead) = turned(self.up, self.ahead, angle);
+        self
+    }
+
+    pub(super) fn rays(&self) -> Rays {
+        let (column, row) = (
+            scaled(self.left, -1.0 / self.focal),
+            scaled(self.up, -1.0 / self.focal),
+        );
+        let (u, v) = (self.width as f64 / 2.0, self.height as f64 / 2.0);
+        let origin = [0, 1, 2].map(|axis| self.ahead[axis] - u * column[axis] - v * row[axis]);
+        Rays { origin, column, row }
+    }
+
+    /// A point of the world as the camera has it: to the right, down and ahead, in metres.
+    pub(super) fn local(&self, point: V3) -> V3 {
+        let away = sub(point, self.eye);
+        [-dot(away, self.left), -dot(away, self.up), dot(away, self.ahead)]
+    }
+
+    /// Where a point ahead of the camera is in its picture.
+    pub(super) fn pixel(&self, [x, y, z]: V3) -> [f64; 2] {
+        [
+            self.width as f64 / 2.0 + self.focal * x / z,
+            self.height as f64 / 2.0 + self.focal * y / z,
+        ]
+    }
+
+    /// Whether a ball around all of a thing can be in the picture; may say so of one just beside it.
+    pub(super) fn may_see(&self, center: V3, radius: f64) -> bool {
+        let [x, y, z] = self.local(center);
+        let side = |offset: f64, half: f64| {
+            // The distance to the plane through the eye and the edge of the picture, times the length of its normal.
+            offset.abs() * self.focal - z * half <= radius * (self.focal + half)
+        };
+        z > -radius && side(x, self.width as f64 / 2.0) && side(y, self.height as f64 / 2.0)
+    }
+}
+
+impl Rays {
+    pub(super) fn through(&self, u: f64, v: f64) -> V3 {
+        [0, 1, 2].map(|axis| self.origin[axis] + u * self.column[axis] + v * self.row[axis])
+    }
+}
+
+pub(super) fn dot(a: V3, b: V3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn sub(a: V3, b: V3) -> V3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn scaled(a: V3, by: f64) -> V3 {
+    a.map(|value| value * by)
+}
+
+/// Two axes turned toward each other: the first to the second.
+fn turned(first: V3, second: V3, angle: f64) -> (V3, V3) {
+    let (sin, cos) = libm::sincos(angle);
+    (
+        [0, 1, 2].map(|axis| cos * first[axis] + sin * second[axis]),
+        [0, 1, 2].map(|axis| cos * second[axis] - sin * first[axis]),
+    )
+}

@@ -1,0 +1,54 @@
+//! What a camera sees of a world.
+//!
+//! Changes nothing: a picture is of the world's present time.
+
+use super::{RobotId, World};
+use crate::camera::{CameraConfig, Stage};
+use crate::error::WorldError;
+use crate::loose::Form;
+
+impl World {
+    /// Fills `picture` with what a camera on a robot sees: RGB, three bytes a pixel, rows from the top.
+    ///
+    /// The robot itself is not in it. The same world gives the same bytes.
+    /// Errors: a buffer of another length than [`CameraConfig::bytes`], numbers that cannot work.
+    pub fn picture(
+        &self,
+        robot: RobotId,
+        camera: &CameraConfig,
+        picture: &mut [u8],
+    ) -> Result<(), WorldError> {
+        camera.check()?;
+        super::senses::buffer("picture", picture.len(), camera.bytes())?;
+        let head = (self.head(robot), &self.config(robot).head);
+        let view = camera.view(self.truth(robot).pose, head);
+        let mut stage = Stage::new(view, &self.light);
+        for shape in self.scene.shapes() {
+            stage.stand(shape.outline, [0.0, shape.height], shape.color);
+        }
+        for mover in &self.movers {
+            match mover.person() {
+                Some(person) => stage.person(&person),
+                None => {
+                    let shape = mover.shape();
+                    stage.stand(shape.outline, [0.0, shape.height], shape.color);
+                }
+            }
+        }
+        for body in self.loose.bodies() {
+            let shape = body.shape();
+            match body.form {
+                Form::Ball { radius } => {
+                    let [x, y] = body.center();
+                    stage.ball([x, y, radius], radius, shape.color);
+                }
+                Form::Box { .. } => stage.stand(shape.outline, [0.0, shape.height], shape.color),
+            }
+        }
+        for (other, _) in self.robots().filter(|(other, _)| *other != robot) {
+            stage.robot(self.truth(other).pose, self.config(other));
+        }
+        stage.draw(picture);
+        Ok(())
+    }
+}
