@@ -1,0 +1,184 @@
+//! A scripted robot: it answers as the protocol says and remembers what it was told. It has no physics.
+#![allow(dead_code)]
+
+use core::time::Duration;
+
+use jde_p2os::*;
+
+/// A robot at the other end of a session, and the session.
+pub(crate) struct Talk {
+    pub(crate) session: Session,
+    pub(crate) now: Duration,
+    pub(crate) robot: Robot,
+}
+
+/// What the robot is and does.
+pub(crate) struct Robot {
+    pub(crate) names: Names,
+    pub(crate) config: Option<Config>,
+    pub(crate) sip: Sip,
+    pub(crate) heard: Vec<Command>,
+    pub(crate) mute: bool,
+    pub(crate) motors_broken: bool,
+    pub(crate) camera: bool,
+    open: bool,
+    synced: u8,
+    receiver: Receiver,
+}
+
+impl Robot {
+    pub(crate) fn new(name: &str, subclass: &str) -> Self {
+        let names = Names {
+            name: name.into(),
+            class: "Pioneer".into(),
+            subclass: subclass.into(),
+        };
+        Self {
+            names,
+            config: Some(Config::default()),
+            sip: Sip::default(),
+            heard: Vec::new(),
+            mute: false,
+            motors_broken: false,
+            camera: false,
+            open: false,
+            synced: 0,
+            receiver: Receiver::new(),
+        }
+    }
+
+    /// Takes what a client says; gives the answers.
+    pub(crate) fn take(&mut self, bytes: &[u8], now: Duration) -> Vec<u8> {
+        let mut packets = Vec::new();
+        self.receiver.receive(bytes, now, |packet| packets.push(packet));
+        let mut answers = Vec::new();
+        for packet in packets {
+            if !self.open
+                && let Some(sync) = Sync::from_packet(&packet)
+            {
+                self.heard.push(Command::from_packet(&packet));
+                if sync as u8 != self.synced {
+                    continue;
+                }
+                self.synced += 1;
+                answers.extend(match sync {
+                    Sync::Zero | Sync::One => sync.to_packet().to_bytes(),
+                    Sync::Two => self.names.to_packet().unwrap().to_bytes(),
+                });
+                continue;
+            }
+            let command = Command::from_packet(&packet);
+            match &command {
+                Command::Open(_) => self.open = true,
+                Command::Close(_) => (self.open, self.synced) = (false, 0),
+                Command::Config(_) => {
+                    let config = self.config.as_ref().map(|config| config.to_packet().unwrap());
+                    answers.extend(config.into_iter().flat_map(|packet| packet.to_bytes()));
+                }
+                Command::Enable(on) if !self.motors_broken => {
+                    self.sip.flags = self.sip.flags & !Flags::MOTORS | u16::from(*on);
+                }
+                Command::Tty2(_) if self.camera => {
+                    let bytes = HeadAnswer::done().to_bytes();
+                    let aux = SerialAux {
+                        port: AuxPort::One,
+                        bytes,
+                    };
+                    answers.extend(aux.to_packet().unwrap().to_bytes());
+                }
+                _ => {}
+            }
+            self.heard.push(command);
+        }
+        answers
+    }
+
+    /// Opens it, as an earlier session left it.
+    pub(crate) fn left_open(mut self) -> Self {
+        self.open = true;
+        self
+    }
+
+    /// What it says by itself every tenth of a second.
+    pub(crate) fn says(&self) -> Vec<u8> {
+        if self.open && !self.mute {
+            self.sip.to_packet().unwrap().to_bytes()
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+impl Talk {
+    /// A session that has a connection and nothing more.
+    pub(crate) fn new(robot: Robot, options: Options) -> Self {
+        let mut session = Session::new(options);
+        let now = Duration::from_secs(100);
+        session.connected(now);
+        Self { session, now, robot }
+    }
+
+    /// One that has said hello.
+    pub(crate) fn connected(robot: Robot, options: Options) -> Self {
+        let mut talk = Self::new(robot, options);
+        talk.run(&Wish::default(), 2.0);
+        assert!(talk.session.state().is_connected(), "{:?}", talk.session.state());
+        talk
+    }
+
+    /// Iterates 25 ms at a time, with a wish.
+    pub(crate) fn run(&mut self, wish: &Wish, seconds: f64) {
+        let end = self.now + Duration::from_secs_f64(seconds);
+        while self.now < end {
+            self.step(Some(wish));
+        }
+    }
+
+    /// The robot goes on, and the application hangs.
+    pub(crate) fn hang(&mut self, seconds: f64) {
+        let end = self.now + Duration::from_secs_f64(seconds);
+        while self.now < end {
+            self.step(None);
+        }
+    }
+
+    pub(crate) fn step(&mut self, wish: Option<&Wish>) {
+        self.now += Duration::from_millis(25);
+        if self.now.as_millis().is_multiple_of(100) {
+            let says = self.robot.says();
+            self.session.receive(&says, self.now);
+        }
+        if let Some(wish) = wish {
+            self.session.drive(wish, self.now);
+        }
+        let output = self.session.output();
+        let answers = self.robot.take(&output, self.now);
+        self.session.receive(&answers, self.now);
+    }
+
+    /// What the robot was told since the last call.
+    pub(crate) fn heard(&mut self) -> Vec<Command> {
+        core::mem::take(&mut self.robot.heard)
+    }
+
+    pub(crate) fn events(&mut self) -> Vec<Event> {
+        core::iter::from_fn(|| self.session.next_event()).collect()
+    }
+
+    pub(crate) fn warnings(&mut self) -> Vec<String> {
+        let warning = |event| match event {
+            Event::Warning(words) => Some(words),
+            _ => None,
+        };
+        self.events().into_iter().filter_map(warning).collect()
+    }
+}
+
+/// A wish to drive.
+pub(crate) fn wish(linear: f64, angular: f64) -> Wish {
+    Wish {
+        linear,
+        angular,
+        ..Wish::default()
+    }
+}
