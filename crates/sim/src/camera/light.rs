@@ -14,9 +14,9 @@ pub(crate) struct Light {
 }
 
 /// What a face gets from all around.
-const AMBIENT: f64 = 0.52;
+const AMBIENT: f64 = 0.58;
 /// What a face gets from the light that it looks into.
-const DIRECT: f64 = 0.48;
+const DIRECT: f64 = 0.42;
 /// What a face gets that looks straight away from the light, from what the light falls on there.
 const RETURNED: f64 = 0.12;
 
