@@ -7,6 +7,7 @@ mod demo;
 mod headers;
 mod metadata;
 mod paint;
+mod peers;
 mod prerequisites;
 mod shell;
 mod step;

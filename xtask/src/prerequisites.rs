@@ -38,6 +38,12 @@ const TOOLS: &[Tool] = &[
         from: Source::Apt(&["valgrind", "libc6-dbg"]),
     },
     Tool {
+        name: "Python",
+        // The clients of others that are run come with windows, which none opens.
+        probe: &["python3", "-c", "import ensurepip, tkinter"],
+        from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
+    },
+    Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
         from: Source::Rustup("rustfmt"),

@@ -10,7 +10,7 @@ use clap::builder::PossibleValuesParser;
 use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::step::{self, Choice, Done, Step};
-use crate::{demo, headers, prerequisites, shell, tidy, valgrind};
+use crate::{demo, headers, peers, prerequisites, shell, tidy, valgrind};
 
 /// What every step may know.
 pub(crate) struct Context {
@@ -25,7 +25,7 @@ pub(crate) struct Context {
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
-        title: "a C compiler, valgrind, rustfmt and clippy",
+        title: "a C compiler, valgrind, Python, rustfmt and clippy",
         help: "install what is named above",
         needs: &[],
         run: prerequisites::run,
@@ -92,6 +92,13 @@ const STEPS: &[Step<Context>] = &[
         help: "two runs of one seed must take the same decisions (R16); look for a clock, a hash map or a thread",
         needs: &["build"],
         run: demo::run,
+    },
+    Step {
+        name: "peers",
+        title: "programs of others drive the simulated robot",
+        help: "see what the client and the server say above",
+        needs: &["build"],
+        run: peers::run,
     },
     Step {
         name: "docs",

@@ -4,6 +4,7 @@
 mod cli;
 mod failure;
 mod inspect;
+mod interrupt;
 mod load;
 mod log;
 mod new;

@@ -55,7 +55,14 @@ const TABLE: &[Row] = &[
         ours: Ours::AnyCrate,
         libraries: true,
     },
-    row("drivers/", &["crates/schema", "crates/sim"]),
+    // The protocol is the same at both ends, and knows neither.
+    row("crates/p2os", &[]),
+    row("crates/port", &[]),
+    row("crates/p2os-server", &["crates/p2os", "crates/port", "crates/sim"]),
+    row(
+        "drivers/",
+        &["crates/schema", "crates/sim", "crates/p2os", "crates/port"],
+    ),
     row("schemas/", &["crates/schema"]),
     row("xtask", &["crates/headers"]),
 ];

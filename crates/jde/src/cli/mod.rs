@@ -10,6 +10,7 @@ mod new;
 mod plugins;
 mod quantity;
 mod run;
+mod sim;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -59,6 +60,7 @@ struct Common {
 enum Verb {
     Demo(demo::Demo),
     Run(run::Run),
+    Sim(sim::Sim),
     Check(check::Check),
     Describe(describe::Describe),
     Plugins(plugins::Plugins),
@@ -76,6 +78,7 @@ pub(crate) fn main() -> ExitCode {
     let done = match verb {
         Verb::Demo(demo) => demo.run(common.log),
         Verb::Run(run) => run.run(common.log),
+        Verb::Sim(sim) => sim.run(),
         Verb::Check(check) => check.run(),
         Verb::Describe(describe) => describe.run(),
         Verb::Plugins(plugins) => plugins.run(),

@@ -1,7 +1,6 @@
 //! One run of an application, from start to rest: in real time under the oscilloscope or told line by line, or in lockstep.
 
 mod digest;
-mod interrupt;
 mod live;
 mod progress;
 mod recorder;
@@ -22,13 +21,13 @@ use jde_host::plugin::Plugins;
 use jde_host::{Handle, Lockstep, Options, Running};
 
 use crate::failure::Failure;
+use crate::interrupt::Interrupts;
 use crate::load::Loaded;
 use crate::log::Log;
 use crate::report::Summary;
 use crate::terminal::Words;
 use crate::{report, top};
 use digest::Digested;
-use interrupt::Interrupts;
 use live::Live;
 use progress::Progress;
 use recorder::{Recorder, SAMPLE};
@@ -131,7 +130,10 @@ fn in_lockstep(
     let mut lockstep = Lockstep::start(application, plugins, options)?;
     let handle = lockstep.handle();
     log.follow(&handle);
-    let _interrupts = Interrupts::stop(handle.clone())?;
+    let _interrupts = {
+        let handle = handle.clone();
+        Interrupts::call(move || handle.stop())?
+    };
     recorder.watch(&handle);
     recorder.catch_up(0)?;
     let mut then = 0;
@@ -162,7 +164,10 @@ fn in_real_time(
     let running = Running::start(application, plugins, options)?;
     let handle = running.handle();
     log.follow(&handle);
-    let _interrupts = Interrupts::stop(handle.clone())?;
+    let _interrupts = {
+        let handle = handle.clone();
+        Interrupts::call(move || handle.stop())?
+    };
     recorder.watch(&handle);
     let (outcome, told, shown) = thread::scope(|scope| {
         // Whatever happens on this thread, the others are let go and the robot comes to rest before it goes on.

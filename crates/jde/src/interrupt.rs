@@ -1,10 +1,9 @@
-//! Ctrl-C, and other ways in which a process is asked to end: the first stops the application, the second ends at once.
+//! Ctrl-C, and other ways in which a process is asked to end: the first stops what runs, the second ends at once.
 //! What whoever started the process wants ignored (`nohup`) stays ignored.
 
 use std::io;
 use std::thread::JoinHandle;
 
-use jde_host::Handle;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::{self, Signals};
 use signal_hook::low_level;
@@ -19,11 +18,11 @@ pub(crate) struct Interrupts {
 }
 
 impl Interrupts {
-    /// Stops this application at the first signal: actuators first, then everything in order.
+    /// Calls `stop` at the first signal, from a thread of its own; it must return soon.
     ///
     /// # Errors
     /// The system refuses to tell of signals.
-    pub(crate) fn stop(application: Handle) -> io::Result<Self> {
+    pub(crate) fn call(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
         let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
         let heard = [SIGINT, SIGTERM, SIGHUP]
             .into_iter()
@@ -38,7 +37,7 @@ impl Interrupts {
                     if std::mem::replace(&mut before, true) {
                         low_level::exit(BY_SIGNAL + signal);
                     }
-                    application.stop();
+                    stop();
                 }
             })?;
         Ok(Self {

@@ -1,0 +1,23 @@
+//! A simulated world whose robots speak the Pioneer protocol, each to one client at a time, over TCP or a pseudo-terminal: what
+//! SRIsim was. It keeps the world's time, and prints nothing.
+//!
+//! ```no_run
+//! use std::sync::atomic::AtomicBool;
+//! use jde_p2os_server::{Options, Server};
+//! use jde_sim::World;
+//!
+//! let world = World::load("worlds/office.toml", 1)?;
+//! let mut server = Server::open(world, &Options { tcp: Some("127.0.0.1:8101".parse()?), ..Options::default() })?;
+//! server.run(&AtomicBool::new(false), None, |event| eprintln!("{event}"))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod event;
+mod line;
+mod pace;
+mod server;
+mod station;
+
+pub use event::{Event, What};
+pub use line::Place;
+pub use server::{Options, Server, ServerError, Tally};

@@ -1,0 +1,213 @@
+//! A way to a robot: TCP or a pseudo-terminal, and the one client that has come by it. Understands no byte of it, never blocks.
+
+use core::fmt;
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
+
+use jde_port::Pty;
+use rustix::event::PollFlags;
+use rustix::fs::OFlags;
+
+/// Most bytes that wait for a client who does not read; a robot's few hundred a second are a minute of it.
+const MOST_UNSENT: usize = 64 << 10;
+
+/// Where a client finds a robot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// At this address.
+    Tcp(SocketAddr),
+    /// At this serial line, at any speed.
+    Terminal(PathBuf),
+}
+
+/// A line, and who is on it.
+pub(crate) struct Line {
+    end: End,
+    peer: Option<Peer>,
+}
+
+enum End {
+    Tcp(TcpListener),
+    Terminal {
+        pty: Pty,
+        /// Keeps the line up between two clients.
+        _held: File,
+    },
+}
+
+struct Peer {
+    stream: Option<TcpStream>,
+    name: String,
+    unsent: Vec<u8>,
+}
+
+/// Who stands at the door; dropped, he is turned away.
+pub(crate) struct Caller {
+    stream: TcpStream,
+    pub(crate) name: String,
+}
+
+impl Line {
+    pub(crate) fn tcp(address: SocketAddr) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        Ok(Self {
+            end: End::Tcp(listener),
+            peer: None,
+        })
+    }
+
+    pub(crate) fn terminal() -> io::Result<Self> {
+        let pty = Pty::open()?;
+        rustix::io::ioctl_fionbio(pty.master(), true)?;
+        let held = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .custom_flags(OFlags::NOCTTY.bits().cast_signed())
+            .open(pty.path())?;
+        Ok(Self {
+            end: End::Terminal { pty, _held: held },
+            peer: None,
+        })
+    }
+
+    pub(crate) fn place(&self) -> io::Result<Place> {
+        match &self.end {
+            End::Tcp(listener) => listener.local_addr().map(Place::Tcp),
+            End::Terminal { pty, .. } => Ok(Place::Terminal(pty.path().to_owned())),
+        }
+    }
+
+    /// What to wait for: somebody at the door, bytes, and room for those that are unsent.
+    pub(crate) fn waits(&self) -> impl Iterator<Item = (BorrowedFd<'_>, PollFlags)> {
+        let unsent = self.peer.as_ref().is_some_and(|peer| !peer.unsent.is_empty());
+        let both = PollFlags::IN
+            | if unsent {
+                PollFlags::OUT
+            } else {
+                PollFlags::empty()
+            };
+        let stream = self.peer.as_ref().and_then(|peer| peer.stream.as_ref());
+        let door = match &self.end {
+            End::Tcp(listener) => (listener.as_fd(), PollFlags::IN),
+            End::Terminal { pty, .. } => (pty.master().as_fd(), both),
+        };
+        [Some(door), stream.map(|stream| (stream.as_fd(), both))]
+            .into_iter()
+            .flatten()
+    }
+
+    /// Who stands at the door. On a terminal nobody does: who speaks is there.
+    pub(crate) fn caller(&self) -> Option<Caller> {
+        let End::Tcp(listener) = &self.end else {
+            return None;
+        };
+        // Whoever hung up before he was asked, or cannot be spoken to: the next one is asked in the next round.
+        let (stream, address) = listener.accept().ok()?;
+        stream.set_nonblocking(true).ok()?;
+        stream.set_nodelay(true).ok()?;
+        Some(Caller {
+            stream,
+            name: address.to_string(),
+        })
+    }
+
+    /// Lets a caller in, in the place of whoever is on the line.
+    pub(crate) fn admit(&mut self, caller: Caller) {
+        self.peer = Some(Peer {
+            stream: Some(caller.stream),
+            name: caller.name,
+            unsent: Vec::new(),
+        });
+    }
+
+    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words.
+    pub(crate) fn read(&mut self, room: &mut [u8], free: bool) -> Result<usize, String> {
+        let read = match (&self.end, &self.peer) {
+            (
+                _,
+                Some(Peer {
+                    stream: Some(stream), ..
+                }),
+            ) => (&*stream).read(room),
+            (End::Terminal { pty, .. }, peer) if peer.is_some() || free => pty.master().read(room),
+            (End::Tcp(_) | End::Terminal { .. }, _) => return Ok(0),
+        };
+        match read {
+            Ok(0) => Err(self.hang_up("it closed the connection")),
+            Ok(count) => {
+                if let (End::Terminal { pty, .. }, None) = (&self.end, &self.peer) {
+                    self.peer = Some(Peer {
+                        stream: None,
+                        name: pty.path().display().to_string(),
+                        unsent: Vec::new(),
+                    });
+                }
+                Ok(count)
+            }
+            Err(error) if is_wait(&error) => Ok(0),
+            Err(error) => Err(self.hang_up(&error.to_string())),
+        }
+    }
+
+    /// Sends bytes after those that wait. An error is the end of the client, in words.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let Some(peer) = &mut self.peer else {
+            return Ok(());
+        };
+        peer.unsent.extend(bytes);
+        while !peer.unsent.is_empty() {
+            let wrote = match (&peer.stream, &self.end) {
+                (Some(stream), _) => (&*stream).write(&peer.unsent),
+                (None, End::Terminal { pty, .. }) => pty.master().write(&peer.unsent),
+                (None, End::Tcp(_)) => unreachable!("who came by TCP has a stream"),
+            };
+            match wrote {
+                Ok(count) => drop(peer.unsent.drain(..count)),
+                Err(error) if is_wait(&error) => break,
+                Err(error) => return Err(self.hang_up(&error.to_string())),
+            }
+        }
+        if peer.unsent.len() > MOST_UNSENT {
+            return Err(self.hang_up("it does not read what it is sent"));
+        }
+        Ok(())
+    }
+
+    /// Who is on the line.
+    pub(crate) fn peer(&self) -> Option<&str> {
+        self.peer.as_ref().map(|peer| peer.name.as_str())
+    }
+
+    /// Whether who is on the line cannot be seen to leave.
+    pub(crate) fn is_terminal(&self) -> bool {
+        matches!(self.end, End::Terminal { .. })
+    }
+
+    /// Lets go of the client.
+    pub(crate) fn hang_up(&mut self, why: &str) -> String {
+        self.peer = None;
+        if let End::Terminal { pty, .. } = &self.end {
+            // What nobody read is not for the next one. It fails only for what is no terminal.
+            let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::IOFlush);
+        }
+        why.to_owned()
+    }
+}
+
+fn is_wait(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Terminal(path) => write!(f, "serial:{}", path.display()),
+        }
+    }
+}

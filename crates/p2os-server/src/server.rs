@@ -1,0 +1,352 @@
+//! The loop: time passes in the world, clients come and go, bytes go to and fro. One thread does all of it, and waits for nobody.
+
+use core::net::SocketAddr;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
+use std::io;
+use std::time::Instant;
+
+use jde_p2os::{Model, ModelError};
+use jde_sim::{STEP_NS, World, WorldError};
+use rustix::event::{PollFd, Timespec, poll};
+
+use crate::event::{Event, What};
+use crate::line::{Line, Place};
+use crate::pace::Pace;
+use crate::station::{Station, WATCHDOG};
+
+/// Most bytes heard from one client in a round; who sends more waits for the others' turn.
+const MOST_HEARD: usize = 4096;
+/// Silence after which whoever is on a serial line is taken to be gone, for a serial line does not tell.
+const GONE: Duration = Duration::from_secs(8);
+/// What a robot is unless it is said to be another.
+const P3DX: &str = "p3dx";
+const STEP: Duration = Duration::from_nanos(STEP_NS);
+
+/// How a world is served.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Where the first robot listens; the others follow at the next ports, in the order of the world's file. With port 0 the
+    /// system chooses each.
+    pub tcp: Option<SocketAddr>,
+    /// Whether each robot also has a pseudo-terminal.
+    pub terminal: bool,
+    /// What the robots are: a name and the model of each that is no P3-DX.
+    pub models: Vec<(String, Model)>,
+    /// Seconds of the world in a second of the machine.
+    pub speed: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            tcp: None,
+            terminal: false,
+            models: Vec::new(),
+            speed: 1.0,
+        }
+    }
+}
+
+/// Why a world cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// The world has no robot that could be served.
+    #[error(
+        "the world `{0}` has no robot: give it a start, such as [robots.pioneer] start = {{ x = 1, y = 1 }}"
+    )]
+    NoRobots(String),
+    /// Neither TCP nor terminals were asked for.
+    #[error("no client could reach it: serve it at a TCP address, at terminals, or both")]
+    NoLines,
+    /// A model for a robot that the world does not have.
+    #[error("the world has no robot `{robot}`; it has {}", known.join(", "))]
+    NoSuchRobot {
+        /// What was asked for.
+        robot: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// More robots than ports.
+    #[error("there is no port after 65535 for robot `{0}`: begin at a smaller one")]
+    NoPort(String),
+    /// A line cannot be had.
+    #[error("robot `{robot}` cannot be served at {place}: {error}")]
+    Line {
+        /// Whose.
+        robot: String,
+        /// Where.
+        place: String,
+        /// Why.
+        error: io::Error,
+    },
+    /// The world refuses a robot.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// A model is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The system does not wait.
+    #[error("cannot wait for clients: {0}")]
+    Wait(io::Error),
+}
+
+/// What became of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tally {
+    /// Its name in the world.
+    pub robot: String,
+    /// Metres driven.
+    pub travelled: f64,
+    /// How often it ran into something.
+    pub collisions: u64,
+    /// The least distance that it had from anything, m.
+    pub min_clearance: f64,
+    /// Sessions that clients had with it.
+    pub sessions: u64,
+}
+
+/// A world and the lines to its robots.
+pub struct Server {
+    world: World,
+    posts: Vec<Post>,
+    speed: f64,
+}
+
+struct Post {
+    name: String,
+    station: Station,
+    lines: Vec<Line>,
+    sessions: u64,
+}
+
+impl Server {
+    /// Puts all robots of the world at their starts, and opens their lines.
+    ///
+    /// # Errors
+    /// A world without robots, models for robots that it does not have, an address that cannot be had.
+    pub fn open(mut world: World, options: &Options) -> Result<Self, ServerError> {
+        let names: Vec<String> = world.robot_names().map(str::to_owned).collect();
+        if names.is_empty() {
+            return Err(ServerError::NoRobots(world.name().to_owned()));
+        }
+        if options.tcp.is_none() && !options.terminal {
+            return Err(ServerError::NoLines);
+        }
+        if let Some((robot, _)) = options.models.iter().find(|(name, _)| !names.contains(name)) {
+            return Err(ServerError::NoSuchRobot {
+                robot: robot.clone(),
+                known: names,
+            });
+        }
+        let p3dx = Model::named(P3DX)?;
+        let mut posts = Vec::new();
+        for (number, name) in names.into_iter().enumerate() {
+            let model = options.models.iter().find(|(robot, _)| *robot == name);
+            let model = model.map_or(&p3dx, |(_, model)| model).clone();
+            let robot = world.add_robot(&name, crate::station::body(&model))?;
+            posts.push(Post {
+                station: Station::new(&world, robot, model),
+                lines: lines(&name, number, options)?,
+                sessions: 0,
+                name,
+            });
+        }
+        Ok(Self {
+            world,
+            posts,
+            speed: options.speed,
+        })
+    }
+
+    /// Where each robot is found, in the order of the world's file; a robot with two lines comes twice.
+    pub fn places(&self) -> impl Iterator<Item = (&str, Place)> {
+        self.posts.iter().flat_map(|post| {
+            let places = post.lines.iter().filter_map(|line| line.place().ok());
+            places.map(|place| (post.name.as_str(), place))
+        })
+    }
+
+    /// The world as it is.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What became of each robot so far.
+    pub fn tally(&self) -> Vec<Tally> {
+        let tally = |post: &Post| {
+            let truth = self.world.truth(post.station.robot());
+            Tally {
+                robot: post.name.clone(),
+                travelled: truth.travelled,
+                collisions: truth.collisions,
+                min_clearance: truth.min_clearance,
+                sessions: post.sessions,
+            }
+        };
+        self.posts.iter().map(tally).collect()
+    }
+
+    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens. It looks at `stop` after every
+    /// step of the world.
+    ///
+    /// # Errors
+    /// If the system cannot wait for several lines at once.
+    pub fn run(
+        &mut self,
+        stop: &AtomicBool,
+        limit: Option<Duration>,
+        mut hear: impl FnMut(&Event),
+    ) -> Result<(), ServerError> {
+        let begun = Instant::now();
+        let mut pace = Pace::new(Duration::from_nanos(self.world.now()), self.speed);
+        while !stop.load(Ordering::Relaxed) && limit.is_none_or(|limit| begun.elapsed() < limit) {
+            let now = pace.now();
+            self.pass(now);
+            self.listen(now);
+            self.speak();
+            self.report(now, &mut hear);
+            let next = Duration::from_nanos(self.world.now()) + STEP;
+            self.wait(pace.until(next))?;
+        }
+        Ok(())
+    }
+
+    /// Lets the world's time pass, step by step.
+    fn pass(&mut self, now: Duration) {
+        loop {
+            let time = Duration::from_nanos(self.world.now());
+            if time + STEP > now {
+                return;
+            }
+            for post in &mut self.posts {
+                post.station.step(&mut self.world, time);
+            }
+            self.world.advance_to(self.world.now() + STEP_NS);
+            for post in &mut self.posts {
+                post.station.tell(&self.world, time + STEP);
+            }
+        }
+    }
+
+    fn listen(&mut self, now: Duration) {
+        for post in &mut self.posts {
+            // Who has just left makes room for who has just come.
+            for number in 0..post.lines.len() {
+                post.hear(number, &mut self.world, now);
+            }
+            post.door(now);
+        }
+    }
+
+    fn speak(&mut self) {
+        for post in &mut self.posts {
+            let bytes = post.station.take_bytes();
+            for line in &mut post.lines {
+                if let Err(why) = line.write(&bytes) {
+                    post.station.leave(What::Left(why));
+                }
+            }
+        }
+    }
+
+    fn report(&mut self, now: Duration, hear: &mut impl FnMut(&Event)) {
+        for post in &mut self.posts {
+            for what in post.station.take_happened() {
+                post.sessions += u64::from(what == What::Connected);
+                hear(&Event {
+                    time: now,
+                    robot: post.name.clone(),
+                    what,
+                });
+            }
+        }
+    }
+
+    /// Waits until somebody comes or says something, or that time is over.
+    fn wait(&self, time: Duration) -> Result<(), ServerError> {
+        let waits = self
+            .posts
+            .iter()
+            .flat_map(|post| post.lines.iter().flat_map(Line::waits));
+        let mut waits: Vec<PollFd<'_>> = waits
+            .map(|(line, flags)| PollFd::from_borrowed_fd(line, flags))
+            .collect();
+        let time = Timespec::try_from(time).unwrap_or(Timespec {
+            tv_sec: 0,
+            tv_nsec: STEP_NS as i64,
+        });
+        match poll(&mut waits, Some(&time)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+            Err(error) => Err(ServerError::Wait(error.into())),
+        }
+    }
+}
+
+impl Post {
+    /// Lets in who stands at a door. A client that has been silent until the motors stopped makes room for another.
+    fn door(&mut self, now: Duration) {
+        for number in 0..self.lines.len() {
+            let Some(caller) = self.lines[number].caller() else {
+                continue;
+            };
+            let taken = self.lines.iter_mut().find(|line| line.peer().is_some());
+            if let Some(taken) = taken {
+                if self.station.silence(now) <= WATCHDOG {
+                    self.station.note(What::TurnedAway(caller.name));
+                    continue;
+                }
+                let why = taken.hang_up("it was silent, and another came");
+                self.station.leave(What::Left(why));
+            }
+            self.station.come(What::Came(caller.name.clone()), now);
+            self.lines[number].admit(caller);
+        }
+    }
+
+    fn hear(&mut self, number: usize, world: &mut World, now: Duration) {
+        let others = self.lines.iter().enumerate();
+        let free = others
+            .filter(|(other, _)| *other != number)
+            .all(|(_, line)| line.peer().is_none());
+        let line = &mut self.lines[number];
+        let known = line.peer().is_some();
+        let mut room = [0; MOST_HEARD];
+        match line.read(&mut room, free) {
+            Err(why) => self.station.leave(What::Left(why)),
+            Ok(0) if known && line.is_terminal() && self.station.silence(now) > GONE => {
+                let why = line.hang_up("it has said nothing for long");
+                self.station.leave(What::Left(why));
+            }
+            Ok(0) => {}
+            Ok(count) => {
+                if !known && let Some(peer) = line.peer() {
+                    self.station.come(What::Came(peer.to_owned()), now);
+                }
+                self.station.hear(world, &room[..count], now);
+            }
+        }
+    }
+}
+
+/// The lines of a robot, the first for number 0.
+fn lines(robot: &str, number: usize, options: &Options) -> Result<Vec<Line>, ServerError> {
+    let mut lines = Vec::new();
+    let failed = |place: String| {
+        let robot = robot.to_owned();
+        |error| ServerError::Line { robot, place, error }
+    };
+    if let Some(mut address) = options.tcp {
+        if address.port() != 0 {
+            let port = u16::try_from(number)
+                .ok()
+                .and_then(|number| address.port().checked_add(number));
+            address.set_port(port.ok_or_else(|| ServerError::NoPort(robot.to_owned()))?);
+        }
+        lines.push(Line::tcp(address).map_err(failed(address.to_string()))?);
+    }
+    if options.terminal {
+        lines.push(Line::terminal().map_err(failed("a pseudo-terminal".to_owned()))?);
+    }
+    Ok(lines)
+}

@@ -1,0 +1,212 @@
+//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that does what its frames say and answers each.
+//!
+//! The camera counts to the right and up, the world to the left and down.
+
+use std::collections::VecDeque;
+
+use jde_p2os::{AuxPort, HEAD_UNIT, HeadAnswer, HeadCommand, HeadFrame, HeadParser, SerialAux};
+use jde_sim::{Head, HeadConfig};
+
+/// Most bytes of answers that wait to be asked for; a camera says a few at a time.
+const MOST_SAID: usize = 190;
+/// The status of a command that the camera does not have.
+const UNKNOWN: u8 = 0x35;
+
+/// The camera, and the buffer of the port it is at.
+#[derive(Debug)]
+pub(crate) struct Camera {
+    parser: HeadParser,
+    /// What it has said and nobody has fetched.
+    said: VecDeque<u8>,
+    /// How many bytes are asked for.
+    wanted: usize,
+    on: bool,
+    /// What it was last told to do.
+    aim: jde_sim::HeadCommand,
+    /// rad/s, as last set.
+    speeds: [f64; 2],
+}
+
+impl Camera {
+    /// Switched off, at full speed.
+    pub(crate) fn new(config: &HeadConfig) -> Self {
+        Self {
+            parser: HeadParser::default(),
+            said: VecDeque::new(),
+            wanted: 0,
+            on: false,
+            aim: jde_sim::HeadCommand::default(),
+            speeds: [config.max_pan_speed, config.max_tilt_speed],
+        }
+    }
+
+    /// Hears what came to the port, while it looks as `head` tells.
+    pub(crate) fn hear(&mut self, bytes: &[u8], head: Head) {
+        let mut parser = std::mem::take(&mut self.parser);
+        parser.receive(bytes, |frame| match frame {
+            HeadFrame::Command(command) => {
+                let answer = self.obey(&command, head);
+                let room = MOST_SAID - self.said.len();
+                // A full port loses what comes after, as a real one does.
+                self.said.extend(answer.to_bytes().into_iter().take(room));
+            }
+            HeadFrame::Answer(_) => {}
+        });
+        self.parser = parser;
+    }
+
+    /// Asks for so many bytes of what it said; 0 forgets all of it.
+    pub(crate) fn ask(&mut self, count: u16) {
+        self.wanted = usize::from(count).min(MOST_SAID);
+        if count == 0 {
+            self.said.clear();
+        }
+    }
+
+    /// The bytes that were asked for, once they are there.
+    pub(crate) fn answer(&mut self) -> Option<SerialAux> {
+        if self.wanted == 0 || self.said.len() < self.wanted {
+            return None;
+        }
+        let bytes = self.said.drain(..std::mem::take(&mut self.wanted)).collect();
+        Some(SerialAux {
+            port: AuxPort::One,
+            bytes,
+        })
+    }
+
+    /// What the head shall do.
+    pub(crate) fn command(&self) -> jde_sim::HeadCommand {
+        self.aim
+    }
+
+    /// It stays where it is.
+    pub(crate) fn hold(&mut self) {
+        self.aim = jde_sim::HeadCommand::default();
+    }
+
+    fn obey(&mut self, command: &HeadCommand, head: Head) -> HeadAnswer {
+        match command {
+            HeadCommand::Power(on) => {
+                self.on = *on;
+                self.hold();
+            }
+            HeadCommand::Control | HeadCommand::Zoom(_) => {}
+            HeadCommand::Init => self.aim_at(0.0, 0.0),
+            HeadCommand::PanSpeed(speed) => {
+                self.speeds[0] = f64::from(*speed) * HEAD_UNIT;
+                self.aim.pan_speed = self.aim.pan_speed.min(self.speeds[0]);
+            }
+            HeadCommand::TiltSpeed(speed) => {
+                self.speeds[1] = f64::from(*speed) * HEAD_UNIT;
+                self.aim.tilt_speed = self.aim.tilt_speed.min(self.speeds[1]);
+            }
+            HeadCommand::Stop => self.hold(),
+            HeadCommand::PanTilt { pan, tilt } => self.aim_at(-radians(*pan), -radians(*tilt)),
+            HeadCommand::Where => return HeadAnswer::place(units(-head.pan), units(-head.tilt)),
+            HeadCommand::Other { .. } => {
+                return HeadAnswer {
+                    status: UNKNOWN,
+                    data: Vec::new(),
+                };
+            }
+        }
+        HeadAnswer::done()
+    }
+
+    fn aim_at(&mut self, pan: f64, tilt: f64) {
+        if self.on {
+            self.aim = jde_sim::HeadCommand {
+                pan,
+                tilt,
+                pan_speed: self.speeds[0],
+                tilt_speed: self.speeds[1],
+            };
+        }
+    }
+}
+
+fn radians(units: i16) -> f64 {
+    f64::from(units) * HEAD_UNIT
+}
+
+fn units(radians: f64) -> i16 {
+    (radians / HEAD_UNIT).round() as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        let mut camera = Camera::new(&HeadConfig::default());
+        camera.hear(&HeadCommand::Power(true).to_bytes(), Head::default());
+        camera
+    }
+
+    #[test]
+    fn to_the_right_and_up_of_the_camera_are_negative_for_the_world() {
+        let mut camera = camera();
+        let right_and_up = HeadCommand::PanTilt { pan: 400, tilt: 100 };
+        camera.hear(&right_and_up.to_bytes(), Head::default());
+        let aim = camera.command();
+        assert!((aim.pan + 45f64.to_radians()).abs() < 1e-9, "{aim:?}");
+        assert!((aim.tilt + 11.25f64.to_radians()).abs() < 1e-9, "{aim:?}");
+        assert!(aim.pan_speed > 0.0 && aim.tilt_speed > 0.0);
+        camera.hear(&HeadCommand::Stop.to_bytes(), Head::default());
+        assert_eq!(camera.command(), jde_sim::HeadCommand::default());
+    }
+
+    #[test]
+    fn a_camera_that_is_off_does_not_turn() {
+        let mut camera = Camera::new(&HeadConfig::default());
+        let aside = HeadCommand::PanTilt { pan: 400, tilt: 0 };
+        camera.hear(&aside.to_bytes(), Head::default());
+        assert_eq!(camera.command(), jde_sim::HeadCommand::default());
+    }
+
+    #[test]
+    fn answers_come_when_they_are_asked_for_and_whole() {
+        let mut camera = camera();
+        assert_eq!(camera.answer(), None);
+        camera.ask(0);
+        camera.ask(6);
+        assert_eq!(camera.answer(), None, "it was forgotten");
+        let [first, rest @ ..] = &HeadCommand::Control.to_bytes()[..] else {
+            panic!("a frame has bytes")
+        };
+        camera.hear(&[*first], Head::default());
+        assert_eq!(camera.answer(), None);
+        camera.hear(rest, Head::default());
+        let answer = camera.answer().expect("six bytes");
+        assert_eq!(answer.bytes, [0xFE, 0x30, 0x30, 0x30, 0x00, 0xEF]);
+        assert_eq!(camera.answer(), None, "it was fetched");
+    }
+
+    #[test]
+    fn it_tells_where_it_looks() {
+        let mut camera = camera();
+        camera.ask(0);
+        let head = Head {
+            pan: -30f64.to_radians(),
+            tilt: 9f64.to_radians(),
+            ..Head::default()
+        };
+        camera.hear(&HeadCommand::Where.to_bytes(), head);
+        camera.ask(14);
+        let bytes = camera.answer().expect("a place").bytes;
+        let Ok(HeadFrame::Answer(answer)) = HeadFrame::from_bytes(&bytes) else {
+            panic!("{bytes:02x?}")
+        };
+        assert_eq!(answer.pan_tilt(), Some((267, -80)));
+    }
+
+    #[test]
+    fn a_port_that_nobody_reads_holds_no_more_than_it_can() {
+        let mut camera = camera();
+        for _ in 0..1000 {
+            camera.hear(&HeadCommand::Control.to_bytes(), Head::default());
+        }
+        assert!(camera.said.len() <= MOST_SAID);
+    }
+}

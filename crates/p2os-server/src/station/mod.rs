@@ -1,0 +1,468 @@
+//! One robot of the world as its client sees it: shakes hands, does what the commands say, tells what the robot senses. Takes and
+//! gives bytes, and never waits.
+
+mod head;
+mod laser;
+mod motion;
+mod senses;
+
+use core::time::Duration;
+
+use jde_p2os::{Command, Model, Names, Packet, Receiver, SimPose, Sync};
+use jde_sim::{Pose2, RobotConfig, RobotId, STEP_NS, World};
+
+use crate::event::What;
+use head::Camera;
+use laser::Laser;
+use motion::Motion;
+
+/// Time between two server information packets.
+const CYCLE: Duration = Duration::from_millis(100);
+/// Silence after which the motors stop.
+pub(crate) const WATCHDOG: Duration = Duration::from_millis(2000);
+
+/// A robot and its session.
+#[derive(Debug)]
+pub(crate) struct Station {
+    robot: RobotId,
+    model: Model,
+    config: RobotConfig,
+    start: Pose2,
+    receiver: Receiver,
+    phase: Phase,
+    motion: Motion,
+    laser: Laser,
+    camera: Camera,
+    sonars: bool,
+    encoders: Asked,
+    state: Asked,
+    /// The pose that the odometry of the world's robot is called, when that is at `zero`.
+    named: Pose2,
+    zero: Pose2,
+    heard: Duration,
+    silent: bool,
+    next_sip: Duration,
+    collisions: u64,
+    out: Vec<u8>,
+    happened: Vec<What>,
+}
+
+/// How far a client has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// It has to say this next.
+    Waiting(Sync),
+    /// It shook hands, and has not opened the servers.
+    Ready,
+    /// It is told of the robot.
+    Open,
+}
+
+/// How often a client wants a packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    No,
+    Once,
+    Always,
+}
+
+/// How robots of this model call themselves.
+fn subclass(model: &Model) -> String {
+    model.subclasses.first().unwrap_or(&model.name).clone()
+}
+
+/// The body of a robot of this model.
+pub(crate) fn body(model: &Model) -> RobotConfig {
+    let default = RobotConfig::default();
+    let ticks_per_meter = match model.encoders.per_mm {
+        0.0 => default.ticks_per_meter,
+        ticks => ticks * 1000.0,
+    };
+    RobotConfig {
+        radius: model.body.radius_mm / 1000.0,
+        max_linear: model.limits.velocity_mm_s / 1000.0,
+        max_angular: model.limits.rotation_deg_s.to_radians(),
+        // Wheels that differ by 2 mm/s turn it by `wheel_difference`.
+        track: 0.002 / model.units.wheel_difference,
+        ticks_per_meter,
+        ..default
+    }
+}
+
+impl Station {
+    pub(crate) fn new(world: &World, robot: RobotId, model: Model) -> Self {
+        let config = world.config(robot).clone();
+        let truth = world.truth(robot);
+        Self {
+            robot,
+            receiver: Receiver::new(),
+            phase: Phase::Waiting(Sync::Zero),
+            motion: Motion::new(&config),
+            laser: Laser::new(),
+            camera: Camera::new(&config.head),
+            sonars: true,
+            encoders: Asked::No,
+            state: Asked::No,
+            named: Pose2::default(),
+            zero: world.odometry(robot).pose,
+            heard: Duration::ZERO,
+            silent: false,
+            next_sip: Duration::ZERO,
+            collisions: truth.collisions,
+            out: Vec::new(),
+            happened: Vec::new(),
+            start: truth.pose,
+            model,
+            config,
+        }
+    }
+
+    /// Hears bytes at a time of the world.
+    pub(crate) fn hear(&mut self, world: &mut World, bytes: &[u8], now: Duration) {
+        let mut receiver = std::mem::take(&mut self.receiver);
+        receiver.receive(bytes, now, |packet| self.packet(world, &packet, now));
+        self.receiver = receiver;
+    }
+
+    /// What the motors and the head do in the step of the world that comes now.
+    pub(crate) fn step(&mut self, world: &mut World, now: Duration) {
+        if self.phase == Phase::Open && !self.silent && now.saturating_sub(self.heard) > WATCHDOG {
+            self.silent = true;
+            self.motion.stop();
+            self.note(What::Silent(WATCHDOG));
+        }
+        let odometry = world.odometry(self.robot);
+        let heading = self.pose(world).heading;
+        let dt = STEP_NS as f64 * 1e-9;
+        let twist = self.motion.command(&self.config, heading, odometry.twist, dt);
+        // Finite, as all that is made of whole numbers: the world refuses nothing else.
+        let _ = world.command(self.robot, twist);
+        let _ = world.command_head(self.robot, self.camera.command());
+    }
+
+    /// Tells what is due after a step of the world.
+    pub(crate) fn tell(&mut self, world: &World, now: Duration) {
+        let collisions = world.truth(self.robot).collisions;
+        if std::mem::replace(&mut self.collisions, collisions) < collisions {
+            self.note(What::Touched);
+        }
+        if self.phase != Phase::Open {
+            return;
+        }
+        if let Some(answer) = self.camera.answer() {
+            self.send(answer.to_packet());
+        }
+        if now < self.next_sip {
+            return;
+        }
+        // Absolute, so that it does not drift; what was missed is not made up for.
+        self.next_sip += CYCLE;
+        if self.next_sip <= now {
+            self.next_sip = now + CYCLE;
+        }
+        let pose = self.pose(world);
+        self.send(self.sip(world, pose).to_packet());
+        if self.encoders.take() {
+            self.send(Ok(self.wheels(world).to_packet()));
+        }
+        for packet in self.laser.sweep(world, self.robot, pose) {
+            self.send(packet.to_packet());
+        }
+        if self.state.take() {
+            self.send(self.true_state(world).to_packet());
+        }
+    }
+
+    /// The client is gone.
+    pub(crate) fn leave(&mut self, why: What) {
+        self.forget();
+        self.note(why);
+    }
+
+    /// Motors off, and all that the client had set is forgotten.
+    fn forget(&mut self) {
+        self.motion = Motion::new(&self.config);
+        self.camera.hold();
+        self.laser = Laser::new();
+        self.sonars = true;
+        (self.encoders, self.state) = (Asked::No, Asked::No);
+        self.phase = Phase::Waiting(Sync::Zero);
+        self.receiver = Receiver::new();
+        self.silent = false;
+        self.out.clear();
+    }
+
+    /// How long nobody has been heard.
+    pub(crate) fn silence(&self, now: Duration) -> Duration {
+        now.saturating_sub(self.heard)
+    }
+
+    /// Somebody is there, who may take his time to speak.
+    pub(crate) fn come(&mut self, who: What, now: Duration) {
+        self.heard = now;
+        self.note(who);
+    }
+
+    /// Something happened.
+    pub(crate) fn note(&mut self, what: What) {
+        self.happened.push(what);
+    }
+
+    /// What is to be sent, and no longer kept here.
+    pub(crate) fn take_bytes(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// What has happened, and is no longer kept here.
+    pub(crate) fn take_happened(&mut self) -> Vec<What> {
+        std::mem::take(&mut self.happened)
+    }
+
+    pub(crate) fn robot(&self) -> RobotId {
+        self.robot
+    }
+
+    fn packet(&mut self, world: &mut World, packet: &Packet, now: Duration) {
+        self.heard = now;
+        self.silent = false;
+        match (self.phase, Sync::from_packet(packet)) {
+            // A client that begins anew, or did not hear the answer.
+            (Phase::Waiting(_), Some(Sync::Zero)) => self.echo(Sync::Zero, Sync::One),
+            (Phase::Waiting(Sync::One | Sync::Two), Some(Sync::One)) => self.echo(Sync::One, Sync::Two),
+            (Phase::Waiting(Sync::Two), Some(Sync::Two)) => {
+                let names = Names {
+                    name: world.robot_name(self.robot).to_owned(),
+                    class: self.model.class.clone(),
+                    subclass: subclass(&self.model),
+                };
+                self.send(names.to_packet());
+                self.phase = Phase::Ready;
+                self.note(What::Connected);
+            }
+            // Whatever else a client says before it has shaken hands is of an older session.
+            (Phase::Waiting(_), _) => {}
+            (Phase::Ready | Phase::Open, _) => self.obey(world, Command::from_packet(packet), now),
+        }
+    }
+
+    fn echo(&mut self, sync: Sync, next: Sync) {
+        self.send(Ok(sync.to_packet()));
+        self.phase = Phase::Waiting(next);
+    }
+
+    fn obey(&mut self, world: &mut World, command: Command, now: Duration) {
+        let millimetres = |value: i16| f64::from(value) / 1000.0;
+        let degrees = |value: i16| f64::from(value).to_radians();
+        let done = match command {
+            Command::Open(_) => {
+                if self.phase == Phase::Ready {
+                    self.phase = Phase::Open;
+                    self.next_sip = now + CYCLE;
+                }
+                Ok(())
+            }
+            Command::Close(_) => {
+                let out = self.take_bytes();
+                self.forget();
+                self.out = out;
+                self.note(What::Closed);
+                Ok(())
+            }
+            Command::Config(_) => {
+                self.send(self.configuration(world).to_packet());
+                Ok(())
+            }
+            Command::Enable(on) => {
+                self.motion.enable(on);
+                Ok(())
+            }
+            Command::Velocity(speed) => {
+                self.motion.ahead(millimetres(speed));
+                Ok(())
+            }
+            Command::RotVelocity(speed) | Command::Rotate(speed) => {
+                self.motion.turning(degrees(speed));
+                Ok(())
+            }
+            Command::Velocities2(wheels) => {
+                let [left, right] = [wheels.left, wheels.right].map(|speed| f64::from(speed) * 0.02);
+                self.motion.ahead((left + right) / 2.0);
+                self.motion.turning((right - left) / self.config.track);
+                Ok(())
+            }
+            Command::Move(way) => {
+                self.motion.go(millimetres(way));
+                Ok(())
+            }
+            Command::Heading(heading) => {
+                self.motion.face(degrees(heading));
+                Ok(())
+            }
+            Command::DeltaHeading(turn) => {
+                self.motion.face(self.pose(world).heading + degrees(turn));
+                Ok(())
+            }
+            Command::CompassHeading(turn) => {
+                let from = self.motion.heading().unwrap_or(self.pose(world).heading);
+                self.motion.face(from + degrees(turn));
+                Ok(())
+            }
+            Command::Stop | Command::EStop | Command::QStop => {
+                self.motion.stop();
+                Ok(())
+            }
+            Command::MaxVelocity(speed) => {
+                self.motion.limit(f64::from(speed) / 1000.0);
+                Ok(())
+            }
+            Command::MaxRotVelocity(speed) => {
+                self.motion.limit_turns(f64::from(speed).to_radians());
+                Ok(())
+            }
+            Command::SetOrigin(place) => {
+                let [x, y, th] = place.unwrap_or_default();
+                self.rename(world, Pose2::new(millimetres(x), millimetres(y), degrees(th)));
+                Ok(())
+            }
+            Command::Sonar(arrays) => {
+                self.sonars = arrays & 1 != 0;
+                Ok(())
+            }
+            Command::Encoder(often) => {
+                self.encoders = Asked::of(often);
+                Ok(())
+            }
+            Command::SimStat(often) => {
+                self.state = Asked::of(often);
+                Ok(())
+            }
+            Command::Tty2(bytes) => {
+                self.camera.hear(&bytes, world.head(self.robot));
+                Ok(())
+            }
+            Command::GetAux(count) => {
+                self.camera.ask(count);
+                Ok(())
+            }
+            Command::LaserOn35(mode) => self.laser.switch(mode.into()),
+            Command::LaserStart36(angle) => self.laser.begin(angle.into()),
+            Command::LaserEnd37(angle) => self.laser.end(angle.into()),
+            Command::LaserIncrement38(step) => self.laser.step(step.into()),
+            Command::LrfEnable(mode) if mode.laser == 0 => self.laser.switch(mode.value.into()),
+            Command::LrfStart(angle) if angle.laser == 0 => self.laser.begin(angle.value.into()),
+            Command::LrfEnd(angle) if angle.laser == 0 => self.laser.end(angle.value.into()),
+            Command::LrfResolution(step) if step.laser == 0 => self.laser.step(step.value.into()),
+            Command::LrfEnable(of)
+            | Command::LrfStart(of)
+            | Command::LrfEnd(of)
+            | Command::LrfResolution(of) => Err(format!("it has one laser, and none of number {}", of.laser)),
+            Command::SetOriginX(x) => self.put(world, |pose| pose.x = millimetres(x)),
+            Command::SetOriginY(y) => self.put(world, |pose| pose.y = millimetres(y)),
+            Command::SetOriginTh(th) => self.put(world, |pose| pose.heading = degrees(th)),
+            Command::SimSetPose(SimPose { x, y, th }) => self.put(world, |pose| {
+                (pose.x, pose.y) = (f64::from(x) / 1000.0, f64::from(y) / 1000.0);
+                pose.heading = f64::from(th).to_radians();
+            }),
+            Command::Reset69 | Command::SimReset => {
+                let start = self.start;
+                let placed = self.put(world, |pose| *pose = start);
+                if placed.is_ok() {
+                    self.rename(world, Pose2::default());
+                }
+                placed
+            }
+            Command::Message(words) => {
+                let words = String::from_utf8_lossy(&words).into_owned();
+                // Nothing that a terminal would take for a command of its own.
+                self.note(What::Said(words.escape_debug().to_string()));
+                Ok(())
+            }
+            Command::Exit(_) => Err("no client may end this server".to_owned()),
+            // Nothing of a simulated robot hangs on these: it has no such device, or no such setting.
+            Command::Pulse
+            | Command::Polling(_)
+            | Command::Acceleration(_)
+            | Command::RotAcceleration(_)
+            | Command::Say(_)
+            | Command::DigitalOut(_)
+            | Command::Gripper(_)
+            | Command::IoRequest(_)
+            | Command::ServoPosition(_)
+            | Command::BumpStall(_)
+            | Command::Compass(_)
+            | Command::JoyDrive(_)
+            | Command::HostBaud(_)
+            | Command::Gyro(_)
+            | Command::Tty3(_)
+            | Command::Tty4(_)
+            | Command::GetAux3(_)
+            | Command::BatteryInfo(_)
+            | Command::Sound(_)
+            | Command::PlayList(_)
+            | Command::SoundToggle(_)
+            | Command::LatVelocity(_)
+            | Command::LatAcceleration(_)
+            | Command::SimCtrl(_)
+            | Command::Other { .. } => Ok(()),
+        };
+        if let Err(why) = done {
+            self.note(What::Refused(why));
+        }
+    }
+
+    /// Where the odometry says the robot is, in the frame that the client named.
+    fn pose(&self, world: &World) -> Pose2 {
+        let is = world.odometry(self.robot).pose;
+        let (sin, cos) = self.zero.heading.sin_cos();
+        let (dx, dy) = (is.x - self.zero.x, is.y - self.zero.y);
+        let local = Pose2::new(
+            cos * dx + sin * dy,
+            cos * dy - sin * dx,
+            is.heading - self.zero.heading,
+        );
+        self.named.compose(local)
+    }
+
+    /// Calls where the robot is by this pose from now on.
+    fn rename(&mut self, world: &World, named: Pose2) {
+        self.motion.rename(named.heading - self.pose(world).heading);
+        self.named = named;
+        self.zero = world.odometry(self.robot).pose;
+    }
+
+    /// Puts the robot elsewhere in the world.
+    fn put(&mut self, world: &mut World, change: impl FnOnce(&mut Pose2)) -> Result<(), String> {
+        let mut pose = world.truth(self.robot).pose;
+        change(&mut pose);
+        world.place(self.robot, pose).map_err(|error| error.to_string())?;
+        self.motion.stop();
+        self.note(What::Placed);
+        Ok(())
+    }
+
+    fn send(&mut self, packet: Result<Packet, jde_p2os::Error>) {
+        // Longer than a packet are only names from a world's file, which the server has refused before.
+        if let Ok(packet) = packet {
+            self.out.extend(packet.to_bytes());
+        }
+    }
+}
+
+impl Asked {
+    fn of(often: u16) -> Self {
+        match often {
+            0 => Self::No,
+            1 => Self::Once,
+            _ => Self::Always,
+        }
+    }
+
+    /// Whether it is wanted now.
+    fn take(&mut self) -> bool {
+        let wanted = *self != Self::No;
+        if *self == Self::Once {
+            *self = Self::No;
+        }
+        wanted
+    }
+}

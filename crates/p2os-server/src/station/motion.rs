@@ -1,0 +1,227 @@
+//! What the motors of a robot shall do: speeds, or a way or a heading to reach, within the limits that the client set.
+//!
+//! Knows the robot's odometry, never where it is.
+
+use core::f64::consts::PI;
+
+use jde_sim::{RobotConfig, Twist2};
+
+/// How near to a heading is there, rad; the protocol counts whole degrees.
+const THERE: f64 = 0.25 * PI / 180.0;
+
+/// What a client last asked of the motors.
+#[derive(Debug)]
+pub(crate) struct Motion {
+    enabled: bool,
+    way: Way,
+    turn: Turn,
+    /// Greatest speed of a way, m/s.
+    max_linear: f64,
+    /// Greatest speed of a turn to a heading, rad/s.
+    max_angular: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// m/s.
+    Speed(f64),
+    /// Metres still to go, ahead or back.
+    Left(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turn {
+    /// rad/s.
+    Speed(f64),
+    /// rad, by the odometry.
+    Heading(f64),
+}
+
+impl Motion {
+    /// Motors that are off, and would not be limited.
+    pub(crate) fn new(config: &RobotConfig) -> Self {
+        Self {
+            enabled: false,
+            way: Way::Speed(0.0),
+            turn: Turn::Speed(0.0),
+            max_linear: config.max_linear,
+            max_angular: config.max_angular,
+        }
+    }
+
+    pub(crate) fn enable(&mut self, on: bool) {
+        self.enabled = on;
+        self.stop();
+    }
+
+    pub(crate) fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// Stands still until something else is asked for.
+    pub(crate) fn stop(&mut self) {
+        self.way = Way::Speed(0.0);
+        self.turn = Turn::Speed(0.0);
+    }
+
+    pub(crate) fn ahead(&mut self, speed: f64) {
+        self.way = Way::Speed(speed);
+    }
+
+    pub(crate) fn turning(&mut self, speed: f64) {
+        self.turn = Turn::Speed(speed);
+    }
+
+    /// Goes so many metres and stops.
+    pub(crate) fn go(&mut self, metres: f64) {
+        self.way = Way::Left(metres);
+    }
+
+    /// Turns to a heading of the odometry and stops.
+    pub(crate) fn face(&mut self, heading: f64) {
+        self.turn = Turn::Heading(heading);
+    }
+
+    /// The heading asked for, if one is.
+    pub(crate) fn heading(&self) -> Option<f64> {
+        match self.turn {
+            Turn::Heading(heading) => Some(heading),
+            Turn::Speed(_) => None,
+        }
+    }
+
+    /// The odometry's heading becomes another: the same way is meant by another number.
+    pub(crate) fn rename(&mut self, by: f64) {
+        if let Turn::Heading(heading) = &mut self.turn {
+            *heading += by;
+        }
+    }
+
+    pub(crate) fn limit(&mut self, linear: f64) {
+        self.max_linear = linear;
+    }
+
+    pub(crate) fn limit_turns(&mut self, angular: f64) {
+        self.max_angular = angular;
+    }
+
+    /// What to command for the next `dt` seconds, with the heading and the speeds that the wheels tell.
+    pub(crate) fn command(&mut self, config: &RobotConfig, heading: f64, twist: Twist2, dt: f64) -> Twist2 {
+        if !self.enabled {
+            return Twist2::default();
+        }
+        if let Way::Left(left) = &mut self.way {
+            *left -= twist.linear * dt;
+            // Less than half a millimetre is none, once it stands.
+            if left.abs() < 0.0005 && twist.linear.abs() < 0.01 {
+                self.way = Way::Speed(0.0);
+            }
+        }
+        if let Turn::Heading(wanted) = self.turn
+            && wrap(wanted - heading).abs() < THERE
+            && twist.angular.abs() < 0.02
+        {
+            self.turn = Turn::Speed(0.0);
+        }
+        let linear = match self.way {
+            Way::Speed(speed) => speed,
+            Way::Left(left) => approach(left, self.max_linear, config.linear_deceleration, dt),
+        };
+        let angular = match self.turn {
+            Turn::Speed(speed) => speed,
+            Turn::Heading(wanted) => approach(
+                wrap(wanted - heading),
+                self.max_angular,
+                config.angular_deceleration,
+                dt,
+            ),
+        };
+        Twist2::new(linear, angular)
+    }
+}
+
+/// A speed at which what is left can still be braked for, and is not passed within `dt`.
+fn approach(left: f64, most: f64, deceleration: f64, dt: f64) -> f64 {
+    // Brakes at 80 % of what the motors can, so that rounding to steps never overshoots.
+    let braking = (2.0 * 0.8 * deceleration * left.abs()).sqrt();
+    braking.min(most).min(left.abs() / dt / 4.0).copysign(left)
+}
+
+/// An angle within half a turn.
+fn wrap(angle: f64) -> f64 {
+    let turned = (angle + PI).rem_euclid(2.0 * PI);
+    turned - PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 0.01;
+
+    /// Drives a robot that does what it is told within its accelerations; gives the way and the heading.
+    fn drive(motion: &mut Motion, seconds: f64) -> (f64, f64) {
+        let config = RobotConfig::default();
+        let (mut way, mut heading, mut twist) = (0.0, 0.0, Twist2::default());
+        let toward = |is: f64, wanted: f64, most: f64| is + (wanted - is).clamp(-most * DT, most * DT);
+        for _ in 0..(seconds / DT) as usize {
+            let wanted = motion.command(&config, heading, twist, DT);
+            twist.linear = toward(twist.linear, wanted.linear, config.linear_deceleration);
+            twist.angular = toward(twist.angular, wanted.angular, config.angular_deceleration);
+            way += twist.linear * DT;
+            heading += twist.angular * DT;
+        }
+        (way, heading)
+    }
+
+    fn enabled() -> Motion {
+        let mut motion = Motion::new(&RobotConfig::default());
+        motion.enable(true);
+        motion
+    }
+
+    #[test]
+    fn motors_that_are_off_do_nothing() {
+        let mut motion = Motion::new(&RobotConfig::default());
+        motion.ahead(0.5);
+        motion.turning(1.0);
+        assert_eq!(drive(&mut motion, 1.0), (0.0, 0.0));
+    }
+
+    #[test]
+    fn motors_that_are_switched_on_wait_for_a_command() {
+        let mut motion = Motion::new(&RobotConfig::default());
+        motion.ahead(0.5);
+        motion.enable(true);
+        assert_eq!(drive(&mut motion, 1.0), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_way_ends_where_it_was_to_end() {
+        for wanted in [1.0, -0.5, 0.01] {
+            let mut motion = enabled();
+            motion.go(wanted);
+            let (way, _) = drive(&mut motion, 15.0);
+            assert!((way - wanted).abs() < 0.005, "{way} for {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_heading_is_reached_by_the_shorter_turn() {
+        for (wanted, turned) in [(1.0, 1.0), (-2.0, -2.0), (5.0, 5.0 - 2.0 * PI)] {
+            let mut motion = enabled();
+            motion.face(wanted);
+            let (_, heading) = drive(&mut motion, 10.0);
+            assert!((heading - turned).abs() < 0.01, "{heading} for {wanted}");
+        }
+    }
+
+    #[test]
+    fn limits_hold_for_ways_and_headings() {
+        let mut motion = enabled();
+        motion.limit(0.1);
+        motion.go(5.0);
+        let (way, _) = drive(&mut motion, 10.0);
+        assert!(way < 1.0, "{way}");
+    }
+}

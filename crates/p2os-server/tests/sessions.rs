@@ -1,0 +1,290 @@
+//! Clients that come, go, fall silent, send garbage or flood: the robot is never left driving, and the others never notice.
+
+mod common;
+
+use std::net::TcpStream;
+
+use common::{Client, ROOM, Served, pose};
+use jde_p2os::{Command, Form, Packet, Sync, Wheels};
+use jde_p2os_server::{Options, Server, ServerError, What};
+use jde_sim::World;
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+fn served() -> Served {
+    Served::start(
+        ROOM,
+        Options {
+            speed: 4.0,
+            ..Options::default()
+        },
+    )
+}
+
+#[test]
+fn robots_have_ports_and_clients_of_their_own() {
+    let served = served();
+    let mut first = Client::tcp(served.addresses[0]);
+    let mut second = Client::tcp(served.addresses[1]);
+    assert_eq!(first.open().name, "pioneer");
+    assert_eq!(second.open().name, "second");
+    first.say(&Command::Velocity(200));
+    first.sip_with(|sip| pose(sip)[0] > 0.2);
+    assert!(!second.sip().moving);
+}
+
+#[test]
+fn synchronisation_is_in_order_and_can_begin_anew() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    // Out of order, and what some clients send first of all: nobody answers.
+    client.send(&Sync::Two.to_packet().to_bytes());
+    client.send(&Sync::One.to_packet().to_bytes());
+    client.say(&Command::Close(Form::One));
+    client.send(&Sync::Zero.to_packet().to_bytes());
+    assert_eq!(client.packet(), Sync::Zero.to_packet());
+    client.send(&Sync::Two.to_packet().to_bytes());
+    client.send(&Sync::Zero.to_packet().to_bytes());
+    assert_eq!(client.packet(), Sync::Zero.to_packet());
+    assert_eq!(client.open().class, "Pioneer");
+}
+
+#[test]
+fn a_client_that_closes_keeps_the_line_and_may_open_again() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    client.open();
+    client.say(&Command::Velocity(300));
+    client.sip_with(|sip| sip.left_velocity > 200);
+    client.say(&Command::Close(Form::Bare));
+    served.until("pioneer", |what| *what == What::Closed);
+    client.open();
+    let stopped = client.sip_with(|sip| sip.left_velocity == 0);
+    assert!(stopped.motors());
+    client.say(&Command::Velocity(100));
+    client.sip_with(|sip| sip.left_velocity > 80);
+}
+
+#[test]
+fn a_client_that_leaves_stops_the_robot_and_another_may_come() {
+    let served = served();
+    for _ in 0..3 {
+        let mut client = Client::tcp(served.addresses[0]);
+        client.open();
+        client.say(&Command::Velocity(200));
+        client.sip_with(|sip| sip.left_velocity > 100);
+    }
+    while served.count(|what| matches!(what, What::Left(_))) < 3 {
+        std::thread::yield_now();
+    }
+    let mut client = Client::tcp(served.addresses[0]);
+    client.open();
+    let before = pose(&client.sip_with(|sip| sip.left_velocity == 0));
+    for _ in 0..5 {
+        assert_eq!(pose(&client.sip()), before);
+        client.say(&Command::Pulse);
+    }
+    let tally = served.end();
+    assert_eq!(tally[0].sessions, 4);
+}
+
+#[test]
+fn a_silent_client_is_told_on_but_its_robot_stops() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    client.open();
+    client.say(&Command::Velocity(200));
+    while client.sip().left_velocity < 100 {}
+    // Nothing is said from here on; the robot tells of itself all the same.
+    while client.sip().left_velocity != 0 {}
+    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 1);
+    let before = pose(&client.sip());
+    client.say(&Command::Pulse);
+    for _ in 0..5 {
+        assert_eq!(pose(&client.sip()), before, "it waits to be asked again");
+        client.say(&Command::Pulse);
+    }
+}
+
+#[test]
+fn a_second_client_is_turned_away_while_the_first_speaks() {
+    let served = served();
+    let mut first = Client::tcp(served.addresses[0]);
+    first.open();
+    let mut second = Client::tcp(served.addresses[0]);
+    assert_eq!(second.try_packet(), None, "it is hung up on");
+    served.until("pioneer", |what| matches!(what, What::TurnedAway(_)));
+    assert!(first.sip().motors());
+}
+
+#[test]
+fn a_client_that_has_fallen_silent_makes_room() {
+    let served = served();
+    let mut first = Client::tcp(served.addresses[0]);
+    first.open();
+    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    let mut second = Client::tcp(served.addresses[0]);
+    assert_eq!(second.open().name, "pioneer");
+    while first.try_packet().is_some() {}
+}
+
+#[test]
+fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
+    let served = Served::start(
+        ROOM,
+        Options {
+            terminal: true,
+            speed: 4.0,
+            ..Options::default()
+        },
+    );
+    for turn in 0..2 {
+        let mut client = Client::serial(&served.terminals[0]);
+        // What the one before left on the line is of no interest.
+        client.say(&Command::Close(Form::Bare));
+        client.open();
+        client.say(&Command::Velocity(200));
+        client.sip_with(|sip| sip.left_velocity > 150);
+        if turn == 0 {
+            client.say(&Command::Close(Form::Bare));
+        }
+    }
+    // Nobody closes the second time: silence tells.
+    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    served.until("pioneer", |what| matches!(what, What::Left(_)));
+}
+
+#[test]
+fn a_client_that_reads_nothing_is_let_go() {
+    let served = served();
+    let mut deaf = Client::tcp(served.addresses[0]);
+    deaf.shake_hands();
+    deaf.say(&Command::Open(Form::One));
+    // Each is answered by a packet of a hundred bytes, and nobody reads them.
+    let question = Command::Config(Form::One)
+        .to_packet()
+        .expect("it fits")
+        .to_bytes();
+    let flood = question.repeat(100);
+    let mut stream = deaf.into_wire();
+    while stream.write_all(&flood).is_ok() {}
+    served.until("pioneer", |what| matches!(what, What::Left(_)));
+    let mut next = Client::tcp(served.addresses[0]);
+    next.open();
+}
+
+#[test]
+fn ten_thousand_random_and_mutated_packets_crash_nothing_and_move_nothing() {
+    let served = served();
+    let mut good = Client::tcp(served.addresses[1]);
+    good.open();
+    let mut bad = Client::tcp(served.addresses[0]);
+    bad.open();
+    let known = [
+        Command::Pulse,
+        Command::Config(Form::One),
+        Command::Tty2(HEAD.to_vec()),
+        Command::LaserOn35(1),
+        Command::SimStat(2),
+        Command::Velocities2(Wheels::default()),
+        Command::Velocity(0),
+    ]
+    .map(|command| command.to_packet().expect("it fits").to_bytes());
+    let random = proptest::collection::vec(any::<u8>(), 1..60);
+    let mutated = (0..known.len(), any::<prop::sample::Index>(), 1..=255u8);
+    let mut runner = TestRunner::deterministic();
+    let mut sent = 0;
+    while sent < 10_000 {
+        let bytes = match sent % 2 {
+            0 => random.new_tree(&mut runner).expect("bytes").current(),
+            _ => {
+                let (which, place, flip) = mutated.new_tree(&mut runner).expect("a change").current();
+                let mut bytes = known[which].clone();
+                let place = place.index(bytes.len());
+                bytes[place] ^= flip;
+                bytes
+            }
+        };
+        if asks_for_motion(&bytes) {
+            continue;
+        }
+        sent += 1;
+        if sent % 50 == 0 {
+            // Reads what came, so that nobody is let go for not reading. What was sent may have begun a packet, of which the
+            // question becomes a part: it is asked again.
+            bad.send(&bytes);
+            bad.say(&Command::SimStat(1));
+            loop {
+                match bad.packet().id() {
+                    0x62 => break,
+                    0x32 | 0x33 => bad.say(&Command::SimStat(1)),
+                    _ => {}
+                }
+            }
+            good.say(&Command::Pulse);
+            assert!(!good.sip().moving);
+        } else {
+            bad.send(&bytes);
+        }
+    }
+    assert_eq!(served.count(|what| matches!(what, What::Left(_))), 0);
+    let tally = served.end();
+    assert!(tally.iter().all(|tally| tally.travelled < 1e-9), "{tally:?}");
+}
+
+const HEAD: [u8; 6] = [0xFF, 0x30, 0x30, 0x00, 0x53, 0xEF];
+
+/// Whether a robot that hears these bytes may rightly move, be put elsewhere, or end the session.
+fn asks_for_motion(bytes: &[u8]) -> bool {
+    let mut asks = false;
+    jde_p2os::Receiver::new().receive(bytes, core::time::Duration::ZERO, |packet: Packet| {
+        let command = Command::from_packet(&packet);
+        asks |= command.moves() || matches!(packet.id(), 2 | 66..=69 | 224 | 225);
+    });
+    asks
+}
+
+#[test]
+fn what_cannot_be_served_is_refused_in_words() {
+    let world = || World::parse(ROOM, "room.toml", 1).expect("a world");
+    let open = |world, options: &Options| match Server::open(world, options) {
+        Ok(_) => panic!("it is served"),
+        Err(error) => error.to_string(),
+    };
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let tcp = Some(taken.local_addr().expect("an address"));
+    let said = open(
+        world(),
+        &Options {
+            tcp,
+            ..Options::default()
+        },
+    );
+    assert!(said.contains("pioneer") && said.contains("in use"), "{said}");
+    assert!(open(world(), &Options::default()).contains("no client could reach it"));
+    let empty = World::parse(ROOM.split("[robots").next().expect("walls"), "empty.toml", 1).expect("a world");
+    let said = open(
+        empty,
+        &Options {
+            terminal: true,
+            ..Options::default()
+        },
+    );
+    assert!(said.contains("no robot"), "{said}");
+    let last = Some("127.0.0.1:65535".parse().expect("an address"));
+    // It may be taken; if not, the second robot has none.
+    match Server::open(
+        world(),
+        &Options {
+            tcp: last,
+            ..Options::default()
+        },
+    ) {
+        Err(ServerError::NoPort(robot)) => assert_eq!(robot, "second"),
+        Err(ServerError::Line { .. }) => {}
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("it is served"),
+    }
+    drop(TcpStream::connect(tcp.expect("an address")));
+}

@@ -1,0 +1,136 @@
+//! Programs of others drive our simulated robot: clients of the Pioneer protocol that know nothing of jde.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context as _, Result, bail, ensure};
+
+use crate::shell;
+use crate::step::Done;
+use crate::test::Context;
+
+/// What is installed into a Python environment of its own.
+const PACKAGES: &[&str] = &["Soar==1.5.2"];
+/// Drives ahead, turns and stops, and fails if the robot does not.
+const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
+/// A client written elsewhere, where it is at hand; it drives ahead and prints.
+const ELSEWHERE: &str = "../shared/p2os/soar_client.py";
+/// The longest that a client can take: the server ends then, and with it the client's serial line.
+const LIMIT: &str = "90s";
+/// How to install what the step lacks.
+const INSTALL: &str = "sudo apt-get install python3-venv python3-tk";
+
+pub(crate) fn run(context: &Context) -> Result<Done> {
+    if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip, tkinter"])) {
+        return context.lacks("Python with venv and tkinter", INSTALL);
+    }
+    let python = environment(context)?;
+    let client = context.root.join(CLIENT);
+    drive(context, &python, &client)?;
+    let elsewhere = context.root.join(ELSEWHERE);
+    if elsewhere.is_file() {
+        let said = drive(context, &python, &elsewhere)?;
+        ensure!(
+            said.contains("connected in"),
+            "the client at {ELSEWHERE} did not connect: {said}"
+        );
+    }
+    Ok(Done::Passed)
+}
+
+/// The Python that has the clients.
+fn environment(context: &Context) -> Result<PathBuf> {
+    let folder = context.target.join("peers");
+    let python = folder.join("bin/python");
+    if !shell::succeeds(Command::new(&python).args(["-c", "import soar.robot.arcos"])) {
+        shell::run(
+            Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
+            context.paint,
+        )?;
+        shell::run(
+            Command::new(&python)
+                .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
+                .args(PACKAGES),
+            context.paint,
+        )?;
+    }
+    Ok(python)
+}
+
+/// Serves a world, lets a client drive its robot, and looks at what became of both.
+fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
+    let mut server = Server::start(context)?;
+    let mut command = Command::new(python);
+    command.arg(client).arg(&server.line);
+    shell::show(&command, context.paint);
+    let said = shell::read(&mut command).context("the client failed")?;
+    print!("{said}");
+    let summary = server.end()?;
+    ensure!(
+        summary.contains("\"sessions\":1"),
+        "the server counted no session: {summary}"
+    );
+    ensure!(
+        !summary.contains("\"travelled_m\":0.0"),
+        "the robot did not move: {summary}"
+    );
+    Ok(said)
+}
+
+/// A running `jde sim`; it ends when this is dropped.
+struct Server {
+    process: Child,
+    /// The serial line of the robot.
+    line: String,
+}
+
+impl Server {
+    fn start(context: &Context) -> Result<Self> {
+        let program = context.target.join("debug/jde");
+        let mut command = Command::new(program);
+        command
+            .args(["sim", "worlds/office.toml", "--pty", "--json", "--for", LIMIT])
+            .current_dir(&context.root);
+        shell::show(&command, context.paint);
+        let mut process = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .context("cannot start `jde sim`")?;
+        let words = process.stderr.take().context("it has no standard error")?;
+        let mut lines = BufReader::new(words).lines();
+        let line = lines.by_ref().find_map(|line| {
+            let line = line.ok()?;
+            Some(line.split_once("serial:")?.1.trim().to_owned())
+        });
+        // Whoever is not read blocks in the end.
+        std::thread::spawn(move || lines.for_each(drop));
+        let Some(line) = line else {
+            // It has ended by itself, and said why above.
+            let _ = process.kill();
+            bail!("`jde sim` told of no serial line");
+        };
+        Ok(Self { process, line })
+    }
+
+    /// Ends it as Ctrl-C does; gives what it printed.
+    fn end(&mut self) -> Result<String> {
+        let number = self.process.id().to_string();
+        shell::read(Command::new("kill").args(["-INT", &number]))?;
+        let output = self.process.stdout.take().context("it was read before")?;
+        let summary = std::io::read_to_string(output)?;
+        let status = self.process.wait()?;
+        ensure!(status.success(), "`jde sim` ended with {status}");
+        Ok(summary)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
