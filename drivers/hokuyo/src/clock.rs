@@ -1,0 +1,98 @@
+//! The scanner's clock against ours: when a scan was measured, rather than when it was read.
+
+use core::time::Duration;
+
+/// The scanner's clock has 24 bits of milliseconds and begins anew after four hours and a half.
+const WRAP: u32 = 1 << 24;
+/// How much the two clocks may run apart: 200 ppm, twice what a cheap crystal does.
+const DRIFT: f64 = 200e-6;
+
+/// What has been learnt of the scanner's clock.
+///
+/// A scan is never read before it was measured, so the smallest difference of the clocks so far is nearest to the truth; it is let grow
+/// by the drift, so that a clock that runs slow is followed.
+#[derive(Debug, Default)]
+pub(crate) struct Clock {
+    last: Option<Last>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    stamp: u32,
+    /// The scanner's time without wraps, s.
+    device: f64,
+    /// Ours less the scanner's, s.
+    offset: f64,
+    measured: Duration,
+}
+
+impl Clock {
+    /// When a scan with a stamp, read now, was measured. It never goes back.
+    pub(crate) fn measured(&mut self, stamp: u32, now: Duration) -> Duration {
+        let seconds = now.as_secs_f64();
+        let last = match self.last {
+            None => Last {
+                stamp,
+                device: 0.0,
+                offset: seconds,
+                measured: now,
+            },
+            Some(last) => {
+                let passed = f64::from(stamp.wrapping_sub(last.stamp) % WRAP) / 1000.0;
+                let device = last.device + passed;
+                let offset = (last.offset + passed * DRIFT).min(seconds - device);
+                let measured = Duration::try_from_secs_f64(device + offset).unwrap_or_default();
+                Last {
+                    stamp,
+                    device,
+                    offset,
+                    measured: measured.clamp(last.measured, now.max(last.measured)),
+                }
+            }
+        };
+        self.last = Some(last);
+        last.measured
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn milliseconds(count: u64) -> Duration {
+        Duration::from_millis(count)
+    }
+
+    #[test]
+    fn a_scan_that_was_read_late_was_not_measured_late() {
+        let mut clock = Clock::default();
+        assert_eq!(clock.measured(1000, milliseconds(50)), milliseconds(50));
+        for turn in 1..100_u32 {
+            let late = u64::from(turn % 7);
+            let measured = clock.measured(1000 + turn * 100, milliseconds(50 + u64::from(turn) * 100 + late));
+            let error = measured.as_secs_f64() - (0.05 + f64::from(turn) * 0.1);
+            assert!(error.abs() < 0.001, "scan {turn} is {error} s off");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_begins_anew_goes_on() {
+        let mut clock = Clock::default();
+        clock.measured(WRAP - 50, milliseconds(1000));
+        let measured = clock.measured(50, milliseconds(1100)).as_secs_f64();
+        assert!((measured - 1.1).abs() < 0.001, "{measured}");
+    }
+
+    #[test]
+    fn time_never_goes_back_and_is_never_ahead_of_ours() {
+        let mut clock = Clock::default();
+        let mut last = Duration::ZERO;
+        let stamps = [5, 5, 4, 9_000_000, 0, 100, 90, 16_777_215, 3];
+        for (turn, stamp) in stamps.into_iter().enumerate() {
+            let now = milliseconds(turn as u64 * 25);
+            let measured = clock.measured(stamp, now);
+            assert!(last <= measured && measured <= now);
+            last = measured;
+        }
+    }
+}

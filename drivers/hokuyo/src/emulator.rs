@@ -1,0 +1,202 @@
+//! A scanner as the specification describes it, for tests: speeds, its old protocol, its data sheet, scans, and what can go wrong. It
+//! does no I/O.
+
+use crate::message::checksum;
+
+/// A scanner.
+#[derive(Clone, Debug)]
+pub(crate) struct Emulator {
+    pub(crate) baud: u32,
+    /// It speaks its old protocol until it is told otherwise.
+    pub(crate) scip1: bool,
+    pub(crate) laser: bool,
+    /// The question that it answers with scans.
+    pub(crate) streaming: Option<String>,
+    pub(crate) sheet: &'static [&'static str],
+    /// Every distance, mm.
+    pub(crate) distance: u32,
+    /// Its clock, ms.
+    pub(crate) clock: u32,
+    pub(crate) silent: bool,
+    pub(crate) noisy: bool,
+    /// A question and the status that it answers with.
+    pub(crate) refuses: Option<(&'static str, &'static str)>,
+    /// The status of scans.
+    pub(crate) status: &'static str,
+    pub(crate) heard: Vec<u8>,
+}
+
+/// A number in letters.
+pub(crate) fn letters(value: u32, count: usize) -> Vec<u8> {
+    (0..count)
+        .rev()
+        .map(|place| (value >> (6 * place) & 0x3f) as u8 + 0x30)
+        .collect()
+}
+
+fn with_sum(line: &[u8]) -> Vec<u8> {
+    [line, &[checksum(line)]].concat()
+}
+
+/// The lines of a scan, from the time on.
+pub(crate) fn scan_lines(stamp: u32, values: &[u32], count: usize) -> Vec<Vec<u8>> {
+    let data: Vec<u8> = values.iter().flat_map(|value| letters(*value, count)).collect();
+    core::iter::once(with_sum(&letters(stamp, 4)))
+        .chain(data.chunks(64).map(with_sum))
+        .collect()
+}
+
+impl Emulator {
+    /// A URG-04LX at a serial line, as it is switched on.
+    pub(crate) fn urg() -> Self {
+        Self {
+            baud: 19_200,
+            scip1: true,
+            laser: false,
+            streaming: None,
+            sheet: &[
+                "MODL:URG-04LX(Hokuyo Automatic Co., Ltd.)",
+                "DMIN:20",
+                "DMAX:5600",
+                "ARES:1024",
+                "AMIN:44",
+                "AMAX:725",
+                "AFRT:384",
+                "SCAN:600",
+            ],
+            distance: 1500,
+            clock: 0xff_fff0,
+            silent: false,
+            noisy: false,
+            refuses: None,
+            status: "99",
+            heard: Vec::new(),
+        }
+    }
+
+    /// A UTM-30LX-EW, which is reached over Ethernet.
+    pub(crate) fn utm() -> Self {
+        Self {
+            scip1: false,
+            sheet: &[
+                "MODL:UTM-30LX-EW",
+                "DMIN:23",
+                "DMAX:60000",
+                "ARES:1440",
+                "AMIN:0",
+                "AMAX:1080",
+                "AFRT:540",
+                "SCAN:2400",
+            ],
+            distance: 12_345,
+            ..Self::urg()
+        }
+    }
+
+    /// What it says to bytes at a speed of the line.
+    pub(crate) fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+        if self.silent {
+            return Vec::new();
+        }
+        if baud != self.baud {
+            self.heard.clear();
+            return vec![0xf8, 0x00, b'\n', b'\n', 0x8e];
+        }
+        self.heard.extend_from_slice(bytes);
+        let mut answers = Vec::new();
+        while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.heard.drain(..=end).collect();
+            let question = String::from_utf8(line[..end].to_vec()).expect("questions are letters");
+            answers.extend(self.question(&question));
+        }
+        answers
+    }
+
+    fn question(&mut self, question: &str) -> Vec<u8> {
+        let (mut status, mut lines) = ("00", Vec::new());
+        let checked = |line: &&str| format!("{line};{}", char::from(checksum(line.as_bytes())));
+        if let Some((refused, with)) = self.refuses
+            && question.starts_with(refused)
+        {
+            return answer(question, with, &[]);
+        }
+        if self.scip1 {
+            self.scip1 = question != "SCIP2.0";
+            // The old protocol's answers: one digit, and no checksum.
+            return format!("{question}\n{}\n\n", if self.scip1 { "E" } else { "0" }).into_bytes();
+        }
+        match question.get(..2) {
+            Some("QT") => (self.laser, self.streaming) = (false, None),
+            Some("BM") => {
+                status = if self.laser { "02" } else { "00" };
+                self.laser = true;
+            }
+            Some("VV") => {
+                lines = [
+                    "VEND:Hokuyo Automatic Co., Ltd.",
+                    "PROD:SOKUIKI Sensor",
+                    "FIRM:3.4.03",
+                    "PROT:SCIP 2.0",
+                    "SERI:H0906091",
+                ]
+                .iter()
+                .map(checked)
+                .collect();
+            }
+            Some("PP") => lines = self.sheet.iter().map(checked).collect(),
+            Some("II") => {
+                lines = ["LASR:OFF", "STAT:Sensor works well."]
+                    .iter()
+                    .map(checked)
+                    .collect()
+            }
+            Some("SS") => {
+                let said = answer(question, "00", &[]);
+                self.baud = question[2..].parse().expect("six digits");
+                assert_eq!(question.len(), 8);
+                return said;
+            }
+            Some("MD" | "MS") => {
+                assert!(question.len() == 15 && question.ends_with("00"), "{question}");
+                self.laser = true;
+                self.streaming = Some(question.to_owned());
+            }
+            _ => status = "0E",
+        }
+        answer(question, status, &lines)
+    }
+
+    /// What it sends after a turn.
+    pub(crate) fn turn(&mut self) -> Vec<u8> {
+        self.clock = (self.clock + 25) & 0xff_ffff;
+        let Some(question) = self.streaming.as_ref().filter(|_| !self.silent) else {
+            return Vec::new();
+        };
+        let step = |place: core::ops::Range<usize>| question[place].parse::<u32>().expect("digits");
+        let count = (step(6..10) - step(2..6)) / step(10..12) + 1;
+        let letters = if question.starts_with("MD") { 3 } else { 2 };
+        let lines = match self.status {
+            "99" => scan_lines(self.clock, &vec![self.distance; count as usize], letters),
+            _ => Vec::new(),
+        };
+        let mut said = if self.noisy {
+            b"\xff\x80noise\n\n".to_vec()
+        } else {
+            Vec::new()
+        };
+        said.extend(format!("{question}\n").bytes());
+        said.extend(with_sum(self.status.as_bytes()));
+        said.push(b'\n');
+        lines
+            .iter()
+            .for_each(|line| said.extend([line, &b"\n"[..]].concat()));
+        said.push(b'\n');
+        said
+    }
+}
+
+fn answer(question: &str, status: &str, lines: &[String]) -> Vec<u8> {
+    let sum = char::from(checksum(status.as_bytes()));
+    let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    format!("{question}\n{status}{sum}\n{lines}\n").into_bytes()
+}

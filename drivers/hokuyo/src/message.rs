@@ -1,0 +1,199 @@
+//! Messages of SCIP 2 as they go over the wire: lines, their checksums, numbers in letters. What they mean is not known here.
+//!
+//! From Hokuyo's "Communication Protocol Specification for SCIP 2.0 Standard": an answer is the question again, a line of
+//! status, lines of data, and an empty line. Letters stand for 6 bits each, from `0` on.
+
+/// The longest message by far: 1440 steps of three letters, each 64 with a checksum and an end of line, and the head.
+const LONGEST: usize = 8192;
+
+/// An answer, or a scan, which is an answer to a question asked long ago.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Message {
+    /// The question, as it was understood.
+    pub(crate) echo: String,
+    /// Two letters; `00` is good, and `99` for a scan.
+    pub(crate) status: [u8; 2],
+    /// Lines of data, with their checksums.
+    pub(crate) lines: Vec<Vec<u8>>,
+}
+
+/// Finds messages in what is heard, however it is cut and whatever stands between.
+#[derive(Debug, Default)]
+pub(crate) struct Receiver {
+    bytes: Vec<u8>,
+    start: usize,
+}
+
+/// The letter that checks a line.
+pub(crate) fn checksum(line: &[u8]) -> u8 {
+    let sum = line.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
+    (sum & 0x3f) + 0x30
+}
+
+/// A line without the letter that checks it, if that is right.
+pub(crate) fn checked(line: &[u8]) -> Option<&[u8]> {
+    let (sum, text) = line.split_last()?;
+    (checksum(text) == *sum).then_some(text)
+}
+
+/// A number in letters, the highest six bits first; `None` for letters that are none.
+pub(crate) fn number(letters: &[u8]) -> Option<u32> {
+    letters.iter().try_fold(0_u32, |number, letter| {
+        let digit = letter.checked_sub(0x30).filter(|digit| *digit < 64)?;
+        Some(number << 6 | u32::from(digit))
+    })
+}
+
+impl Message {
+    /// The value of a line `KEY:value;` among the data.
+    pub(crate) fn value(&self, key: &str) -> Option<&str> {
+        self.lines.iter().find_map(|line| {
+            let (text, sum) = line.split_at_checked(line.len().checked_sub(1)?)?;
+            let bare = text.strip_suffix(b";")?;
+            // Devices differ on whether the semicolon is checked too.
+            if ![checksum(bare), checksum(text)].contains(&sum[0]) {
+                return None;
+            }
+            core::str::from_utf8(bare)
+                .ok()?
+                .strip_prefix(key)?
+                .strip_prefix(':')
+        })
+    }
+}
+
+impl Receiver {
+    /// Takes in bytes as they come.
+    pub(crate) fn hear(&mut self, bytes: &[u8]) {
+        self.bytes.drain(..self.start);
+        self.start = 0;
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Forgets what is half heard; at another speed it is worth nothing.
+    pub(crate) fn clear(&mut self) {
+        self.bytes.clear();
+        self.start = 0;
+    }
+
+    /// The next message; `None` until more comes.
+    pub(crate) fn next(&mut self) -> Option<Message> {
+        loop {
+            let rest = &self.bytes[self.start..];
+            let Some(end) = rest.windows(2).position(|pair| pair == b"\n\n") else {
+                if rest.len() > LONGEST {
+                    // Nothing of it can become a message but the line that it ends with.
+                    let line = rest
+                        .iter()
+                        .rposition(|byte| *byte == b'\n')
+                        .unwrap_or(rest.len() - 1);
+                    self.start += line + 1;
+                }
+                return None;
+            };
+            let message = message(&rest[..end]);
+            self.start += end + 2;
+            if message.is_some() {
+                return message;
+            }
+        }
+    }
+}
+
+fn message(bytes: &[u8]) -> Option<Message> {
+    let mut lines = bytes
+        .split(|byte| *byte == b'\n')
+        .skip_while(|line| line.is_empty());
+    let echo = core::str::from_utf8(lines.next()?).ok()?;
+    let &[first, second] = checked(lines.next()?)? else {
+        return None;
+    };
+    Some(Message {
+        echo: echo.to_owned(),
+        status: [first, second],
+        lines: lines.map(<[u8]>::to_vec).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn checksums_and_numbers_are_those_of_the_specification() {
+        assert_eq!(
+            (checksum(b"00"), checksum(b"99"), checksum(b"0E")),
+            (b'P', b'b', b'e')
+        );
+        // The examples of the specification: 1234 mm in two letters, 5432 mm in three.
+        assert_eq!(number(b"CB"), Some(1234));
+        assert_eq!(number(b"1Dh"), Some(5432));
+        assert_eq!(number(b"0\x2f"), None);
+        assert_eq!(number(b"0\x70"), None);
+    }
+
+    fn heard(pieces: &[&[u8]]) -> Vec<Message> {
+        let mut receiver = Receiver::default();
+        let mut all = Vec::new();
+        for piece in pieces {
+            receiver.hear(piece);
+            all.extend(core::iter::from_fn(|| receiver.next()));
+        }
+        all
+    }
+
+    const VERSION: &[u8] = b"VV\n00P\nVEND:Hokuyo Automatic Co.,Ltd.;[\nPROD:SOKUIKI Sensor URG-04LX;[\n\n";
+
+    #[test]
+    fn a_message_is_found_between_noise_and_empty_lines() {
+        let all = heard(&[b"\xff\x00\n\n\n\n", VERSION, b"half a word\n\nQT\n00P\n\n"]);
+        let echoes: Vec<&str> = all.iter().map(|message| &*message.echo).collect();
+        assert_eq!(echoes, ["VV", "QT"]);
+        assert_eq!((all[0].status, all[0].lines.len()), (*b"00", 2));
+    }
+
+    #[test]
+    fn a_value_is_believed_with_either_checksum_and_with_no_other() {
+        let text = b"DMAX:5600";
+        for (checked, good) in [(&text[..], true), (b"DMAX:5600;", true), (b"DMAX:5700", false)] {
+            let line = [text, &b";"[..], &[checksum(checked)]].concat();
+            let message = Message {
+                echo: "PP".to_owned(),
+                status: *b"00",
+                lines: vec![line],
+            };
+            assert_eq!(message.value("DMAX"), good.then_some("5600"));
+            assert_eq!(message.value("DMA"), None);
+        }
+    }
+
+    #[test]
+    fn noise_without_end_is_not_kept() {
+        let mut receiver = Receiver::default();
+        for _ in 0..1000 {
+            receiver.hear(&[b'x'; 1000]);
+            assert_eq!(receiver.next(), None);
+        }
+        assert!(receiver.bytes.len() <= LONGEST + 2000);
+        receiver.hear(b"\n\nQT\n00P\n\n");
+        assert_eq!(receiver.next().map(|message| message.echo), Some("QT".to_owned()));
+    }
+
+    proptest! {
+        #[test]
+        fn messages_survive_any_cut(cut in 0..VERSION.len()) {
+            let (head, tail) = VERSION.split_at(cut);
+            prop_assert_eq!(heard(&[head, tail]), heard(&[VERSION]));
+        }
+
+        #[test]
+        fn no_bytes_panic(pieces in prop::collection::vec(prop::collection::vec(prop_oneof![any::<u8>(), Just(b'\n'), Just(b';')], 0..300), 0..6)) {
+            let pieces: Vec<&[u8]> = pieces.iter().map(|piece| &piece[..]).collect();
+            for message in heard(&pieces) {
+                message.value("DMAX");
+            }
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! Conversations with the emulator in virtual time, where waiting costs nothing.
+
+use core::f64::consts::TAU;
+
+use super::*;
+use crate::emulator::Emulator;
+
+/// A session and a scanner with a wire between them.
+struct Wire {
+    session: Session,
+    scanner: Emulator,
+    now: Duration,
+    baud: Option<u32>,
+    events: Vec<Event>,
+}
+
+impl Wire {
+    fn new(scanner: Emulator, baud: Option<u32>, letters: Letters) -> Self {
+        let wanted = Wanted {
+            view: TAU,
+            skip: 0,
+            letters,
+            baud,
+        };
+        let mut events = Vec::new();
+        let session = Session::begin(wanted, Duration::ZERO, &mut events);
+        let mut wire = Self {
+            session,
+            scanner,
+            now: Duration::ZERO,
+            baud,
+            events: Vec::new(),
+        };
+        wire.carry(events);
+        wire
+    }
+
+    /// Carries what is said to and fro until nobody says anything more.
+    fn carry(&mut self, mut events: Vec<Event>) {
+        let mut at = 0;
+        while let Some(event) = events.get(at).cloned() {
+            at += 1;
+            match &event {
+                Event::Baud(baud) => self.baud = Some(*baud),
+                Event::Send(bytes) => {
+                    let answer = self.scanner.hear(bytes, self.baud.unwrap_or(self.scanner.baud));
+                    self.session.hear(&answer, self.now, &mut events);
+                }
+                Event::Ready(..) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => {}
+            }
+        }
+        self.events.extend(events);
+    }
+
+    fn hear(&mut self, bytes: &[u8]) {
+        let mut events = Vec::new();
+        self.session.hear(bytes, self.now, &mut events);
+        self.carry(events);
+    }
+
+    /// Lets time pass, 100 ms by 100 ms, until it is ready or lost.
+    fn settle(mut self) -> Self {
+        while !self.session.is_ready() && self.lost().is_none() {
+            self.now += Duration::from_millis(100);
+            let turn = self.scanner.turn();
+            let heard = self.baud.is_none_or(|baud| baud == self.scanner.baud);
+            let garbled = if heard {
+                turn
+            } else {
+                turn.iter().map(|byte| byte ^ 0x95).collect()
+            };
+            self.hear(&garbled);
+        }
+        self
+    }
+
+    fn turn(&mut self) {
+        let turn = self.scanner.turn();
+        self.hear(&turn);
+    }
+
+    fn lost(&self) -> Option<&str> {
+        self.events.iter().find_map(|event| match event {
+            Event::Lose(reason) => Some(&**reason),
+            Event::Send(_) | Event::Baud(_) | Event::Ready(..) | Event::Scan(_) | Event::Warn(_) => None,
+        })
+    }
+
+    fn count(&self, wanted: fn(&Event) -> bool) -> usize {
+        self.events.iter().filter(|event| wanted(event)).count()
+    }
+
+    fn scans(&self) -> usize {
+        self.count(|event| matches!(event, Event::Scan(_)))
+    }
+}
+
+fn ready(scanner: Emulator, baud: Option<u32>, letters: Letters) -> Wire {
+    let wire = Wire::new(scanner, baud, letters).settle();
+    assert_eq!(wire.lost(), None);
+    wire
+}
+
+fn refused(scanner: Emulator, baud: Option<u32>) -> String {
+    let wire = Wire::new(scanner, baud, Letters::Three).settle();
+    wire.lost().expect("it is given up").to_owned()
+}
+
+#[test]
+fn a_scanner_is_asked_what_it_is_and_sends_scans() {
+    let mut wire = ready(Emulator::urg(), Some(19_200), Letters::Three);
+    let name = wire.events.iter().find_map(|event| match event {
+        Event::Ready(beams, name) => Some((beams.count(), name.clone())),
+        Event::Send(_) | Event::Baud(_) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => None,
+    });
+    let words = "URG-04LX(Hokuyo Automatic Co., Ltd.), 3.4.03, H0906091, Sensor works well.";
+    assert_eq!(name, Some((682, words.to_owned())));
+    wire.turn();
+    let Some(Event::Scan(scan)) = wire.events.last() else {
+        panic!("a scan comes")
+    };
+    assert_eq!(scan.ranges, [1.5; 682]);
+}
+
+#[test]
+fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
+    for at in SPEEDS {
+        for (scip1, streaming) in [
+            (true, None),
+            (false, None),
+            (false, Some("MD0044072501000".to_owned())),
+        ] {
+            let scanner = Emulator {
+                baud: at,
+                scip1,
+                streaming,
+                ..Emulator::urg()
+            };
+            let wire = ready(scanner, Some(115_200), Letters::Three);
+            assert_eq!((wire.scanner.baud, wire.baud), (115_200, Some(115_200)));
+        }
+    }
+}
+
+#[test]
+fn a_laser_that_is_on_already_is_no_trouble() {
+    let scanner = Emulator {
+        refuses: Some(("QT", "00")),
+        laser: true,
+        ..Emulator::utm()
+    };
+    assert!(ready(scanner, None, Letters::Three).scanner.streaming.is_some());
+}
+
+#[test]
+fn scans_in_two_letters_are_read_too() {
+    let mut wire = ready(
+        Emulator {
+            distance: 4000,
+            ..Emulator::urg()
+        },
+        Some(19_200),
+        Letters::Two,
+    );
+    wire.turn();
+    let Some(Event::Scan(scan)) = wire.events.last() else {
+        panic!("a scan comes")
+    };
+    assert_eq!(scan.ranges, [4.0; 682]);
+}
+
+#[test]
+fn scans_are_found_between_noise_however_they_are_cut() {
+    let mut wire = ready(
+        Emulator {
+            noisy: true,
+            ..Emulator::utm()
+        },
+        None,
+        Letters::Three,
+    );
+    for size in 1..20 {
+        let turn = wire.scanner.turn();
+        turn.chunks(size).for_each(|piece| wire.hear(piece));
+    }
+    assert_eq!((wire.scans(), wire.lost()), (19, None));
+}
+
+#[test]
+fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
+    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    for _ in 0..3 {
+        let mut turn = wire.scanner.turn();
+        turn[200] ^= 1;
+        wire.hear(&turn);
+    }
+    wire.turn();
+    assert_eq!(wire.count(|event| matches!(event, Event::Warn(_))), 1);
+    assert_eq!((wire.scans(), wire.lost()), (1, None));
+}
+
+#[test]
+fn what_it_will_not_do_is_named() {
+    let silent = Emulator {
+        silent: true,
+        ..Emulator::utm()
+    };
+    assert_eq!(
+        refused(silent.clone(), None),
+        "it would not answer as a scanner that speaks SCIP 2: no answer"
+    );
+    assert!(refused(silent, Some(19_200)).contains("at any speed"));
+    let refuses = |question, status| Emulator {
+        refuses: Some((question, status)),
+        scip1: false,
+        ..Emulator::urg()
+    };
+    assert_eq!(
+        refused(refuses("BM", "01"), Some(19_200)),
+        "it would not switch its laser on: status 01"
+    );
+    assert_eq!(
+        refused(refuses("MD", "04"), Some(19_200)),
+        "it would not send scans: status 04"
+    );
+    assert!(
+        refused(refuses("SS", "03"), Some(38_400)).starts_with("it would not go at the speed of its address")
+    );
+    assert!(refused(refuses("PP", "00"), Some(19_200)).ends_with("it does not tell its DMIN"));
+}
+
+#[test]
+fn silence_and_a_fault_of_its_own_are_losses() {
+    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    wire.now += SILENCE - Duration::from_nanos(1);
+    wire.hear(&[]);
+    assert_eq!(wire.lost(), None);
+    wire.now += Duration::from_nanos(1);
+    wire.hear(&[]);
+    assert_eq!(wire.lost(), Some("no scan came for 3 s"));
+
+    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    wire.scanner.status = "98";
+    wire.turn();
+    assert_eq!(wire.lost(), None, "it goes on after a pause");
+    wire.scanner.status = "51";
+    wire.turn();
+    assert!(
+        wire.lost()
+            .is_some_and(|reason| reason.starts_with("it stopped with status 51"))
+    );
+}
