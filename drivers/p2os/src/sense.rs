@@ -1,0 +1,233 @@
+//! What the robot says, in the standard interfaces: SI units, REP-103 axes. What is not measured is NaN or not published.
+
+use core::time::Duration;
+
+use jde_p2os::{Beams, Config, Event, Model, Reading, Sip};
+use jde_schema::prelude::*;
+
+use crate::Pioneer;
+use crate::robot::Robot;
+
+/// A temperature that means that none is measured, °C.
+const NO_TEMPERATURE: i8 = -127;
+
+/// What must be remembered from one packet to the next.
+#[derive(Default)]
+pub(crate) struct Senses {
+    /// What each sonar heard last, m; a packet tells of some only.
+    ranges: Vec<f32>,
+    /// Where the head looked last, and when.
+    head: Option<(Duration, f64, f64)>,
+    /// When the last sweep came.
+    sweep: Option<Duration>,
+    /// Whether anything was published that would have to be taken back.
+    told: bool,
+}
+
+impl Senses {
+    /// Forgets everything; answers whether there was anything.
+    pub(crate) fn forget(&mut self) -> bool {
+        core::mem::take(self).told
+    }
+}
+
+impl Pioneer {
+    /// Publishes what the robot has said.
+    pub(crate) fn sense(&mut self, cx: &Context, robot: &mut Robot) -> Result {
+        while let Some(event) = robot.next_event() {
+            self.senses.told = true;
+            let Some(model) = robot.session().model() else {
+                break;
+            };
+            match event {
+                Event::Sip(sip) => self.state(cx, robot, model, &sip)?,
+                Event::Laser(sweep) => self.scan(cx, robot.beams(), &sweep)?,
+                Event::Encoders { left, right } => {
+                    let told = robot.session().config().map_or(0, |config| config.ticks_per_mm);
+                    let ticks = if told > 0 {
+                        f64::from(told)
+                    } else {
+                        model.encoders.per_mm
+                    };
+                    let encoders = WheelEncoders {
+                        header: Header::new(cx.now(), "base_link"),
+                        left,
+                        right,
+                        ticks_per_meter: 1000.0 * ticks,
+                    };
+                    self.encoders.write(cx, encoders);
+                }
+                Event::Head { pan, tilt } => self.looks(cx, pan, tilt),
+                Event::Warning(words) => warn!(cx, "{words}"),
+                Event::Config(config) => debug!(
+                    cx,
+                    "firmware {}, watchdog {} ms", config.firmware, config.watchdog
+                ),
+            }
+        }
+        Ok(())
+    }
+
+    fn state(&mut self, cx: &Context, robot: &Robot, model: &Model, sip: &Sip) -> Result {
+        let now = cx.now();
+        let pose = robot.session().pose();
+        let pose = Pose2D::new(pose.x, pose.y, pose.heading);
+        self.odometry
+            .write(cx, Odometry::planar(now, pose, twist(model, sip)));
+        self.bumpers
+            .write(cx, bumpers(now, model, robot.session().config(), sip)?);
+        self.battery.write(cx, battery(now, model, sip));
+        if !sip.sonars.is_empty() {
+            self.ring(cx, model, sip);
+        }
+        Ok(())
+    }
+
+    fn ring(&mut self, cx: &Context, model: &Model, sip: &Sip) {
+        let count = model.sonar.mounts.len();
+        let ranges = &mut self.senses.ranges;
+        ranges.resize(count, f32::NAN);
+        for sonar in &sip.sonars {
+            let Some(range) = ranges.get_mut(usize::from(sonar.index)) else {
+                continue;
+            };
+            let mm = f64::from(sonar.range) * model.units.range_mm;
+            *range = if mm >= model.sonar.max_mm {
+                f32::INFINITY
+            } else if mm < model.sonar.min_mm {
+                f32::NEG_INFINITY
+            } else {
+                (mm / 1000.0) as f32
+            };
+        }
+        let mut ring = self.sonars.loan(cx);
+        ring.header = Header::new(cx.now(), "base_link");
+        ring.radiation_type = 0;
+        ring.padding = Padding::ZERO;
+        ring.field_of_view = model.sonar.cone_deg.to_radians() as f32;
+        ring.min_range = (model.sonar.min_mm / 1000.0) as f32;
+        ring.max_range = (model.sonar.max_mm / 1000.0) as f32;
+        for (pose, [x, y, angle]) in ring.poses.resize(count).iter_mut().zip(&model.sonar.mounts) {
+            *pose = Pose2D::new(x / 1000.0, y / 1000.0, angle.to_radians());
+        }
+        ring.ranges.resize(count).copy_from_slice(ranges);
+        ring.publish();
+    }
+
+    fn scan(&mut self, cx: &Context, beams: Beams, sweep: &[Reading]) -> Result {
+        let most = self.laser_range.get(cx) as f32;
+        let start = f64::from(beams.start_deg).to_radians();
+        let view = (f64::from(beams.end_deg) - f64::from(beams.start_deg)).to_radians();
+        let increment = view / (sweep.len().saturating_sub(1).max(1)) as f64;
+        let now = cx.now();
+        let since = self.senses.sweep.replace(now);
+        let mut laser = self.laser.loan(cx);
+        laser.header = Header::new(now, "laser");
+        laser.angle_min = start as f32;
+        laser.angle_increment = increment as f32;
+        laser.angle_max = (start + increment * sweep.len().saturating_sub(1) as f64) as f32;
+        laser.time_increment = 0.0;
+        laser.scan_time = since.map_or(0.0, |since| now.saturating_sub(since).as_secs_f32());
+        laser.range_min = 0.0;
+        laser.range_max = most;
+        laser.ranges.clear();
+        laser.intensities.clear();
+        // A simulator may send more than was asked for, and more than fit: those are behind the last that was wanted.
+        let reflected = sweep.iter().any(|reading| reading.reflectance != 0);
+        for reading in sweep.iter().take(1088) {
+            let range = f32::from(reading.range) / 1000.0;
+            let range = if range >= most { f32::INFINITY } else { range };
+            laser.ranges.extend_from_slice(&[range])?;
+            if reflected {
+                laser
+                    .intensities
+                    .extend_from_slice(&[reading.reflectance.into()])?;
+            }
+        }
+        laser.publish();
+        Ok(())
+    }
+
+    fn looks(&mut self, cx: &Context, pan: f64, tilt: f64) {
+        let now = cx.now();
+        let last = self.senses.head.replace((now, pan, tilt));
+        let (mut pan_velocity, mut tilt_velocity) = (0.0, 0.0);
+        if let Some((then, last_pan, last_tilt)) = last
+            && now > then
+        {
+            let elapsed = (now - then).as_secs_f64();
+            pan_velocity = (pan - last_pan) / elapsed;
+            tilt_velocity = (tilt - last_tilt) / elapsed;
+        }
+        let header = Header::new(now, "head");
+        self.pan_tilt.write(
+            cx,
+            PanTilt {
+                header,
+                pan,
+                tilt,
+                pan_velocity,
+                tilt_velocity,
+            },
+        );
+    }
+}
+
+/// Speeds by the wheels; firmware that measures the turning tells that better.
+fn twist(model: &Model, sip: &Sip) -> Twist {
+    let speed = |units: i16| f64::from(units) * model.units.velocity_mm_s;
+    let (left, right) = (speed(sip.left_velocity), speed(sip.right_velocity));
+    let turning = match sip.rotation {
+        Some(0) | None => (right - left) / 2.0 * model.units.wheel_difference,
+        Some(rotation) => (f64::from(rotation) / 10.0).to_radians(),
+    };
+    Twist::planar((left + right) / 2000.0, turning)
+}
+
+fn bumpers(now: Duration, model: &Model, config: Option<&Config>, sip: &Sip) -> Result<Bumpers> {
+    let count = |told: Option<u8>, known: usize| told.map_or(known, usize::from).min(7);
+    let told = config.filter(|config| config.front_bumpers > 0 || config.rear_bumpers > 0);
+    let front = count(told.map(|config| config.front_bumpers), model.bumpers.front);
+    let rear = count(told.map(|config| config.rear_bumpers), model.bumpers.rear);
+    let mut bumpers = Bumpers {
+        header: Header::new(now, "base_link"),
+        stalled: sip.stalled().into(),
+        ..Bumpers::default()
+    };
+    for number in 0..front {
+        bumpers
+            .front
+            .extend_from_slice(&[sip.front_bumper(number).into()])?;
+    }
+    // The robot counts clockwise; the interface from left to right, as one looks ahead.
+    for number in (0..rear).rev() {
+        bumpers
+            .rear
+            .extend_from_slice(&[sip.rear_bumper(number).into()])?;
+    }
+    Ok(bumpers)
+}
+
+fn battery(now: Duration, model: &Model, sip: &Sip) -> BatteryState {
+    let volts = sip.volts();
+    let by_voltage = (volts - model.battery.empty_v) / (model.battery.full_v - model.battery.empty_v);
+    let charge = match sip.state_of_charge {
+        Some(percent @ 1..) => f64::from(percent) / 100.0,
+        Some(0) | None => by_voltage,
+    };
+    let temperature = sip.temperature.filter(|degrees| *degrees != NO_TEMPERATURE);
+    BatteryState {
+        header: Header::new(now, "base_link"),
+        voltage: volts as f32,
+        percentage: charge.clamp(0.0, 1.0) as f32,
+        temperature: temperature.map_or(f32::NAN, f32::from),
+        power_supply_status: match sip.charge {
+            Some(0) => 2,
+            Some(1 | 2) => 1,
+            Some(3) => 4,
+            Some(_) | None => 0,
+        },
+        present: Flag::TRUE,
+        ..BatteryState::default()
+    }
+}

@@ -1,0 +1,65 @@
+//! What the application's file says, made into a robot to look for. Whatever a person must mend is an error here, before anything
+//! is opened.
+
+use jde_p2os::{Beams, Head, Laser, Model, Options, Pose};
+use jde_port::{Address, Backoff, Port};
+use jde_schema::prelude::*;
+
+use crate::Pioneer;
+use crate::robot::Robot;
+
+impl Pioneer {
+    /// The robot that the modulations describe, not looked for yet.
+    pub(crate) fn settings(&self, cx: &Context) -> Result<Robot> {
+        let port = self.port.get(cx);
+        if port.is_empty() {
+            return Err(
+                "it has no port; give it one in the application: port = \"serial:/dev/ttyUSB0@9600\", or \
+                 port = \"tcp:localhost:8101\" of a simulator"
+                    .into(),
+            );
+        }
+        let address = Address::parse(port.as_str())?;
+        let beams = Beams::spread(self.laser_beams.get(cx), self.laser_view.get(cx));
+        let laser = match self.laser_mode.get(cx).as_str() {
+            "auto" => Laser::Auto(beams),
+            "on" => Laser::On(beams),
+            "off" => Laser::Off,
+            other => return Err(format!("laser_mode = \"{other}\": it can be auto, on or off").into()),
+        };
+        let head = match self.head_kind.get(cx).as_str() {
+            "none" => Head::None,
+            "vc-c4" => Head::VcC4,
+            "vc-c4-one-way" => Head::VcC4OneWay,
+            other => {
+                return Err(
+                    format!("head_kind = \"{other}\": it can be none, vc-c4 or vc-c4-one-way").into(),
+                );
+            }
+        };
+        let start = self.start.get(cx);
+        let options = Options {
+            model: model(self.model.get(cx).as_str())?,
+            laser,
+            head,
+            start: Pose {
+                x: start.x,
+                y: start.y,
+                heading: start.theta,
+            },
+        };
+        Ok(Robot::new(Port::new(address, Backoff::default()), options, beams))
+    }
+}
+
+/// The model of a name or of a file; none for the one the robot says it is.
+fn model(text: &str) -> Result<Option<Model>> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    if !text.ends_with(".toml") {
+        return Ok(Some(Model::named(text)?));
+    }
+    let file = std::fs::read_to_string(text).map_err(|error| format!("model = \"{text}\": {error}"))?;
+    Ok(Some(Model::parse(&file, text)?))
+}

@@ -1,0 +1,492 @@
+//! The driver over TCP and over a pseudo-terminal, against a scripted robot that speaks with the library's other end.
+
+use core::f64::consts::FRAC_PI_2;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::os::fd::AsFd;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use jde_p2os::*;
+use jde_port::Pty;
+use jde_schema::bench::Bench;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use super::Pioneer;
+use jde_schema::prelude::{
+    BatteryState, Bumpers as Pressed, Connection, LaserScan, Odometry, PanTilt, Pose2D, RangeRing, Text,
+    Twist, WheelEncoders,
+};
+
+/// What the robot is told to say, and what it heard.
+struct Script {
+    names: Names,
+    sip: Sip,
+    heard: Vec<Command>,
+    laser: bool,
+    mute: bool,
+    hang_up: bool,
+    /// How often it has told its state.
+    said: u32,
+}
+
+/// A robot on a thread of its own; dropped, it is gone.
+struct Robot {
+    script: Arc<Mutex<Script>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Robot {
+    fn script(subclass: &str) -> Arc<Mutex<Script>> {
+        let names = Names {
+            name: "AMRISim".into(),
+            class: "Pioneer".into(),
+            subclass: subclass.into(),
+        };
+        let sip = Sip {
+            battery_tenths: Some(124),
+            gripper: Some(0),
+            analog_port: Some(0),
+            analog: Some(0),
+            digital_in: Some(0),
+            digital_out: Some(0),
+            ..Sip::default()
+        };
+        Arc::new(Mutex::new(Script {
+            names,
+            sip,
+            heard: Vec::new(),
+            laser: false,
+            mute: false,
+            hang_up: false,
+            said: 0,
+        }))
+    }
+
+    /// Behind TCP, where it takes one client after another; its address.
+    fn at_tcp(subclass: &str) -> (Self, String) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
+        let robot = Self::run(Self::script(subclass), move |script, stop| {
+            while !stop.load(Ordering::Relaxed) {
+                if ready(&listener)
+                    && let Ok((stream, _)) = listener.accept()
+                {
+                    let halves: (&TcpStream, &TcpStream) = (&stream, &stream);
+                    serve(halves.0, halves.1, script, stop);
+                }
+            }
+        });
+        (robot, address)
+    }
+
+    /// At a serial line.
+    fn at_line(subclass: &str) -> (Self, String) {
+        let pty = Pty::open().expect("a pseudo-terminal");
+        let address = format!("serial:{}@9600", pty.path().display());
+        let robot = Self::run(Self::script(subclass), move |script, stop| {
+            while !stop.load(Ordering::Relaxed) {
+                let halves: (&File, &File) = (pty.master(), pty.master());
+                serve(halves.0, halves.1, script, stop);
+            }
+        });
+        (robot, address)
+    }
+
+    fn run(
+        script: Arc<Mutex<Script>>,
+        serve: impl FnOnce(&Mutex<Script>, &AtomicBool) + Send + 'static,
+    ) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (shared, told) = (script.clone(), stop.clone());
+        let thread = Some(thread::spawn(move || serve(&shared, &told)));
+        Self { script, stop, thread }
+    }
+
+    fn with<T>(&self, look: impl FnOnce(&mut Script) -> T) -> T {
+        look(&mut self.script.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let ended = self.thread.take().map(JoinHandle::join);
+        assert!(thread::panicking() || matches!(ended, Some(Ok(()))));
+    }
+}
+
+/// Whether something can be read, within some milliseconds.
+fn ready(source: impl AsFd) -> bool {
+    let soon = Timespec {
+        tv_sec: 0,
+        tv_nsec: 5_000_000,
+    };
+    poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
+}
+
+/// Plays the robot until the client is gone.
+fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Script>, stop: &AtomicBool) {
+    let (mut receiver, start) = (Receiver::new(), Instant::now());
+    let (mut open, mut said) = (false, start);
+    while !stop.load(Ordering::Relaxed) {
+        let mut room = [0; 512];
+        let count = if ready(&source) {
+            source.read(&mut room)
+        } else {
+            Ok(usize::MAX)
+        };
+        let bytes = match count {
+            Ok(usize::MAX) => &[],
+            Ok(0) | Err(_) => return,
+            Ok(count) => &room[..count],
+        };
+        let mut script = script.lock().unwrap_or_else(PoisonError::into_inner);
+        if core::mem::take(&mut script.hang_up) {
+            return;
+        }
+        let mut packets = Vec::new();
+        receiver.receive(bytes, start.elapsed(), |packet| packets.push(packet));
+        let mut answers = Vec::new();
+        for packet in packets {
+            let command = Command::from_packet(&packet);
+            match (&command, Sync::from_packet(&packet)) {
+                (_, Some(Sync::Two)) => answers.push(script.names.to_packet().unwrap()),
+                (_, Some(sync)) => answers.push(sync.to_packet()),
+                (Command::Open(_), _) => open = true,
+                (Command::Close(_), _) => open = false,
+                (Command::Config(_), _) => answers.push(Config::default().to_packet().unwrap()),
+                (Command::Enable(on), _) => script.sip.flags = u16::from(*on),
+                (Command::LaserOn35(_), _) => script.laser = true,
+                _ => {}
+            }
+            script.heard.push(command);
+        }
+        if open && !script.mute && said.elapsed().as_millis() >= 20 {
+            said = Instant::now();
+            script.said += 1;
+            answers.push(script.sip.to_packet().unwrap());
+            answers.push(Encoders { left: 5, right: -7 }.to_packet());
+            if script.laser {
+                let form = LaserForm::Extended { device: 0, flags: 0 };
+                let reading = |beam: u16| Reading {
+                    range: 1000 + 50 * beam,
+                    reflectance: 0,
+                };
+                let sweep: Vec<_> = (0..180).map(reading).collect();
+                answers.extend(LaserPacket::sweep(form, &sweep).map(|part| part.to_packet().unwrap()));
+            }
+        }
+        drop(script);
+        let bytes: Vec<u8> = answers.iter().flat_map(Packet::to_bytes).collect();
+        if sink.write_all(&bytes).is_err() {
+            return;
+        }
+    }
+}
+
+/// The driver, and the time since it was made.
+struct Driver {
+    bench: Bench<Pioneer>,
+    start: Instant,
+}
+
+impl Driver {
+    fn new(port: &str) -> Self {
+        let mut driver = Self::asleep(port);
+        driver.bench.awake().expect("it is rightly configured");
+        driver
+    }
+
+    fn asleep(port: &str) -> Self {
+        let mut bench = Bench::new();
+        bench.set("port", Text::<256>::new(port));
+        Self {
+            bench,
+            start: Instant::now(),
+        }
+    }
+
+    fn step(&mut self) -> Result<(), String> {
+        self.bench.set_now(self.start.elapsed());
+        let done = self.bench.iterate().map_err(|failure| failure.reason);
+        thread::yield_now();
+        done
+    }
+
+    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
+    fn until(&mut self, mut good: impl FnMut(&Bench<Pioneer>) -> bool) {
+        while !good(&self.bench) {
+            self.step().expect("a driver whose robot fails does not fail");
+        }
+    }
+
+    fn up(&mut self) {
+        self.until(|bench| {
+            state(bench) == Connection::CONNECTED && bench.exported::<RangeRing>("sonars").is_some()
+        });
+    }
+
+    fn drive(&mut self, twist: Twist, mut done: impl FnMut() -> bool) {
+        while !done() {
+            self.bench.command("velocity", &twist);
+            self.step().expect("it drives");
+        }
+    }
+}
+
+fn connection(bench: &Bench<Pioneer>) -> Connection {
+    bench.exported("connection").unwrap_or_default()
+}
+
+fn state(bench: &Bench<Pioneer>) -> u8 {
+    connection(bench).state
+}
+
+fn hear_sonars(script: &mut Script) {
+    script.sip.sonars = vec![
+        SonarReading {
+            index: 0,
+            range: 2500,
+        },
+        SonarReading {
+            index: 15,
+            range: 5000,
+        },
+        SonarReading { index: 99, range: 1 },
+    ];
+}
+
+#[test]
+fn a_robot_behind_tcp_is_met_driven_and_sensed() {
+    let (robot, address) = Robot::at_tcp("p3dx-sh");
+    robot.with(|script| {
+        hear_sonars(script);
+        script.sip.stall_bumpers = 0b0000_0010_0000_0011;
+    });
+    let mut driver = Driver::asleep(&address);
+    driver.bench.set("start", Pose2D::new(1.0, 2.0, FRAC_PI_2));
+    driver.bench.awake().unwrap();
+    driver.up();
+    assert_eq!(
+        connection(&driver.bench).note.as_str(),
+        "AMRISim, Pioneer p3dx-sh"
+    );
+
+    driver.drive(Twist::planar(0.25, -0.5), || {
+        robot.with(|script| {
+            script.heard.contains(&Command::Velocity(250))
+                && script.heard.contains(&Command::RotVelocity(-29))
+        })
+    });
+
+    let ring: RangeRing = driver.bench.exported("sonars").unwrap();
+    assert_eq!(ring.poses.len(), 16);
+    assert_eq!((ring.ranges[0], ring.ranges[15]), (2.5, f32::INFINITY));
+    assert!(ring.ranges[1].is_nan());
+    let pressed: Pressed = driver.bench.exported("bumpers").unwrap();
+    assert!(pressed.stalled.get() && pressed.front[0].get() && !pressed.front[1].get());
+    // The first the robot counts behind is the right one, which is the last from left to right.
+    assert!(pressed.rear[4].get() && !pressed.rear[0].get());
+    let battery: BatteryState = driver.bench.exported("battery").unwrap();
+    assert_eq!(battery.voltage, 12.4);
+    assert!((battery.percentage - 0.7).abs() < 1e-6 && battery.temperature.is_nan());
+    let encoders: WheelEncoders = driver.bench.exported("encoders").unwrap();
+    assert_eq!(
+        (encoders.left, encoders.right, encoders.ticks_per_meter),
+        (0, 0, 128_000.0)
+    );
+
+    robot.with(|script| {
+        (script.sip.x, script.sip.left_velocity, script.sip.right_velocity) = (100, 200, 300);
+    });
+    driver.until(|bench| {
+        let odometry: Odometry = bench.exported("odometry").unwrap();
+        odometry.twist.twist.linear.x == 0.25
+    });
+    let odometry: Odometry = driver.bench.exported("odometry").unwrap();
+    let pose = odometry.pose2d();
+    assert!(
+        (pose.x - 1.0).abs() < 1e-9 && (pose.y - 2.1).abs() < 1e-9,
+        "{pose:?}"
+    );
+    assert!((odometry.twist.twist.angular.z - 0.28).abs() < 1e-9);
+}
+
+#[test]
+fn a_simulators_laser_is_seen_in_metres_from_right_to_left() {
+    let (_robot, address) = Robot::at_tcp("p3dx");
+    let mut driver = Driver::new(&address);
+    driver.until(|bench| bench.exported::<LaserScan>("laser").is_some());
+    let scan: Box<LaserScan> = Box::new(driver.bench.exported("laser").unwrap());
+    assert_eq!(scan.ranges.len(), 180);
+    assert!((scan.angle_min + core::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!((scan.angle_increment - 1f32.to_radians()).abs() < 1e-6);
+    assert_eq!((scan.ranges[0], scan.ranges[100]), (1.0, 6.0));
+    assert_eq!(scan.ranges[140], f32::INFINITY);
+    assert!(scan.intensities.is_empty());
+}
+
+#[test]
+fn a_robot_at_a_serial_line_is_met_and_driven() {
+    let (robot, address) = Robot::at_line("amigo");
+    let mut driver = Driver::new(&address);
+    driver.until(|bench| state(bench) == Connection::CONNECTED);
+    driver.drive(Twist::planar(-0.1, 0.0), || {
+        robot.with(|script| script.heard.contains(&Command::Velocity(-100)))
+    });
+}
+
+#[test]
+fn what_a_lost_robot_said_is_taken_back_and_it_is_met_again_where_it_was() {
+    let (robot, address) = Robot::at_tcp("p3dx-sh");
+    robot.with(hear_sonars);
+    let mut driver = Driver::new(&address);
+    driver.up();
+    robot.with(|script| script.sip.x = 150);
+    driver.until(|bench| {
+        bench
+            .exported::<Odometry>("odometry")
+            .is_some_and(|odometry| odometry.pose2d().x > 0.1)
+    });
+    for silence in [false, true] {
+        robot.with(|script| (script.hang_up, script.mute) = (!silence, silence));
+        driver.until(|bench| state(bench) == Connection::LOST);
+        assert!(!connection(&driver.bench).note.is_empty());
+        for export in ["odometry", "sonars", "laser", "battery", "bumpers", "encoders"] {
+            assert_eq!(driver.bench.exported_at(export), None, "{export}");
+        }
+        robot.with(|script| {
+            (script.mute, script.sip.x) = (false, 7);
+        });
+        driver.up();
+        let odometry: Odometry = driver.bench.exported("odometry").unwrap();
+        assert!((odometry.pose2d().x - 0.15).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_iterations_the_robot_hears_nothing() {
+    let (robot, address) = Robot::at_tcp("p3dx");
+    robot.with(hear_sonars);
+    let mut driver = Driver::new(&address);
+    driver.up();
+    driver.drive(Twist::planar(0.3, 0.0), || {
+        robot.with(|script| script.heard.contains(&Command::Velocity(300)))
+    });
+    // What was on its way is heard by the time that some more of the robot's own sayings are gone.
+    let sayings = |count: u32| {
+        let from = robot.with(|script| script.said);
+        while robot.with(|script| script.said) < from + count {
+            thread::yield_now();
+        }
+    };
+    sayings(5);
+    robot.with(|script| script.heard.clear());
+    sayings(50);
+    assert_eq!(robot.with(|script| script.heard.clone()), []);
+}
+
+#[test]
+fn asleep_or_thrown_away_it_leaves_a_robot_that_is_stopped_and_off() {
+    let farewell = [
+        Command::Velocity(0),
+        Command::RotVelocity(0),
+        Command::Enable(false),
+        Command::Sonar(0),
+        Command::Close(Form::One),
+    ];
+    for thrown_away in [false, true] {
+        let (robot, address) = Robot::at_tcp("p3dx");
+        robot.with(hear_sonars);
+        let mut driver = Driver::new(&address);
+        driver.up();
+        driver.drive(Twist::planar(0.3, 0.0), || {
+            robot.with(|script| script.heard.contains(&Command::Velocity(300)))
+        });
+        if thrown_away {
+            drop(driver);
+        } else {
+            driver.bench.sleep().unwrap();
+            assert_eq!(driver.bench.exported_at("odometry"), None);
+            assert_eq!(driver.bench.exported_at("connection"), None);
+        }
+        while !robot.with(|script| script.heard.ends_with(&farewell)) {
+            thread::yield_now();
+        }
+    }
+}
+
+#[test]
+fn a_command_for_the_head_reaches_the_camera_and_where_it_looks_is_told() {
+    let (robot, address) = Robot::at_tcp("p3dx");
+    let mut driver = Driver::asleep(&address);
+    driver.bench.set("head_kind", Text::<28>::new("vc-c4-one-way"));
+    driver.bench.awake().unwrap();
+    let look = PanTilt {
+        pan: 0.2,
+        tilt: -0.1,
+        pan_velocity: 1.0,
+        tilt_velocity: 1.0,
+        ..PanTilt::default()
+    };
+    driver.bench.command("head", &look);
+    driver.until(|bench| {
+        bench
+            .exported::<PanTilt>("pan_tilt")
+            .is_some_and(|head| (head.pan - 0.2).abs() < HEAD_UNIT && (head.tilt + 0.1).abs() < HEAD_UNIT)
+    });
+    let told = HeadCommand::PanTilt { pan: -102, tilt: 51 }.to_bytes();
+    assert!(robot.with(|script| script.heard.contains(&Command::Tty2(told))));
+}
+
+#[test]
+fn what_a_person_must_mend_is_said_at_once() {
+    let said = |set: &dyn Fn(&mut Bench<Pioneer>)| {
+        let mut driver = Driver::asleep("tcp:127.0.0.1:1");
+        set(&mut driver.bench);
+        driver.bench.awake().unwrap_err().reason
+    };
+    assert!(said(&|bench| bench.set("port", Text::<256>::new(""))).contains("port = "));
+    assert!(said(&|bench| bench.set("port", Text::<256>::new("udp:x"))).contains("serial:PATH@BAUD"));
+    assert!(said(&|bench| bench.set("model", Text::<1024>::new("p9"))).contains("`p3dx`"));
+    assert!(said(&|bench| bench.set("model", Text::<1024>::new("none.toml"))).contains("none.toml"));
+    assert!(said(&|bench| bench.set("laser_mode", Text::<28>::new("maybe"))).contains("auto, on or off"));
+    assert!(said(&|bench| bench.set("head_kind", Text::<28>::new("neck"))).contains("vc-c4"));
+    assert!(said(&|bench| bench.set_real_time(false)).contains("lockstep"));
+}
+
+#[test]
+fn a_robot_of_an_unknown_kind_is_an_error_that_says_what_to_do_and_a_file_mends_it() {
+    let (_robot, address) = Robot::at_tcp("roomba");
+    let mut driver = Driver::new(&address);
+    let words = loop {
+        if let Err(words) = driver.step() {
+            break words;
+        }
+    };
+    assert!(words.contains("`roomba`") && words.contains("`p3at`"), "{words}");
+    drop(driver);
+
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, include_str!("../../../crates/p2os/models/p3at.toml")).unwrap();
+    let mut driver = Driver::asleep(&address);
+    driver
+        .bench
+        .set("model", Text::<1024>::new(path.to_str().unwrap()));
+    driver.bench.awake().unwrap();
+    driver.until(|bench| state(bench) == Connection::CONNECTED);
+}
+
+#[test]
+fn a_robot_that_is_not_there_is_no_error() {
+    let gone = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let mut driver = Driver::new(&format!("tcp:{gone}"));
+    driver.until(|bench| connection(bench).attempts >= 2 && state(bench) == Connection::LOST);
+    assert_eq!(driver.bench.exported_at("odometry"), None);
+}
