@@ -1,13 +1,29 @@
-//! A simulated Pioneer as a driver: the library `jde-sim` behind the ports of a robot. It steps the world to the application's
-//! time, and knows nothing of schedules, pictures or schemas.
+//! A simulated Pioneer and its cameras as drivers: the library `jde-sim` behind the ports of a robot. The robot steps the world
+//! to the application's time; nothing here knows of schedules or schemas.
 
+mod camera;
 mod sense;
 mod worlds;
 
-use jde_schema::prelude::*;
-use jde_sim::{LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2};
+use core::time::Duration;
 
+use jde_schema::prelude::*;
+use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2};
+
+pub use camera::Camera;
 use worlds::Hold;
+
+/// A head that stays as it is.
+const HOLD: PanTilt = PanTilt {
+    header: Header {
+        stamp: Time { sec: 0, nanosec: 0 },
+        frame_id: Text::EMPTY,
+    },
+    pan: 0.0,
+    tilt: 0.0,
+    pan_velocity: 0.0,
+    tilt_velocity: 0.0,
+};
 
 /// A Pioneer P3-DX with a laser in a simulated world; several in one application share the world.
 ///
@@ -49,6 +65,10 @@ pub struct Pioneer {
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
+    /// Where the pan-tilt head shall look, and how fast it shall turn there, whatever the sign; a velocity of 0 holds its axis. A
+    /// head that has no new command goes on to where it was sent and stays there, so this one is in force for an hour.
+    #[command(neutral = HOLD, validity = "3600s")]
+    head: Command<PanTilt>,
     /// The laser, in its own frame, 18 mm ahead of the base.
     #[export]
     laser: Export<LaserScan>,
@@ -61,6 +81,18 @@ pub struct Pioneer {
     /// Five bumpers ahead, five behind, and whether the wheels are held.
     #[export]
     bumpers: Export<Bumpers>,
+    /// Where the head looks, and how it turns.
+    #[export]
+    pan_tilt: Export<PanTilt>,
+    /// Voltage, current and charge of the three lead-acid blocks.
+    #[export]
+    battery: Export<BatteryState>,
+    /// What the wheels counted.
+    #[export]
+    encoders: Export<WheelEncoders>,
+    /// Always connected, since it entered its world, which the note names.
+    #[export]
+    connection: Export<Connection>,
     /// What is true of the robot, for measuring; a robot that steers by it would not work anywhere else.
     #[export]
     truth: Export<Truth>,
@@ -72,6 +104,8 @@ struct Body {
     hold: Hold,
     lasers: LaserConfig,
     ring: SonarConfig,
+    /// When it entered its world.
+    since: Duration,
 }
 
 impl Schema for Pioneer {
@@ -88,10 +122,18 @@ impl Schema for Pioneer {
             return Err("it is in no world".into());
         };
         let twist = *self.velocity.get(cx).value();
+        let look = *self.head.get(cx).value();
         let mut world = body.hold.world();
         // The command counts from now on: what was before was driven by the last one.
         world.advance_to(cx.now().as_nanos() as u64);
         world.command(body.hold.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
+        let look = HeadCommand {
+            pan: look.pan,
+            tilt: look.tilt,
+            pan_speed: look.pan_velocity,
+            tilt_speed: look.tilt_velocity,
+        };
+        world.command_head(body.hold.robot(), look)?;
         self.sense(cx, &world, &body)?;
         drop(world);
         self.body = Some(body);
@@ -100,8 +142,7 @@ impl Schema for Pioneer {
 
     fn sleep(&mut self, _: &Context) {
         if let Some(body) = &self.body {
-            // Standing still is finite, which is all that a command must be.
-            let _ = body.hold.world().command(body.hold.robot(), Twist2::default());
+            body.hold.rest();
         }
     }
 }
@@ -142,11 +183,17 @@ impl Pioneer {
             ..SonarConfig::default()
         };
         let hold = Hold::take((cx.application(), path.as_str(), cx.seed()), name, config)?;
-        Ok(Body { hold, lasers, ring })
+        let since = cx.now();
+        Ok(Body {
+            hold,
+            lasers,
+            ring,
+            since,
+        })
     }
 }
 
-jde_schema::export!("sim", "A simulated Pioneer.", [Pioneer]);
+jde_schema::export!("sim", "A simulated Pioneer and its cameras.", [Pioneer, Camera]);
 
 #[cfg(test)]
 mod tests;

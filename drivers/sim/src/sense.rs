@@ -1,9 +1,13 @@
 //! What the simulated sensors say, in the standard interfaces.
 
 use jde_schema::prelude::*;
-use jde_sim::{Pose2, World};
+use jde_sim::{BATTERY_CAPACITY, Pose2, World};
 
 use crate::{Body, Pioneer};
+
+/// How `BatteryState` says that it gives current, and that it is well.
+const DISCHARGING: u8 = 2;
+const GOOD: u8 = 1;
 
 impl Pioneer {
     /// Publishes every sensor at the world's time.
@@ -30,6 +34,7 @@ impl Pioneer {
         bumpers.rear.extend_from_slice(&rear)?;
         self.bumpers.write(cx, bumpers);
 
+        self.state(cx, world, body);
         self.truth.write(
             cx,
             Truth {
@@ -41,6 +46,58 @@ impl Pioneer {
             },
         );
         Ok(())
+    }
+
+    /// What the robot tells of itself.
+    fn state(&mut self, cx: &Context, world: &World, body: &Body) {
+        let (now, robot) = (cx.now(), body.hold.robot());
+        let head = world.head(robot);
+        self.pan_tilt.write(
+            cx,
+            PanTilt {
+                header: Header::new(now, "base_link"),
+                pan: head.pan,
+                tilt: head.tilt,
+                pan_velocity: head.pan_velocity,
+                tilt_velocity: head.tilt_velocity,
+            },
+        );
+        let battery = world.battery(robot);
+        self.battery.write(
+            cx,
+            BatteryState {
+                header: Header::new(now, "base_link"),
+                voltage: battery.voltage as f32,
+                current: battery.current as f32,
+                charge: (battery.charge * BATTERY_CAPACITY) as f32,
+                capacity: BATTERY_CAPACITY as f32,
+                design_capacity: BATTERY_CAPACITY as f32,
+                percentage: battery.charge as f32,
+                power_supply_status: DISCHARGING,
+                power_supply_health: GOOD,
+                present: true.into(),
+                ..BatteryState::default()
+            },
+        );
+        let encoders = world.encoders(robot);
+        self.encoders.write(
+            cx,
+            WheelEncoders {
+                header: Header::new(now, "base_link"),
+                left: encoders.left,
+                right: encoders.right,
+                ticks_per_meter: world.config(robot).ticks_per_meter,
+            },
+        );
+        self.connection.write(
+            cx,
+            Connection {
+                header: Header::new(body.since, ""),
+                state: Connection::CONNECTED,
+                note: Text::truncated(world.name()),
+                ..Connection::default()
+            },
+        );
     }
 
     fn scan(&mut self, cx: &Context, world: &World, body: &Body) -> Result {

@@ -19,9 +19,9 @@ start = { x = 2, y = 3, heading_deg = 0 }
 const PERIOD: Duration = Duration::from_millis(50);
 
 /// A robot without noise on the bench, with a command that is given again before each iteration.
-struct Robot {
-    bench: Bench<Pioneer>,
-    now: Duration,
+pub(crate) struct Robot {
+    pub(crate) bench: Bench<Pioneer>,
+    pub(crate) now: Duration,
 }
 
 impl Robot {
@@ -38,14 +38,14 @@ impl Robot {
         }
     }
 
-    fn awake(world: &str, name: &str) -> Self {
+    pub(crate) fn awake(world: &str, name: &str) -> Self {
         let mut robot = Self::asleep(world, name);
         robot.bench.awake().expect("it finds its place in the world");
         robot
     }
 
     /// Iterates up to a time, commanding nothing.
-    fn idle(&mut self, seconds: f64) {
+    pub(crate) fn idle(&mut self, seconds: f64) {
         let end = self.now + Duration::from_secs_f64(seconds);
         while self.now < end {
             self.now += PERIOD;
@@ -55,7 +55,7 @@ impl Robot {
     }
 
     /// Keeps a command for a time, and then brakes until it stands.
-    fn drive(&mut self, linear: f64, angular: f64, seconds: f64) {
+    pub(crate) fn drive(&mut self, linear: f64, angular: f64, seconds: f64) {
         for (twist, seconds) in [(Twist::planar(linear, angular), seconds), (Twist::ZERO, 2.0)] {
             let end = self.now + Duration::from_secs_f64(seconds);
             while self.now < end {
@@ -82,7 +82,7 @@ impl Robot {
 }
 
 /// A file of a world, in a folder that goes with the first of the two.
-fn file(text: &str) -> (TempDir, String) {
+pub(crate) fn file(text: &str) -> (TempDir, String) {
     let folder = TempDir::new().expect("a folder");
     let path = folder.path().join("place.toml");
     fs::write(&path, text).expect("a file");
@@ -397,4 +397,83 @@ fn numbers_that_cannot_work_are_named() {
     robot.bench.awake().expect("only a scan shows it");
     let reason = robot.bench.iterate().expect_err("no scan").reason;
     assert!(reason.contains("laser range_max is 0.01"), "{reason}");
+}
+
+#[test]
+fn the_head_goes_where_it_is_sent_and_stays_there_without_a_new_command() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    let look = PanTilt {
+        pan: 0.6,
+        tilt: -0.2,
+        pan_velocity: 0.5,
+        tilt_velocity: 0.5,
+        ..PanTilt::default()
+    };
+    robot.idle(0.05);
+    robot.bench.command("head", &look);
+    robot.idle(0.6);
+    let seen: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    // Commanded at 0.1 s, looked at 0.55 s later.
+    near(seen.pan, 0.275, 0.03);
+    near(seen.pan_velocity, 0.5, 1e-9);
+    near(seen.tilt, -0.2, 1e-9);
+    robot.idle(60.0);
+    let seen: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    assert_eq!((seen.pan, seen.tilt, seen.pan_velocity), (0.6, -0.2, 0.0));
+}
+
+#[test]
+fn a_head_whose_robot_sleeps_stays_where_it_is() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    let look = PanTilt {
+        pan: 1.0,
+        pan_velocity: 0.5,
+        ..PanTilt::default()
+    };
+    robot.bench.command("head", &look);
+    robot.idle(1.0);
+    robot.bench.sleep().expect("it sleeps");
+    let before: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    robot.now += Duration::from_secs(5);
+    robot.bench.set_now(robot.now);
+    robot.bench.awake().expect("it wakes");
+    robot.bench.command("head", &PanTilt::default());
+    robot.bench.iterate().expect("it senses");
+    let after: PanTilt = robot.bench.exported("pan_tilt").expect("it has iterated");
+    near(after.pan, before.pan, 1e-9);
+}
+
+#[test]
+fn battery_and_encoders_tell_what_the_way_took() {
+    let (_folder, path) = file(ROOM);
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.05);
+    let full: BatteryState = robot.bench.exported("battery").expect("it has iterated");
+    robot.drive(0.25, 0.0, 4.0);
+    let battery: BatteryState = robot.bench.exported("battery").expect("it has iterated");
+    assert!(
+        full.percentage > 0.999 && battery.charge < full.charge,
+        "{battery:?}"
+    );
+    assert!(
+        battery.current < 0.0 && battery.voltage > 12.0 && battery.present.get(),
+        "{battery:?}"
+    );
+    let encoders: WheelEncoders = robot.bench.exported("encoders").expect("it has iterated");
+    let metres = |ticks: i64| ticks as f64 / encoders.ticks_per_meter;
+    near(metres(encoders.left), 1.0, 0.01);
+    near(metres(encoders.right), 1.0, 0.01);
+}
+
+#[test]
+fn it_is_connected_since_it_entered_its_world() {
+    let (_folder, path) = file(&format!("name = 'den'\n{ROOM}"));
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(1.0);
+    let connection: Connection = robot.bench.exported("connection").expect("it has iterated");
+    assert!(connection.is_up());
+    assert_eq!(connection.note.as_str(), "den");
+    assert_eq!(Duration::from(connection.header.stamp), Duration::ZERO);
 }

@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use jde_sim::{RobotConfig, RobotId, Twist2, World, WorldError};
+use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
 
 /// Worlds that some robot is in; the last to leave one takes it along. Applications do not see each other's.
 static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
@@ -12,7 +12,7 @@ static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
 type Key = (u64, String);
 
 /// A world, and the robots in it that have a driver now.
-struct Shared {
+pub(crate) struct Shared {
     world: Mutex<World>,
     driven: Mutex<Vec<RobotId>>,
 }
@@ -60,6 +60,14 @@ impl Hold {
         lock(&self.shared.world)
     }
 
+    /// Has the robot stand still, and its head stay as it is.
+    pub(crate) fn rest(&self) {
+        let mut world = self.world();
+        // Nothing at all is finite, which is all that a command must be.
+        let _ = world.command(self.robot, Twist2::default());
+        let _ = world.command_head(self.robot, HeadCommand::default());
+    }
+
     /// The robot in it.
     pub(crate) fn robot(&self) -> RobotId {
         self.robot
@@ -68,9 +76,24 @@ impl Hold {
 
 impl Drop for Hold {
     fn drop(&mut self) {
-        // Standing still is finite, which is all that a command must be.
-        let _ = self.world().command(self.robot, Twist2::default());
+        self.rest();
         lock(&self.shared.driven).retain(|robot| *robot != self.robot);
+    }
+}
+
+/// The application's world of that file, if a robot's driver has opened it.
+pub(crate) fn find(application: u64, path: &str) -> Option<Arc<Shared>> {
+    let open = lock(&OPEN);
+    let known = open
+        .iter()
+        .find(|((of, file), _)| *of == application && file == path);
+    known.and_then(|(_, shared)| shared.upgrade())
+}
+
+impl Shared {
+    /// The world, for as long as no robot needs it.
+    pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
+        lock(&self.world)
     }
 }
 

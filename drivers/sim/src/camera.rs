@@ -1,0 +1,157 @@
+//! A simulated camera: takes pictures of the world that a `sim/pioneer` of the same application keeps. It moves nothing, lets no
+//! time pass, and opens no world of its own.
+
+use core::time::Duration;
+
+use jde_schema::prelude::*;
+use jde_sim::{CameraConfig, CameraMount, RobotId, World};
+
+use crate::worlds;
+
+/// Bytes that an image has room for.
+const MOST: usize = 640 * 480 * 3;
+
+/// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
+///
+/// It sees the world at its present time, to which the robots' drivers bring it: faster than they iterate there is nothing new to
+/// see, and it publishes nothing. It waits while the robot is not in the world. The robot's own body is not in the picture.
+#[derive(Describe)]
+#[schema(driver, period = "33ms", budget = "33ms")]
+pub struct Camera {
+    /// The world's file, the same as that of the robot's driver.
+    #[modulation(default = "", unit = "path", fixed)]
+    world: Modulation<Text<1024>>,
+    /// The name in the world's file of the robot that carries it.
+    #[modulation(default = "", fixed)]
+    robot: Modulation<Text<60>>,
+    /// Columns of the picture.
+    #[modulation(default = 320, min = 1, max = 4096, fixed)]
+    width: Modulation<u32>,
+    /// Rows of the picture.
+    #[modulation(default = 240, min = 1, max = 4096, fixed)]
+    height: Modulation<u32>,
+    /// The angle from the left edge of the picture to the right one.
+    #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1, fixed)]
+    field_of_view: Modulation<f64>,
+    /// Where it sits ahead of the head, or of the middle of the body.
+    #[modulation(default = 0.0, unit = "m", fixed)]
+    x: Modulation<f64>,
+    /// Where it sits to the left.
+    #[modulation(default = 0.0, unit = "m", fixed)]
+    y: Modulation<f64>,
+    /// Where it sits above the head, or above the floor.
+    #[modulation(default = 0.0, unit = "m", fixed)]
+    z: Modulation<f64>,
+    /// How far it is turned to the left.
+    #[modulation(default = 0.0, unit = "rad", fixed)]
+    yaw: Modulation<f64>,
+    /// Whether the pan-tilt head carries it, and turns it; else it is the body.
+    #[modulation(default = Flag::new(true), fixed)]
+    on_head: Modulation<Flag>,
+    /// The picture, "rgb8", in the frame of the camera by REP-103: x to the right, y down, z into the picture. Stamped with the
+    /// world's time.
+    #[export]
+    image: Export<Image>,
+    /// The world's time in the picture that was published last, if it still stands.
+    shown: Option<u64>,
+}
+
+impl Schema for Camera {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.world.get(cx).is_empty() || self.robot.get(cx).is_empty() {
+            return Err(
+                "it has no world or no robot; give it both, as the robot's driver has them: world = \"worlds/hall.toml\", \
+                 robot = \"pioneer\""
+                    .into(),
+            );
+        }
+        let config = self.config(cx);
+        config.check()?;
+        if config.bytes() > MOST {
+            return Err(format!(
+                "a picture of {} x {} pixels has {} bytes: expected at most {MOST}, as 640 x 480 have; lower width or height",
+                config.width,
+                config.height,
+                config.bytes()
+            )
+            .into());
+        }
+        // Whatever was shown before it slept is shown anew.
+        self.shown = None;
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (path, name) = (self.world.get(cx), self.robot.get(cx));
+        let open = worlds::find(cx.application(), path.as_str());
+        let world = open.as_ref().map(worlds::Shared::lock);
+        let seen = match &world {
+            Some(world) => carrier(world, name.as_str())?.map(|robot| (world, robot)),
+            None => None,
+        };
+        let Some((world, robot)) = seen else {
+            if self.shown.take().is_some() {
+                self.image.retract(cx);
+            }
+            return Ok(());
+        };
+        if self.shown == Some(world.now()) {
+            return Ok(());
+        }
+        self.take(cx, world, robot)?;
+        self.shown = Some(world.now());
+        Ok(())
+    }
+}
+
+impl Camera {
+    fn take(&mut self, cx: &Context, world: &World, robot: RobotId) -> Result {
+        let config = self.config(cx);
+        let time = Duration::from_nanos(world.now());
+        let mut image = self.image.loan(cx);
+        image.header = Header::new(time, "camera");
+        (image.width, image.height) = (config.width as u32, config.height as u32);
+        image.encoding = Text::new("rgb8");
+        image.is_bigendian = 0;
+        image.padding = Padding::ZERO;
+        image.step = 3 * config.width as u32;
+        world.picture(robot, &config, image.data.resize(config.bytes()))?;
+        image.publish_at(time);
+        Ok(())
+    }
+
+    fn config(&self, cx: &Context) -> CameraConfig {
+        CameraConfig {
+            width: self.width.get(cx) as usize,
+            height: self.height.get(cx) as usize,
+            field_of_view: self.field_of_view.get(cx),
+            mount: if self.on_head.get(cx).get() {
+                CameraMount::Head
+            } else {
+                CameraMount::Body
+            },
+            place: [self.x.get(cx), self.y.get(cx), self.z.get(cx)],
+            yaw: self.yaw.get(cx),
+        }
+    }
+}
+
+/// The robot that carries it; none while it is not in the world.
+fn carrier(world: &World, name: &str) -> Result<Option<RobotId>> {
+    if !world.robot_names().any(|known| known == name) {
+        let known: Vec<&str> = world.robot_names().collect();
+        return Err(format!(
+            "the world `{}` has no robot `{name}`: it has `{}`",
+            world.name(),
+            known.join("`, `")
+        )
+        .into());
+    }
+    Ok(world
+        .robots()
+        .find(|(_, known)| *known == name)
+        .map(|(robot, _)| robot))
+}
+
+#[cfg(test)]
+mod tests;
