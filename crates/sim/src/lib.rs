@@ -32,12 +32,26 @@
 //! bounds = { min = [0, 0], max = [6, 4] }   # no robot starts outside; pictures show this part
 //! map    = "rooms.yaml"                     # a trinary ROS map, beside this file
 //!
-//! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true }]
-//! boxes   = [{ name = "desk", center = [1.2, 3.2], size = [1.6, 0.8], angle_deg = 10 }]
-//! circles = [{ name = "post", center = [4, 0.5], radius = 0.1 }]
+//! # For cameras: what is seen where nothing stands, and where the light comes from. Colours are "#rrggbb" or names: white,
+//! # silver, gray, black, red, orange, yellow, green, teal, blue, purple, pink, brown, beige.
+//! floor = "#96908a"
+//! sky   = "#c4d6e8"
+//! light = { from_deg = 140, height_deg = 50 }
+//!
+//! # Everything has a `color` and, but for balls, a `height`: 2.5 m for walls, 0.75 m for boxes and circles, 1 m for movers,
+//! # 1.72 m for people. Lasers and sonars see it whatever its height.
+//! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true, color = "beige" }]
+//! boxes   = [
+//!   { name = "desk", center = [1.2, 3.2], size = [1.6, 0.8], angle_deg = 10 },
+//!   # It slides when a robot pushes it, without turning; its `mass` in kilograms slows the robot.
+//!   { name = "carton", center = [2.2, 2.6], size = [0.4, 0.4], movable = true, mass = 2 },
+//! ]
+//! circles = [{ name = "post", center = [4, 0.5], radius = 0.1, height = 2.5 }]
+//! # They roll away when they are pushed, slow down, and come softly off what they meet.
+//! balls   = [{ name = "ball", center = [2.2, 1], radius = 0.11, color = "orange", mass = 0.43 }]
 //!
 //! # Round with a `radius`, or a box with a `size` that faces along its `way`. It goes there and back, or around in a
-//! # `loop`; it halts `clearance` metres from a robot, and turns back when it has waited `wait` seconds.
+//! # `loop`; it halts `clearance` metres from a robot, or before a loose thing, and turns back when it has waited `wait` seconds.
 //! [[movers]]
 //! name      = "cart"
 //! size      = [0.8, 0.5]
@@ -46,6 +60,14 @@
 //! loop      = false
 //! clearance = 0.5
 //! wait      = 3
+//!
+//! # A mover on two legs, which alternate while it walks: a laser sees the legs, a sonar the body. It rests `pause` seconds at
+//! # every way-point. The `color` is that of the clothing.
+//! [[people]]
+//! name  = "anna"
+//! way   = [[5.5, 0.6], [5.5, 3.4]]
+//! speed = 0.6
+//! pause = 2
 //!
 //! [robots.pioneer]
 //! start = { x = 1, y = 1, heading_deg = 90 }
