@@ -1,0 +1,171 @@
+//! Pictures of files in place of a camera, at a steady rate by the application's clock; so it works in lockstep too.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use jde_schema::prelude::*;
+
+use crate::picture::Picture;
+
+/// A file greater than this holds no picture that fits: uncompressed those have 0.9 MB.
+const LARGEST_FILE: u64 = 16 << 20;
+
+/// Pictures of files: one PNG or JPEG, or all of a folder in the order of their names.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "100ms")]
+pub struct Files {
+    /// The file, or the folder.
+    #[modulation(default = "", unit = "path", fixed)]
+    path: Modulation<Text<1024>>,
+    /// Pictures in a second.
+    #[modulation(default = 10.0, unit = "Hz", min = 0.001, max = 1000.0, fixed)]
+    rate: Modulation<f64>,
+    /// Whether the first follows the last.
+    #[modulation(default = Flag::TRUE, fixed)]
+    repeat: Modulation<Flag>,
+    /// The pictures, in rgb8.
+    #[export]
+    image: Export<Image>,
+    /// What is shown.
+    #[export]
+    connection: Export<Connection>,
+    album: Option<Album>,
+}
+
+/// The files, and where it is among them.
+struct Album {
+    files: Vec<PathBuf>,
+    bad: Vec<bool>,
+    /// When the first is due.
+    start: Duration,
+    /// How many have been due.
+    due: u64,
+    /// The one that was read last.
+    last: Option<(usize, Picture)>,
+    ended: bool,
+}
+
+impl Schema for Files {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.album.is_some() {
+            return Ok(());
+        }
+        let path = self.path.get(cx);
+        if path.is_empty() {
+            return Err("it has no pictures; give it a file or a folder: path = \"pictures\"".into());
+        }
+        let files = list(Path::new(path.as_str())).map_err(|error| format!("{path}: {error}"))?;
+        if files.is_empty() {
+            return Err(format!("{path} has no pictures: no file of it ends in .png, .jpg or .jpeg").into());
+        }
+        let note = match &*files {
+            [_] => format!("a picture of {path}"),
+            files => format!("{} pictures of {path}", files.len()),
+        };
+        self.tell(cx, &note);
+        self.album = Some(Album {
+            bad: vec![false; files.len()],
+            files,
+            start: cx.now(),
+            due: 0,
+            last: None,
+            ended: false,
+        });
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(mut album) = self.album.take() else {
+            return Err("it has no pictures".into());
+        };
+        let due = (cx.now().saturating_sub(album.start).as_secs_f64() * self.rate.get(cx)) as u64 + 1;
+        if due > album.due {
+            // A late one is left out: pictures do not pile up.
+            album.due = due;
+            let count = album.files.len() as u64;
+            if self.repeat.get(cx).get() || due <= count {
+                self.show(cx, &mut album, ((due - 1) % count) as usize)?;
+            } else if !album.ended {
+                album.ended = true;
+                self.tell(cx, "all pictures have been shown");
+            }
+        }
+        self.album = Some(album);
+        Ok(())
+    }
+}
+
+impl Files {
+    fn show(&mut self, cx: &Context, album: &mut Album, index: usize) -> Result {
+        if album.bad[index] {
+            return Ok(());
+        }
+        if album.last.as_ref().is_none_or(|(last, _)| *last != index) {
+            let file = &album.files[index];
+            match read(file) {
+                Ok(picture) => album.last = Some((index, picture)),
+                Err(reason) => {
+                    let words = format!("{}: {reason}", file.display());
+                    album.bad[index] = true;
+                    if album.bad.iter().all(|bad| *bad) {
+                        return Err(words.into());
+                    }
+                    warn!(cx, "a picture is left out: {words}");
+                    return Ok(());
+                }
+            }
+        }
+        let Some((_, picture)) = &album.last else {
+            return Ok(());
+        };
+        let mut image = self.image.loan(cx);
+        image.header = Header::new(cx.now(), "camera");
+        picture.put(&mut image)?;
+        image.publish();
+        Ok(())
+    }
+
+    fn tell(&mut self, cx: &Context, note: &str) {
+        let connection = Connection {
+            header: Header::new(cx.now(), ""),
+            state: Connection::CONNECTED,
+            note: Text::truncated(note),
+            ..Connection::default()
+        };
+        self.connection.write(cx, connection);
+    }
+}
+
+/// The pictures of a folder in the order of their names; a file is its own.
+fn list(path: &Path) -> io::Result<Vec<PathBuf>> {
+    if !fs::metadata(path)?.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let mut files = Vec::new();
+    for entry in fs::read_dir(path)? {
+        let file = entry?.path();
+        let ending = file
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_lowercase());
+        if matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg")) {
+            files.push(file);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn read(file: &Path) -> Result<Picture, String> {
+    let size = fs::metadata(file).map_err(|error| error.to_string())?.len();
+    if size > LARGEST_FILE {
+        return Err(format!(
+            "it has {size} bytes, and no picture that fits has more than {LARGEST_FILE}"
+        ));
+    }
+    let bytes = fs::read(file).map_err(|error| error.to_string())?;
+    Picture::read(&bytes).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests;

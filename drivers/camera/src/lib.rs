@@ -1,0 +1,17 @@
+//! Pictures for schemas: of cameras, and of files that stand in for one.
+
+mod feed;
+mod files;
+mod format;
+mod linux;
+mod picture;
+mod v4l2;
+
+pub use files::Files;
+pub use v4l2::V4l2;
+
+jde_schema::export!(
+    "camera",
+    "Pictures of Video4Linux2 cameras, and of files.",
+    [V4l2, Files]
+);

@@ -1,0 +1,155 @@
+//! Cameras of Video4Linux2: opened, asked for a format and a size, and read without ever blocking. What comes is not looked at.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+
+use linuxvideo::format::{PixFormat, PixelFormat};
+use linuxvideo::stream::ReadStream;
+use linuxvideo::{BufType, CapabilityFlags, Device, Fract};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl, major};
+
+use crate::feed::{Source, Stream};
+use crate::format::{Format, Shape};
+
+/// The kernel's number for all devices of video.
+const VIDEO: u32 = 81;
+
+/// A camera, and what is wanted of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Camera {
+    pub(crate) device: String,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    /// Pictures in a second; the camera takes the nearest that it can.
+    pub(crate) rate: u32,
+    pub(crate) format: Option<Format>,
+}
+
+/// A camera that sends pictures.
+struct Open {
+    stream: ReadStream,
+    shape: Shape,
+    name: String,
+}
+
+impl Source for Camera {
+    fn open(&self) -> Result<Box<dyn Stream>, String> {
+        let open = self.start().map_err(|trouble| match trouble {
+            Trouble::Io(error) => in_words(&error, &self.device),
+            Trouble::Words(words) => format!("{}: {words}", self.device),
+        })?;
+        Ok(Box::new(open))
+    }
+
+    fn device(&self) -> &str {
+        &self.device
+    }
+}
+
+enum Trouble {
+    Io(io::Error),
+    Words(String),
+}
+
+impl From<io::Error> for Trouble {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl From<String> for Trouble {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
+}
+
+impl Camera {
+    fn start(&self) -> Result<Open, Trouble> {
+        // Opening other things can do harm or block: a pipe waits for its writer, a tty raises its lines.
+        let file = fs::metadata(&self.device)?;
+        if !file.file_type().is_char_device() || major(file.rdev()) != VIDEO {
+            return Err(Trouble::Words("this is no camera".to_owned()));
+        }
+        let device = Device::open(&self.device)?;
+        let capabilities = device.capabilities()?;
+        if !capabilities
+            .device_capabilities()
+            .contains(CapabilityFlags::VIDEO_CAPTURE | CapabilityFlags::STREAMING)
+        {
+            return Err(Trouble::Words(
+                "this device sends no pictures: a camera has several, try the one with the next lower number"
+                    .to_owned(),
+            ));
+        }
+        let card = capabilities.card().to_owned();
+        let has = device
+            .formats(BufType::VIDEO_CAPTURE)
+            .map(|format| Ok(format?.pixel_format().as_fourcc()));
+        let code = Format::choose(self.format, &has.collect::<io::Result<Vec<_>>>()?)?;
+        let wanted = PixFormat::new(self.width, self.height, PixelFormat::from_fourcc(code));
+        let capture = device.video_capture(wanted)?;
+        let given = capture.format();
+        let shape = Shape::given(
+            given.pixel_format().as_fourcc(),
+            given.width(),
+            given.height(),
+            given.bytes_per_line(),
+        )?;
+        // Not every camera lets its rate be chosen; then it sends as it likes.
+        let rate = capture.set_frame_interval(Fract::new(1, self.rate.max(1)));
+        let rate = rate
+            .ok()
+            .filter(|rate| rate.numerator() > 0 && rate.denominator() > 0);
+        let rate = rate
+            .map(|rate| format!(", {:.0} in a second", 1.0 / rate.as_f32()))
+            .unwrap_or_default();
+        let stream = capture.into_stream()?;
+        let flags = fcntl_getfl(&stream).map_err(io::Error::from)?;
+        fcntl_setfl(&stream, flags | OFlags::NONBLOCK).map_err(io::Error::from)?;
+        let name = format!("{card}, {} x {}{rate}", shape.width, shape.height);
+        Ok(Open { stream, shape, name })
+    }
+}
+
+impl Stream for Open {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    fn newest(&mut self, into: &mut Vec<u8>) -> Result<bool, String> {
+        let mut came = false;
+        loop {
+            let taken = self.stream.dequeue(|view| {
+                if !view.is_error() {
+                    into.clear();
+                    into.extend_from_slice(&view);
+                }
+                Ok(!view.is_error())
+            });
+            match taken {
+                Ok(whole) => came |= whole,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(came),
+                Err(error) => return Err(format!("it is gone: was it unplugged? ({error})")),
+            }
+        }
+    }
+}
+
+fn in_words(error: &io::Error, device: &str) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => format!("{device}: there is no such device: is the camera plugged in?"),
+        ErrorKind::PermissionDenied => format!(
+            "{device}: Permission denied: add yourself to the group video (sudo usermod -aG video $USER) and log in again"
+        ),
+        ErrorKind::ResourceBusy => format!("{device}: another program has it open: close that first"),
+        _ if error.raw_os_error() == Some(rustix::io::Errno::NOTTY.raw_os_error()) => {
+            format!("{device}: this is no camera")
+        }
+        _ => format!("{device}: {error}"),
+    }
+}

@@ -1,0 +1,103 @@
+//! Pictures of three bytes a pixel, from what files and cameras hold. It opens nothing.
+
+mod jpeg;
+
+use std::io::Cursor;
+
+use jde_schema::types::Image;
+use png::{ColorType, Decoder, Transformations};
+
+pub(crate) use jpeg::jpeg;
+
+/// Most pixels: what the interface holds.
+const MOST_PIXELS: u64 = 640 * 480;
+
+/// Rows from the top, pixels from the left, red, green, blue.
+#[derive(Clone, PartialEq, Eq)]
+pub(crate) struct Picture {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) rgb: Vec<u8>,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum PictureError {
+    #[error(
+        "it is {width} x {height} pixels, and at most 640 x 480 fit, or as many in another shape: make it smaller"
+    )]
+    TooLarge { width: u64, height: u64 },
+    #[error("it is neither a PNG nor a JPEG")]
+    Kind,
+    #[error("{0}")]
+    Broken(String),
+}
+
+/// That a picture of this size fits.
+pub(crate) fn fits(width: u64, height: u64) -> Result<(), PictureError> {
+    match width.checked_mul(height) {
+        Some(1..=MOST_PIXELS) => Ok(()),
+        _ => Err(PictureError::TooLarge { width, height }),
+    }
+}
+
+impl Picture {
+    /// Reads a PNG or a JPEG, whatever its name.
+    pub(crate) fn read(bytes: &[u8]) -> Result<Self, PictureError> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => png(bytes),
+            [0xff, 0xd8, ..] => jpeg(bytes),
+            _ => Err(PictureError::Kind),
+        }
+    }
+
+    /// Writes it over an image, but for the header.
+    pub(crate) fn put(&self, image: &mut Image) -> Result<(), PictureError> {
+        fits(self.width.into(), self.height.into())?;
+        image.width = self.width;
+        image.height = self.height;
+        image.encoding = jde_schema::types::Text::new("rgb8");
+        image.is_bigendian = 0;
+        image.step = self.width * 3;
+        let room = image.data.resize(self.rgb.len());
+        room.copy_from_slice(&self.rgb[..room.len()]);
+        Ok(())
+    }
+}
+
+impl core::fmt::Debug for Picture {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Picture({} x {})", self.width, self.height)
+    }
+}
+
+fn png(bytes: &[u8]) -> Result<Picture, PictureError> {
+    let broken = |error: png::DecodingError| PictureError::Broken(error.to_string());
+    let mut decoder = Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = reader.info().size();
+    fits(width.into(), height.into())?;
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let frame = reader.next_frame(&mut pixels).map_err(broken)?;
+    pixels.truncate(frame.buffer_size());
+    let rgb = match frame.color_type {
+        ColorType::Rgb => pixels,
+        ColorType::Rgba => pixels
+            .chunks_exact(4)
+            .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+            .collect(),
+        ColorType::Grayscale => pixels.iter().flat_map(|grey| [*grey; 3]).collect(),
+        ColorType::GrayscaleAlpha => pixels.chunks_exact(2).flat_map(|pixel| [pixel[0]; 3]).collect(),
+        ColorType::Indexed => return Err(PictureError::Broken("its palette is missing".to_owned())),
+    };
+    if rgb.len() as u64 != u64::from(width) * u64::from(height) * 3 {
+        return Err(PictureError::Broken(
+            "it holds fewer pixels than it says".to_owned(),
+        ));
+    }
+    Ok(Picture { width, height, rgb })
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

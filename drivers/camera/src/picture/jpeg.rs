@@ -1,0 +1,59 @@
+//! JPEG pictures of files, and of cameras, which leave out the tables that all of them share.
+
+use std::borrow::Cow;
+
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+
+use super::{Picture, PictureError, fits};
+
+const TABLES: u8 = 0xc4;
+const SCAN: u8 = 0xda;
+/// The segment by which a picture says that its Huffman tables are the usual ones: APP0, 16 bytes, "AVI1".
+const USUAL_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
+
+/// Reads a JPEG.
+pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
+    let broken = |error: zune_jpeg::errors::DecodeErrors| PictureError::Broken(error.to_string());
+    let bytes = with_tables(bytes);
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*bytes), options);
+    decoder.decode_headers().map_err(broken)?;
+    let Some(info) = decoder.info() else {
+        return Err(PictureError::Broken("it does not tell its size".to_owned()));
+    };
+    fits(info.width.into(), info.height.into())?;
+    let rgb = decoder.decode().map_err(broken)?;
+    if rgb.len() != usize::from(info.width) * usize::from(info.height) * 3 {
+        return Err(PictureError::Broken(
+            "it holds no colours that can be told as red, green and blue".to_owned(),
+        ));
+    }
+    Ok(Picture {
+        width: info.width.into(),
+        height: info.height.into(),
+        rgb,
+    })
+}
+
+/// A picture of a camera often has no Huffman tables: told so, a decoder takes the usual ones.
+fn with_tables(bytes: &[u8]) -> Cow<'_, [u8]> {
+    match (segments(bytes).any(|marker| marker == TABLES), bytes) {
+        (false, [0xff, 0xd8, rest @ ..]) => Cow::Owned([&[0xff, 0xd8], &USUAL_TABLES[..], rest].concat()),
+        _ => Cow::Borrowed(bytes),
+    }
+}
+
+/// The markers of the segments before the pixels.
+fn segments(bytes: &[u8]) -> impl Iterator<Item = u8> + '_ {
+    let mut at = 2;
+    core::iter::from_fn(move || {
+        let &[0xff, marker, high, low, ..] = bytes.get(at..)? else {
+            return None;
+        };
+        at += 2 + usize::from(u16::from_be_bytes([high, low]));
+        (marker != SCAN).then_some(marker)
+    })
+}

@@ -1,0 +1,131 @@
+//! Pictures of every kind, whole, broken and too large.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// A PNG whose every byte of a pixel is as given.
+pub(crate) fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(color);
+    let mut writer = encoder.write_header().expect("a header");
+    writer
+        .write_image_data(&pixel.repeat((width * height) as usize))
+        .expect("pixels");
+    writer.finish().expect("an end");
+    file
+}
+
+/// A JPEG of one colour.
+pub(crate) fn jpeg_of(width: u16, height: u16, rgb: [u8; 3]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let pixels = rgb.repeat(usize::from(width) * usize::from(height));
+    let encoder = jpeg_encoder::Encoder::new(&mut file, 95);
+    encoder
+        .encode(&pixels, width, height, jpeg_encoder::ColorType::Rgb)
+        .expect("a JPEG");
+    file
+}
+
+#[track_caller]
+pub(crate) fn nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
+    assert_eq!((picture.width, picture.height), size);
+    assert_eq!(picture.rgb.len(), (size.0 * size.1 * 3) as usize);
+    let far = |pixel: &[u8]| pixel.iter().zip(rgb).any(|(is, wanted)| is.abs_diff(wanted) > 4);
+    assert!(!picture.rgb.chunks_exact(3).any(far), "{:?}", &picture.rgb[..3]);
+}
+
+#[test]
+fn every_kind_of_png_becomes_red_green_and_blue() {
+    for (color, pixel, rgb) in [
+        (ColorType::Rgb, &[10, 20, 30][..], [10, 20, 30]),
+        (ColorType::Rgba, &[10, 20, 30, 0], [10, 20, 30]),
+        (ColorType::Grayscale, &[77], [77; 3]),
+        (ColorType::GrayscaleAlpha, &[77, 5], [77; 3]),
+    ] {
+        let picture = Picture::read(&png_of(3, 2, color, pixel)).expect("a picture");
+        assert_eq!(
+            (picture.width, picture.height, &*picture.rgb),
+            (3, 2, &*rgb.repeat(6))
+        );
+    }
+}
+
+#[test]
+fn a_jpeg_is_read_with_and_without_its_tables() {
+    let whole = jpeg_of(64, 48, [200, 100, 50]);
+    nearly(
+        &Picture::read(&whole).expect("a picture"),
+        (64, 48),
+        [200, 100, 50],
+    );
+
+    // What cameras send: all segments but those of the Huffman tables.
+    let (mut bare, mut at) = (whole[..2].to_vec(), 2);
+    while whole[at + 1] != 0xda {
+        let next = at + 2 + usize::from(u16::from_be_bytes([whole[at + 2], whole[at + 3]]));
+        if whole[at + 1] != 0xc4 {
+            bare.extend_from_slice(&whole[at..next]);
+        }
+        at = next;
+    }
+    bare.extend_from_slice(&whole[at..]);
+    assert!(bare.len() < whole.len());
+    nearly(
+        &Picture::read(&bare).expect("a picture"),
+        (64, 48),
+        [200, 100, 50],
+    );
+}
+
+#[test]
+fn a_picture_that_does_not_fit_is_refused_with_the_numbers() {
+    let words = Picture::read(&png_of(641, 480, ColorType::Grayscale, &[0]))
+        .expect_err("too large")
+        .to_string();
+    assert!(
+        words.starts_with("it is 641 x 480 pixels, and at most 640 x 480 fit"),
+        "{words}"
+    );
+    let words = Picture::read(&jpeg_of(1280, 720, [0; 3]))
+        .expect_err("too large")
+        .to_string();
+    assert!(words.starts_with("it is 1280 x 720 pixels"), "{words}");
+    assert!(
+        Picture::read(&png_of(480, 640, ColorType::Grayscale, &[0])).is_ok(),
+        "another shape of as many"
+    );
+    assert!(fits(u64::MAX, 2).is_err() && fits(0, 5).is_err());
+}
+
+#[test]
+fn what_is_no_picture_or_half_a_one_is_refused() {
+    assert_eq!(Picture::read(b"GIF89a"), Err(PictureError::Kind));
+    assert_eq!(Picture::read(b""), Err(PictureError::Kind));
+    let png = png_of(64, 48, ColorType::Rgb, &[1, 2, 3]);
+    assert!(matches!(
+        Picture::read(&png[..png.len() / 2]),
+        Err(PictureError::Broken(_))
+    ));
+    assert!(matches!(
+        Picture::read(&jpeg_of(64, 48, [9; 3])[..100]),
+        Err(PictureError::Broken(_))
+    ));
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..300), kind in 0..4, place in 0_usize..600, bit in 0..8) {
+        match kind {
+            0 => {}
+            1 => bytes.splice(0..0, [0xff, 0xd8]).for_each(drop),
+            2 => bytes = jpeg_of(16, 16, [1, 2, 3]),
+            _ => bytes = png_of(16, 16, ColorType::Rgb, &[1, 2, 3]),
+        }
+        if let Some(byte) = bytes.get_mut(place) {
+            *byte ^= 1_u8 << bit;
+        }
+        let _ = Picture::read(&bytes);
+    }
+}

@@ -1,0 +1,218 @@
+//! The driver of cameras: holds a feed to a clock and the exports.
+
+use jde_port::Backoff;
+use jde_schema::prelude::*;
+
+use crate::feed::{Feed, News, State as Link};
+use crate::format::Format;
+use crate::linux::Camera;
+use crate::picture::fits;
+
+/// A camera of Video4Linux2: most that are plugged into USB.
+///
+/// It is met again by itself after every loss.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "50ms")]
+pub struct V4l2 {
+    /// The camera's device file.
+    #[modulation(default = "/dev/video0", unit = "path", fixed)]
+    device: Modulation<Text<256>>,
+    /// Columns; the camera gives the nearest that it can.
+    #[modulation(default = 640, min = 1, fixed)]
+    width: Modulation<u32>,
+    /// Rows; the camera gives the nearest that it can.
+    #[modulation(default = 480, min = 1, fixed)]
+    height: Modulation<u32>,
+    /// Pictures in a second; the camera gives the nearest that it can.
+    #[modulation(default = 30, unit = "Hz", min = 1, max = 1000, fixed)]
+    rate: Modulation<u32>,
+    /// What the camera shall send: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best it has.
+    #[modulation(default = "", fixed)]
+    format: Modulation<Text<12>>,
+    /// What it sees, in rgb8.
+    #[export]
+    image: Export<Image>,
+    /// Whether it is heard.
+    #[export]
+    connection: Export<Connection>,
+    feed: Option<Feed>,
+    /// What was last told of the connection.
+    told: Option<Connection>,
+    /// Whether a picture stands.
+    seen: bool,
+}
+
+impl Schema for V4l2 {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()?;
+        if self.feed.is_none() {
+            self.feed = Some(Feed::new(self.camera(cx)?, Backoff::default()));
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(feed) = &mut self.feed else {
+            return Err("it is not awake".into());
+        };
+        match feed.step(cx.now()) {
+            Some(News::Picture(picture)) => {
+                let mut image = self.image.loan(cx);
+                image.header = Header::new(cx.now(), "camera");
+                picture.put(&mut image)?;
+                image.publish();
+                self.seen = true;
+            }
+            Some(News::Warn(words)) => warn!(cx, "{words}"),
+            None => {}
+        }
+        let open = matches!(feed.state(), Link::Open { .. });
+        let connection = connection(feed, cx.now());
+        if !open && std::mem::take(&mut self.seen) {
+            self.image.retract(cx);
+        }
+        let said = |told: &Connection| (told.state, told.attempts, told.note);
+        if self.told.as_ref().map(said) != Some(said(&connection)) {
+            match connection.state {
+                Connection::LOST => warn!(cx, "{}", connection.note),
+                Connection::CONNECTED => info!(cx, "{}", connection.note),
+                _ => {}
+            }
+            self.told = Some(connection);
+            self.connection.write(cx, connection);
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        // Dropped, the camera is closed and its light goes out.
+        if self.feed.take().is_some() {
+            (self.seen, self.told) = (false, None);
+            self.image.retract(cx);
+            self.connection.retract(cx);
+        }
+    }
+}
+
+impl V4l2 {
+    fn camera(&self, cx: &Context) -> Result<Camera> {
+        let (width, height) = (self.width.get(cx), self.height.get(cx));
+        fits(width.into(), height.into()).map_err(|error| format!("width and height: {error}"))?;
+        let name = self.format.get(cx);
+        let format = Format::named(name.as_str());
+        if format.is_none() && !name.is_empty() {
+            return Err(format!(
+                "format = \"{name}\": it can be rgb24, yuyv, mjpeg or grey, or be left out for the best the camera has"
+            )
+            .into());
+        }
+        Ok(Camera {
+            device: self.device.get(cx).to_string(),
+            width,
+            height,
+            rate: self.rate.get(cx),
+            format,
+        })
+    }
+}
+
+fn connection(feed: &Feed, now: Duration) -> Connection {
+    let (state, note) = match feed.state() {
+        Link::Idle => (Connection::IDLE, ""),
+        Link::Opening(_) => (Connection::CONNECTING, ""),
+        Link::Open { stream, .. } => (Connection::CONNECTED, stream.name()),
+        Link::Lost { reason, .. } => (Connection::LOST, &**reason),
+    };
+    Connection {
+        header: Header::new(now, ""),
+        state,
+        attempts: feed.attempts(),
+        note: Text::truncated(note),
+        ..Connection::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use jde_port::Pty;
+    use jde_schema::bench::Bench;
+
+    use super::*;
+
+    fn bench(device: &str) -> Bench<V4l2> {
+        let mut bench = Bench::new();
+        bench.set("device", Text::<256>::new(device));
+        bench
+    }
+
+    /// Why a device is no camera.
+    fn lost(device: &str) -> String {
+        let mut bench = bench(device);
+        bench.awake().expect("it is rightly configured");
+        loop {
+            bench
+                .iterate()
+                .expect("a driver whose device fails does not fail");
+            let connection: Connection = bench.exported("connection").expect("it is told");
+            if connection.state == Connection::LOST {
+                assert_eq!(bench.exported_at("image"), None);
+                return connection.note.to_string();
+            }
+            thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn what_is_no_camera_is_named_and_tried_again() {
+        assert_eq!(
+            lost("/dev/no-such-camera"),
+            "/dev/no-such-camera: there is no such device: is the camera plugged in?"
+        );
+        assert_eq!(lost("/dev/null"), "/dev/null: this is no camera");
+        assert_eq!(lost("/"), "/: this is no camera");
+        let pty = Pty::open().expect("a pseudo-terminal");
+        let path = pty.path().display().to_string();
+        assert_eq!(lost(&path), format!("{path}: this is no camera"));
+    }
+
+    #[test]
+    fn a_camera_that_was_lost_is_looked_for_again_and_forgotten_asleep() {
+        let mut bench = bench("/dev/no-such-camera");
+        bench.awake().expect("it is rightly configured");
+        let mut now = Duration::ZERO;
+        let mut attempts = 0;
+        while attempts < 3 {
+            now += Duration::from_millis(100);
+            bench.set_now(now);
+            bench
+                .iterate()
+                .expect("a driver whose device fails does not fail");
+            attempts = bench
+                .exported::<Connection>("connection")
+                .expect("it is told")
+                .attempts;
+            thread::yield_now();
+        }
+        bench.sleep().expect("it sleeps");
+        assert_eq!(bench.exported::<Connection>("connection"), None);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_before_anything_is_opened() {
+        let refused = |set: fn(&mut Bench<V4l2>)| {
+            let mut bench = bench("/dev/video0");
+            set(&mut bench);
+            bench.awake().expect_err("it cannot be").reason
+        };
+        let words = refused(|bench| bench.set("width", 1920_u32));
+        assert!(
+            words.starts_with("width and height: it is 1920 x 480 pixels"),
+            "{words}"
+        );
+        let words = refused(|bench| bench.set("format", Text::<12>::new("h264")));
+        assert!(words.starts_with("format = \"h264\": it can be rgb24"), "{words}");
+        assert!(refused(|bench| bench.set_real_time(false)).contains("--lockstep"));
+    }
+}
