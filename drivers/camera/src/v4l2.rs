@@ -38,6 +38,8 @@ pub struct V4l2 {
     feed: Option<Feed>,
     /// What was last told of the connection.
     told: Option<Connection>,
+    /// What was last complained of; nothing once a camera was open.
+    trouble: Text<120>,
     /// Whether a picture stands.
     seen: bool,
 }
@@ -74,8 +76,15 @@ impl Schema for V4l2 {
         let said = |told: &Connection| (told.state, told.attempts, told.note);
         if self.told.as_ref().map(said) != Some(said(&connection)) {
             match connection.state {
-                Connection::LOST => warn!(cx, "{}", connection.note),
-                Connection::CONNECTED => info!(cx, "{}", connection.note),
+                // The same trouble is said once, however often it is tried again.
+                Connection::LOST if connection.note != self.trouble => {
+                    warn!(cx, "{}", connection.note);
+                    self.trouble = connection.note;
+                }
+                Connection::CONNECTED => {
+                    info!(cx, "{}", connection.note);
+                    self.trouble = Text::EMPTY;
+                }
                 _ => {}
             }
             self.told = Some(connection);
@@ -195,6 +204,12 @@ mod tests {
                 .attempts;
             thread::yield_now();
         }
+        assert_eq!(
+            bench.log().len(),
+            1,
+            "the same trouble is said once: {:?}",
+            bench.log()
+        );
         bench.sleep().expect("it sleeps");
         assert_eq!(bench.exported::<Connection>("connection"), None);
     }

@@ -58,6 +58,8 @@ struct Device {
     name: String,
     /// What was last told.
     told: Option<Connection>,
+    /// What was last complained of; nothing once it was heard.
+    trouble: Text<120>,
     /// Whether a scan stands.
     seen: bool,
     heard: Vec<u8>,
@@ -94,7 +96,7 @@ impl Schema for Scip2 {
             self.laser.retract(cx);
         }
         if let Some(connection) = device.news(cx.now()) {
-            if connection.state == Connection::LOST {
+            if device.is_new_trouble(&connection) {
                 warn!(cx, "{}", connection.note);
             }
             self.connection.write(cx, connection);
@@ -149,6 +151,7 @@ impl Scip2 {
             beams: None,
             name: String::new(),
             told: None,
+            trouble: Text::EMPTY,
             seen: false,
             heard: Vec::new(),
         })
@@ -235,6 +238,18 @@ impl Device {
         }
         self.told = Some(connection);
         Some(connection)
+    }
+
+    /// Whether there is a trouble to complain of: the same is said once, however often it is tried again.
+    fn is_new_trouble(&mut self, connection: &Connection) -> bool {
+        let trouble = match connection.state {
+            Connection::LOST => connection.note,
+            Connection::CONNECTED => Text::EMPTY,
+            _ => return false,
+        };
+        let new = trouble != self.trouble && !trouble.is_empty();
+        self.trouble = trouble;
+        new
     }
 }
 

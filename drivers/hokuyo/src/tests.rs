@@ -224,6 +224,19 @@ fn a_plug_that_is_pulled_and_put_back_is_survived() {
 }
 
 #[test]
+fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
+    let mut driver = Driver::new("serial:/dev/no-such-line@9600");
+    let attempts = |bench: &Bench<Scip2>| {
+        bench
+            .exported("connection")
+            .map_or(0, |connection: Connection| connection.attempts)
+    };
+    driver.until(|bench| attempts(bench) >= 3);
+    let said = driver.bench.log();
+    assert_eq!(said.len(), 1, "{said:?}");
+}
+
+#[test]
 fn asleep_its_laser_is_off() {
     let (scanner, path) = Scanner::at_line(Emulator::urg());
     let mut driver = Driver::new(&format!("serial:{}@19200", path.display()));

@@ -54,6 +54,8 @@ struct Device {
     session: Option<Session>,
     /// What was last told.
     told: Option<Connection>,
+    /// What was last complained of; nothing once it was heard.
+    trouble: Text<120>,
     name: String,
     last_scan: Option<Duration>,
     heard: Vec<u8>,
@@ -89,7 +91,7 @@ impl Schema for Lms2xx {
             self.laser.retract(cx);
         }
         if let Some(connection) = device.news(cx.now()) {
-            if connection.state == Connection::LOST {
+            if device.is_new_trouble(&connection) {
                 warn!(cx, "{}", connection.note);
             }
             self.connection.write(cx, connection);
@@ -138,6 +140,7 @@ impl Lms2xx {
             wanted,
             session: None,
             told: None,
+            trouble: Text::EMPTY,
             name: String::new(),
             last_scan: None,
             heard: Vec::new(),
@@ -224,6 +227,18 @@ impl Device {
         }
         self.told = Some(connection);
         Some(connection)
+    }
+
+    /// Whether there is a trouble to complain of: the same is said once, however often it is tried again.
+    fn is_new_trouble(&mut self, connection: &Connection) -> bool {
+        let trouble = match connection.state {
+            Connection::LOST => connection.note,
+            Connection::CONNECTED => Text::EMPTY,
+            _ => return false,
+        };
+        let new = trouble != self.trouble && !trouble.is_empty();
+        self.trouble = trouble;
+        new
     }
 }
 
