@@ -388,7 +388,32 @@ fn a_camera_that_answers_is_told_one_thing_after_another() {
         HeadCommand::PanTilt { pan: -400, tilt: 178 },
     ];
     assert_eq!(camera(&talk.heard()), expected);
-    assert!(talk.warnings().is_empty());
+    let events = talk.events();
+    let Some(Event::Head { pan, tilt }) = events.iter().rfind(|event| matches!(event, Event::Head { .. }))
+    else {
+        panic!("it says where it looks")
+    };
+    assert!((pan - wish.head.pan).abs() < HEAD_UNIT && (tilt - wish.head.tilt).abs() < HEAD_UNIT);
+    assert!(!events.iter().any(|event| matches!(event, Event::Warning(_))));
+}
+
+#[test]
+fn a_camera_is_asked_where_it_looks_no_oftener_than_a_slow_line_bears() {
+    let mut robot = p3dx();
+    robot.camera = true;
+    let mut talk = Talk::new(
+        robot,
+        Options {
+            head: Head::VcC4,
+            ..Options::default()
+        },
+    );
+    talk.run(&Wish::default(), 5.0);
+    talk.heard();
+    talk.run(&Wish::default(), 2.0);
+    let question = Command::Tty2(HeadCommand::Where.to_bytes());
+    let heard = talk.heard();
+    assert_eq!(heard.iter().filter(|command| **command == question).count(), 10);
 }
 
 #[test]

@@ -159,7 +159,7 @@ impl Pioneer {
             pan_velocity = (pan - last_pan) / elapsed;
             tilt_velocity = (tilt - last_tilt) / elapsed;
         }
-        let header = Header::new(now, "head");
+        let header = Header::new(now, "base_link");
         self.pan_tilt.write(
             cx,
             PanTilt {

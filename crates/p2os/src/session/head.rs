@@ -10,6 +10,8 @@ use crate::{AuxPort, Command, SerialAux};
 const PATIENCE: Duration = Duration::from_millis(400);
 /// Between two commands to a camera that cannot answer.
 const PACE: Duration = Duration::from_millis(150);
+/// Between two questions where it looks: each takes 50 bytes of a line that has 960 a second and the robot's state to carry.
+const QUESTION: Duration = Duration::from_millis(200);
 /// After switching on, and after it said that it is busy.
 const REST: Duration = Duration::from_millis(500);
 /// Unanswered commands after which it counts as one that cannot answer.
@@ -42,6 +44,7 @@ pub(super) struct HeadLine {
     first: &'static [HeadCommand],
     waiting: Option<(HeadCommand, Duration)>,
     rest_until: Duration,
+    ask_at: Duration,
     unanswered: u32,
     pan: Axis,
     tilt: Axis,
@@ -60,6 +63,7 @@ impl HeadLine {
             first: FIRST,
             waiting: None,
             rest_until: now,
+            ask_at: now,
             unanswered: 0,
             pan: Axis::default(),
             tilt: Axis::default(),
@@ -92,15 +96,21 @@ impl HeadLine {
         if now < self.rest_until {
             return warning;
         }
-        let Some(next) = self.next(wish) else {
+        let Some(next) = self.next(wish, now) else {
+            if self.answers {
+                return warning;
+            }
             self.rest_until = now + PACE;
             return warning.or(Some(self.event()));
         };
-        say(Command::Tty2(next.to_bytes()));
         if self.answers {
-            // Forget what was not fetched, then fetch as much as the answer has.
+            // Forget what was not fetched, and fetch as much as the answer will have: before the camera is spoken to, for what it
+            // answers at once must not be forgotten with the rest.
             say(Command::GetAux(0));
             say(Command::GetAux(if next == HeadCommand::Where { 14 } else { 6 }));
+        }
+        say(Command::Tty2(next.to_bytes()));
+        if self.answers {
             self.waiting = Some((next, now));
         } else {
             self.rest_until = now + if self.first.is_empty() { PACE } else { REST };
@@ -150,7 +160,7 @@ impl HeadLine {
     }
 
     /// What to say next: first its beginning, then what the wish changes, then a question.
-    fn next(&mut self, wish: &HeadWish) -> Option<HeadCommand> {
+    fn next(&mut self, wish: &HeadWish, now: Duration) -> Option<HeadCommand> {
         if let Some(first) = self.first.first() {
             return Some(first.clone());
         }
@@ -170,7 +180,11 @@ impl HeadLine {
             return Some(place);
         }
         // One that cannot answer is asked nothing: where it looks is reckoned.
-        self.answers.then_some(HeadCommand::Where)
+        if !self.answers || now < self.ask_at {
+            return None;
+        }
+        self.ask_at = now + QUESTION;
+        Some(HeadCommand::Where)
     }
 
     /// A command was taken.

@@ -21,6 +21,9 @@ pub(crate) struct Robot {
     pub(crate) mute: bool,
     pub(crate) motors_broken: bool,
     pub(crate) camera: bool,
+    /// What the camera has said and nobody has fetched, and how much is asked for.
+    said: Vec<u8>,
+    wanted: usize,
     open: bool,
     synced: u8,
     receiver: Receiver,
@@ -41,6 +44,8 @@ impl Robot {
             mute: false,
             motors_broken: false,
             camera: false,
+            said: Vec::new(),
+            wanted: 0,
             open: false,
             synced: 0,
             receiver: Receiver::new(),
@@ -78,17 +83,26 @@ impl Robot {
                 Command::Enable(on) if !self.motors_broken => {
                     self.sip.flags = self.sip.flags & !Flags::MOTORS | u16::from(*on);
                 }
-                Command::Tty2(_) if self.camera => {
-                    let bytes = HeadAnswer::done().to_bytes();
-                    let aux = SerialAux {
-                        port: AuxPort::One,
-                        bytes,
+                Command::Tty2(bytes) if self.camera => {
+                    let answer = match HeadFrame::from_bytes(bytes) {
+                        Ok(HeadFrame::Command(HeadCommand::Where)) => HeadAnswer::place(-400, 178),
+                        _ => HeadAnswer::done(),
                     };
-                    answers.extend(aux.to_packet().unwrap().to_bytes());
+                    self.said.extend(answer.to_bytes());
                 }
+                Command::GetAux(0) => self.said.clear(),
+                Command::GetAux(count) => self.wanted = usize::from(*count),
                 _ => {}
             }
             self.heard.push(command);
+            if self.wanted > 0 && self.said.len() >= self.wanted {
+                let bytes = self.said.drain(..core::mem::take(&mut self.wanted)).collect();
+                let aux = SerialAux {
+                    port: AuxPort::One,
+                    bytes,
+                };
+                answers.extend(aux.to_packet().unwrap().to_bytes());
+            }
         }
         answers
     }
