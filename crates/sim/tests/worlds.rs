@@ -63,7 +63,10 @@ fn the_world_file_of_the_documentation_is_sound() {
         .collect();
     let world = World::parse(&text, path("map/shed.toml"), 0).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((world.name(), world.warnings()), ("shed", &[][..]));
-    assert!(world.shapes().count() > 11, "walls, desk, carton, post, ball, cart, anna and the map");
+    assert!(
+        world.shapes().count() > 11,
+        "walls, desk, carton, post, ball, cart, anna and the map"
+    );
 }
 
 #[test]

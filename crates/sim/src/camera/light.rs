@@ -14,11 +14,11 @@ pub(crate) struct Light {
 }
 
 /// What a face gets from all around.
-const AMBIENT: f64 = 0.58;
+const AMBIENT: f64 = 0.64;
 /// What a face gets from the light that it looks into.
-const DIRECT: f64 = 0.42;
+const DIRECT: f64 = 0.36;
 /// What a face gets that looks straight away from the light, from what the light falls on there.
-const RETURNED: f64 = 0.12;
+const RETURNED: f64 = 0.14;
 
 impl Default for Light {
     fn default() -> Self {
