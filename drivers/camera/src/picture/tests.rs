@@ -21,10 +21,10 @@ pub(crate) fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) ->
 pub(crate) fn jpeg_of(width: u16, height: u16, rgb: [u8; 3]) -> Vec<u8> {
     let mut file = Vec::new();
     let pixels = rgb.repeat(usize::from(width) * usize::from(height));
-    let encoder = jpeg_encoder::Encoder::new(&mut file, 95);
-    encoder
-        .encode(&pixels, width, height, jpeg_encoder::ColorType::Rgb)
-        .expect("a JPEG");
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, 95);
+    let kind = image::ExtendedColorType::Rgb8;
+    let written = image::ImageEncoder::write_image(encoder, &pixels, width.into(), height.into(), kind);
+    written.expect("a JPEG");
     file
 }
 
