@@ -57,6 +57,10 @@ const TABLE: &[Row] = &[
     },
     // The protocol is the same at both ends, and knows neither.
     row("crates/p2os", &[]),
+    row(
+        "crates/driver-suite",
+        &["crates/board", "crates/host", "crates/schema"],
+    ),
     row("crates/port", &[]),
     row("crates/p2os-server", &["crates/p2os", "crates/port", "crates/sim"]),
     row(

@@ -135,7 +135,7 @@ impl Sim {
             print_json(&Summary {
                 world: server.world().name(),
                 seed: self.seed,
-                sim_seconds: server.world().now() as f64 * 1e-9,
+                sim_seconds: server.world().now() as f64 / 1e9,
                 robots: tally.into_iter().map(Robot::from).collect(),
             })?;
         }

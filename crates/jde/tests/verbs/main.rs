@@ -5,5 +5,6 @@ mod inspecting;
 mod new;
 mod running;
 mod screen;
+mod serving;
 mod support;
 mod usage;

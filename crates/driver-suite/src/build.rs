@@ -1,0 +1,29 @@
+//! Plugins as people build them: by cargo, which says where it put them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Builds plugins of this workspace as the caller was built, and gives the folder that has them.
+///
+/// # Panics
+/// If cargo fails.
+#[must_use]
+pub fn build(plugins: &[&str]) -> PathBuf {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--message-format=json"]);
+    cargo.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    if !cfg!(debug_assertions) {
+        cargo.arg("--release");
+    }
+    cargo.args(plugins.iter().flat_map(|plugin| ["-p", plugin]));
+    let done = cargo.output().expect("cargo starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+    let mut libraries = messages.lines().filter_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        let is_one = plugins.iter().any(|plugin| message["target"]["name"] == *plugin);
+        let file = is_one.then(|| message["filenames"][0].as_str())??;
+        Some(Path::new(file).parent()?.to_owned())
+    });
+    libraries.next().expect("cargo names the libraries it made")
+}

@@ -1,0 +1,75 @@
+//! The schema at the wheel: commands what the test modulates, and nothing else.
+
+use jde_schema::prelude::*;
+
+/// Drives as it is modulated.
+#[derive(Describe)]
+#[schema(motor, period = "50ms")]
+pub(crate) struct Pilot {
+    /// Speed ahead.
+    #[modulation(default = 0.0, unit = "m/s")]
+    linear: Modulation<f64>,
+    /// Speed of turning.
+    #[modulation(default = 0.0, unit = "rad/s")]
+    angular: Modulation<f64>,
+    /// Where the head shall look, to the left.
+    #[modulation(default = 0.0, unit = "rad")]
+    pan: Modulation<f64>,
+    /// Where the head shall look, down.
+    #[modulation(default = 0.0, unit = "rad")]
+    tilt: Modulation<f64>,
+    /// How fast the head turns.
+    #[modulation(default = 0.0, unit = "rad/s")]
+    speed: Modulation<f64>,
+    /// Above 0 it says nothing any more.
+    #[modulation(default = 0.0)]
+    silent: Modulation<f64>,
+    /// The base.
+    #[actuator]
+    base: Actuator<Twist>,
+    /// The head.
+    #[actuator(optional)]
+    head: Actuator<PanTilt>,
+}
+
+/// Needs the robot whether anybody drives it or not, and never wants to win.
+#[derive(Describe)]
+#[schema(motor, period = "50ms")]
+pub(crate) struct Watcher {
+    /// Whoever is looked at stays awake.
+    #[import]
+    odometry: Import<Odometry>,
+}
+
+impl Schema for Pilot {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        if self.silent.get(cx) > 0.0 {
+            return Ok(());
+        }
+        self.base
+            .command(cx, Twist::planar(self.linear.get(cx), self.angular.get(cx)));
+        let speed = self.speed.get(cx);
+        if speed > 0.0 {
+            let look = PanTilt {
+                pan: self.pan.get(cx),
+                tilt: self.tilt.get(cx),
+                pan_velocity: speed,
+                tilt_velocity: speed,
+                ..PanTilt::default()
+            };
+            self.head.command(cx, look);
+        }
+        Ok(())
+    }
+}
+
+impl Schema for Watcher {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        debug_assert!(self.odometry.is_bound(cx), "it needs the robot");
+        Ok(false.into())
+    }
+
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}

@@ -1,0 +1,205 @@
+//! An application with a driver, a pilot, and a test at the modulations of the pilot.
+
+use core::f64::consts::PI;
+use std::any::Any;
+use std::path::{Path, PathBuf};
+
+use jde_board::value::Value;
+use jde_host::event::Outcome;
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Handle, Options, Running, app};
+use jde_schema::derived::raw;
+use jde_schema::prelude::{Connection, LaserScan, Odometry, Pose2D, normalize_angle};
+
+use crate::pilot::{Pilot, Watcher};
+
+/// Where every robot starts.
+pub const START: Pose2D = Pose2D {
+    x: 2.5,
+    y: 1.5,
+    theta: 0.0,
+};
+
+static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
+
+/// What a driver is tested with.
+pub struct Setting {
+    /// The lines of the driver's table in the application.
+    pub lines: String,
+    /// The folder of its plugin.
+    pub plugins: PathBuf,
+    /// Whether there is a head that tells where it looks.
+    pub head: bool,
+    /// What must live while the driver runs: a server, a folder.
+    pub kept: Box<dyn Any>,
+}
+
+/// A running application.
+pub struct Rig {
+    running: Running,
+    handle: Handle,
+    /// What must live meanwhile.
+    pub kept: Box<dyn Any>,
+    pilot: usize,
+}
+
+impl Rig {
+    /// Starts the application, and goes on once the robot is heard.
+    ///
+    /// # Panics
+    /// If it is wrong.
+    #[must_use]
+    pub fn start(setting: Setting) -> Self {
+        let mut path = SearchPath::default();
+        path.push(&setting.plugins, "built for this test");
+        let mut plugins = Plugins::new(path);
+        plugins.link(&SUITE).expect("the plugin of the suite is right");
+        let text = format!(
+            r#"
+            roots = ["pilot", "watcher"]
+            [schemas.pioneer]
+            {}
+            [schemas.pilot]
+            type = "suite/pilot"
+            actuators = {{ base = "pioneer.velocity", head = "pioneer.head" }}
+            [schemas.watcher]
+            type = "suite/watcher"
+            imports = {{ odometry = "pioneer.odometry" }}
+            "#,
+            setting.lines
+        );
+        let application = app::parse(&text, Path::new("apps/suite.toml"), &[], &plugins)
+            .unwrap_or_else(|faults| panic!("{faults}"));
+        let running = Running::start(application, &plugins, Options::default()).expect("it starts");
+        let handle = running.handle();
+        let pilot = handle.application().instance("pilot").expect("there is a pilot");
+        let rig = Self {
+            running,
+            handle,
+            kept: setting.kept,
+            pilot,
+        };
+        rig.until(|rig| rig.is_up() && rig.laser().is_some());
+        rig
+    }
+
+    /// Goes on once that is so.
+    ///
+    /// # Panics
+    /// If the application ends before.
+    #[track_caller]
+    pub fn until(&self, so: impl Fn(&Self) -> bool) {
+        while !so(self) {
+            assert_eq!(self.handle.outcome(), None, "it ended before");
+            std::thread::yield_now();
+        }
+    }
+
+    /// The newest value of a variable.
+    #[must_use]
+    pub fn see<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
+        self.handle
+            .value(variable)
+            .unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The newest odometry.
+    #[must_use]
+    pub fn odometry(&self) -> Option<Odometry> {
+        self.see("pioneer.odometry")
+    }
+
+    /// The newest scan.
+    #[must_use]
+    pub fn laser(&self) -> Option<Box<LaserScan>> {
+        self.see("pioneer.laser").map(Box::new)
+    }
+
+    /// Where the wheels say it is.
+    ///
+    /// # Panics
+    /// If they say nothing.
+    #[must_use]
+    #[track_caller]
+    pub fn pose(&self) -> Pose2D {
+        self.odometry().expect("the robot is heard").pose2d()
+    }
+
+    /// Whether the robot is heard.
+    #[must_use]
+    pub fn is_up(&self) -> bool {
+        let connection: Option<Connection> = self.see("pioneer.connection");
+        connection.is_some_and(|connection| connection.is_up()) && self.odometry().is_some()
+    }
+
+    /// Whether it stands, by its wheels.
+    #[must_use]
+    pub fn stands(&self) -> bool {
+        self.odometry().is_some_and(|odometry| {
+            let twist = odometry.twist.twist;
+            twist.linear.x.abs() < 0.002 && twist.angular.z.abs() < 0.005
+        })
+    }
+
+    /// Has the pilot command these speeds from now on.
+    pub fn drive(&self, linear: f64, angular: f64) {
+        self.modulate("linear", linear);
+        self.modulate("angular", angular);
+    }
+
+    /// Writes a modulation of the pilot.
+    ///
+    /// # Panics
+    /// If there is none of the name.
+    pub fn modulate(&self, name: &str, value: f64) {
+        self.handle
+            .modulate(self.pilot, name, &Value::Float(value))
+            .expect("the pilot has it");
+    }
+
+    /// Stops, and goes on once it stands.
+    pub fn halt(&self) {
+        self.drive(0.0, 0.0);
+        self.until(Self::stands);
+    }
+
+    /// Drives ahead for a distance, and stops.
+    pub fn go(&self, metres: f64) {
+        let start = self.pose();
+        self.drive(0.25, 0.0);
+        // It takes a tenth of a metre to brake.
+        self.until(|rig| rig.pose().distance_to(&start) > metres - 0.1);
+        self.halt();
+    }
+
+    /// Turns to a heading of the odometry, and stops.
+    pub fn face(&self, heading: f64) {
+        let wrong = |rig: &Self| normalize_angle(heading - rig.pose().theta);
+        self.until(|rig| {
+            let wrong = wrong(rig);
+            // Slower the nearer, and never so slow that a robot of whole degrees a second stands.
+            rig.drive(0.0, (1.2 * wrong).clamp(-0.7, 0.7) + 0.02_f64.copysign(wrong));
+            wrong.abs() < 1.0 * PI / 180.0
+        });
+        self.halt();
+    }
+
+    /// The pilot's place, for whoever plays or stops it.
+    #[must_use]
+    pub fn pilot(&self) -> usize {
+        self.pilot
+    }
+
+    /// The application.
+    #[must_use]
+    pub fn handle(&self) -> &Handle {
+        &self.handle
+    }
+
+    /// Ends the application, and gives how it ended and what was kept.
+    #[must_use]
+    pub fn end(self) -> (Outcome, Box<dyn Any>) {
+        self.handle.stop();
+        (self.running.wait(), self.kept)
+    }
+}
