@@ -176,7 +176,7 @@ impl Assembler {
         if first == 0 {
             self.give_up();
             self.total = packet.total;
-        } else if !fits || first < known || known == 0 {
+        } else if !fits || first < known {
             self.give_up();
             return None;
         }

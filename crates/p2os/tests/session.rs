@@ -233,6 +233,7 @@ fn a_robot_that_is_silent_for_a_second_is_lost_and_found_again_where_it_was() {
     again.sip.x = 7;
     talk.robot = again;
     talk.session.connected(talk.now);
+    assert_eq!(talk.events(), [], "what was heard before is no news");
     talk.run(&Wish::default(), 2.0);
     assert!(talk.session.state().is_connected());
     assert_eq!(talk.session.pose(), pose);

@@ -59,10 +59,18 @@ impl Pioneer {
                 }
                 Event::Head { pan, tilt } => self.looks(cx, pan, tilt),
                 Event::Warning(words) => warn!(cx, "{words}"),
-                Event::Config(config) => debug!(
-                    cx,
-                    "firmware {}, watchdog {} ms", config.firmware, config.watchdog
-                ),
+                Event::Config(config) if config.watchdog == 0 => {
+                    warn!(
+                        cx,
+                        "its watchdog is off: it would drive on without this program; set its WatchDog to 2000"
+                    );
+                }
+                Event::Config(config) => {
+                    debug!(
+                        cx,
+                        "firmware {}, watchdog {} ms", config.firmware, config.watchdog
+                    );
+                }
             }
         }
         Ok(())

@@ -272,6 +272,9 @@ fn a_robot_behind_tcp_is_met_driven_and_sensed() {
     driver.bench.set("start", Pose2D::new(1.0, 2.0, FRAC_PI_2));
     driver.bench.awake().unwrap();
     driver.up();
+    // The scripted robot's settings say that nothing would stop it.
+    let said = |words: &str| driver.bench.log().iter().any(|(_, line)| line.contains(words));
+    assert!(said("its watchdog is off"));
     assert_eq!(
         connection(&driver.bench).note.as_str(),
         "AMRISim, Pioneer p3dx-sh"

@@ -81,6 +81,7 @@ impl Session {
     pub fn connected(&mut self, now: Duration) {
         self.receiver = Receiver::new();
         self.output.clear();
+        self.events.clear();
         self.config = None;
         self.sip = None;
         self.asking = Asking::Done;
