@@ -111,7 +111,8 @@ impl Mover {
 
     /// Moves on by `dt` seconds, or waits for the robots in its way and for the loose things.
     pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &Loose) {
-        if self.resting > 0.0 {
+        // Half a step of tolerance: the sum of many steps is no round number.
+        if self.resting > dt / 2.0 {
             self.resting -= dt;
             return;
         }
@@ -198,7 +199,9 @@ impl Mover {
         if self.plan.pause == 0.0 {
             return None;
         }
-        let (here, there) = (self.position, self.position + self.direction * stride);
+        // What is missed by a rounding error is reached.
+        let there = self.position + self.direction * (stride + 1e-9);
+        let here = self.position;
         let between = |mark: f64| {
             if self.direction > 0.0 {
                 here < mark && mark <= there
