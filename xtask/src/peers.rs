@@ -45,7 +45,9 @@ fn environment(context: &Context) -> Result<PathBuf> {
     let python = folder.join("bin/python");
     if !shell::succeeds(Command::new(&python).args(["-c", "import soar.robot.arcos"])) {
         shell::run(
-            Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
+            Command::new("python3")
+                .args(["-m", "venv", "--clear"])
+                .arg(&folder),
             context.paint,
         )?;
         shell::run(

@@ -15,9 +15,9 @@ pub use tests::{
     a_head_looks_where_it_is_told, a_positive_turn_is_to_the_left_and_on_the_spot,
     a_square_ends_where_it_began_and_walls_stay_where_they_are, a_wall_that_is_hit_is_felt,
     it_comes_up_drives_and_is_left_standing, it_drives_ahead_in_metres_and_tells_its_speed,
-    it_tells_battery_and_wheels, nothing_commanded_is_nothing_driven,
-    r7_who_falls_silent_is_braked_for, r7_who_has_no_authority_moves_nothing,
-    sonars_hear_walls_where_they_are, what_it_senses_comes_at_a_steady_rate_with_times_that_grow,
+    it_tells_battery_and_wheels, nothing_commanded_is_nothing_driven, r7_who_falls_silent_is_braked_for,
+    r7_who_has_no_authority_moves_nothing, sonars_hear_walls_where_they_are,
+    what_it_senses_comes_at_a_steady_rate_with_times_that_grow,
 };
 
 /// A room with a robot at [`START`], as a world file of the simulator.

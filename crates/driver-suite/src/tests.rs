@@ -91,7 +91,12 @@ pub fn a_square_ends_where_it_began_and_walls_stay_where_they_are(setting: Setti
             (ahead(&scan), at(&scan, -80.0 * PI / 180.0))
         });
         near("the wall ahead", wall, to_wall(&pose, 0.0), 0.1);
-        near("the wall on the right", right, to_wall(&pose, -80.0 * PI / 180.0), 0.1);
+        near(
+            "the wall on the right",
+            right,
+            to_wall(&pose, -80.0 * PI / 180.0),
+            0.1,
+        );
     }
     let pose = rig.pose();
     near("x at the end", pose.x, START.x, 0.15);
@@ -146,9 +151,7 @@ pub fn r7_who_has_no_authority_moves_nothing(setting: Setting) {
     let rig = Rig::start(setting);
     rig.drive(0.2, 0.0);
     rig.until(|rig| rig.pose().x > START.x + 0.1);
-    rig.handle()
-        .hold_asleep(rig.pilot())
-        .expect("an operator may");
+    rig.handle().hold_asleep(rig.pilot()).expect("an operator may");
     rig.until(Rig::stands);
     let stood = rig.pose().x;
     let begun = rig.handle().now();

@@ -62,7 +62,10 @@ const TABLE: &[Row] = &[
         &["crates/board", "crates/host", "crates/schema"],
     ),
     row("crates/port", &[]),
-    row("crates/p2os-server", &["crates/p2os", "crates/port", "crates/sim"]),
+    row(
+        "crates/p2os-server",
+        &["crates/p2os", "crates/port", "crates/sim"],
+    ),
     row(
         "drivers/",
         &["crates/schema", "crates/sim", "crates/p2os", "crates/port"],

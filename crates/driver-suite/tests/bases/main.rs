@@ -26,7 +26,10 @@ fn in_process() -> Setting {
     let world = folder.path().join("room.toml");
     fs::write(&world, ROOM).expect("a file");
     Setting {
-        lines: format!("type = \"sim/pioneer\"\nworld = {:?}", world.display().to_string()),
+        lines: format!(
+            "type = \"sim/pioneer\"\nworld = {:?}",
+            world.display().to_string()
+        ),
         plugins: plugins(),
         head: true,
         kept: Box::new(folder),

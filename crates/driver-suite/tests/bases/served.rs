@@ -41,7 +41,7 @@ struct Fixed {
     folder: TempDir,
 }
 
-/// A room that is not served for now.
+/// A room that nobody serves, until it comes back.
 pub(crate) struct Gone(Fixed);
 
 impl Served {
