@@ -172,9 +172,12 @@ fn a_camera_that_is_unplugged_or_silent_is_lost_and_met_again() {
     let frames = found(&finds);
     feed.step(again);
     until(&mut feed, again, is_open);
-    feed.step(again + SILENCE - Duration::from_nanos(1));
-    assert!(is_open(feed.state()));
-    feed.step(again + SILENCE);
+    let shown = again + SILENCE - Duration::from_nanos(1);
+    frames.send(Ok(vec![3, 4])).expect("it is open");
+    assert_eq!(feed.step(shown), grey(3, 4));
+    feed.step(shown + SILENCE - Duration::from_nanos(1));
+    assert!(is_open(feed.state()), "each picture begins the wait anew");
+    feed.step(shown + SILENCE);
     assert_eq!(lost(&feed).0, "/dev/fake: no picture came for 5 s");
     drop(frames);
 }
