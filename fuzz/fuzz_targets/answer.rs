@@ -1,8 +1,4 @@
-//! Payloads for every reader of what robots say. What must hold is said in the checks, which the ordinary tests run too.
+//! Payloads for every reader of what robots say. What must hold is said in the checks.
 #![no_main]
 
-#[allow(dead_code)]
-#[path = "../../crates/p2os/tests/common/checks.rs"]
-mod checks;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| checks::answer(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::answer(data));

@@ -1,8 +1,4 @@
-//! Streams of bytes for the reader of the camera's frames. What must hold is said in the checks, which the ordinary tests run too.
+//! Streams of bytes for the reader of the camera's frames. What must hold is said in the checks.
 #![no_main]
 
-#[allow(dead_code)]
-#[path = "../../crates/p2os/tests/common/checks.rs"]
-mod checks;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| checks::head(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::head(data));

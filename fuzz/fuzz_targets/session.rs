@@ -1,8 +1,4 @@
-//! Robots that say anything, for the client's session. What must hold is said in the checks, which the ordinary tests run too.
+//! Robots that say anything, for the client's session. What must hold is said in the checks.
 #![no_main]
 
-#[allow(dead_code)]
-#[path = "../../crates/p2os/tests/common/checks.rs"]
-mod checks;
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| checks::session(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::session(data));

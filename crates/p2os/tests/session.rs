@@ -1,12 +1,13 @@
 //! The client's session against a scripted robot: hello, driving within limits, silence, goodbye; laser, encoders and head.
 
-mod common;
+#[path = "common/robot.rs"]
+mod robot;
 
 use core::f64::consts::PI;
 use core::time::Duration;
 
-use common::robot::{Robot, Talk, wish};
 use jde_p2os::*;
+use robot::{Robot, Talk, wish};
 
 fn p3dx() -> Robot {
     Robot::new("Emma", "p3dx")

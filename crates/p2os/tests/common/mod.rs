@@ -1,7 +1,4 @@
 //! What the tests share: hexadecimal vectors, and one way to read and write again any packet. No test is in here.
-#![allow(dead_code)]
-
-pub(crate) mod robot;
 
 use jde_p2os::{Command, Config, Encoders, Error, LaserPacket, Names, Packet, SerialAux, SimState, Sip};
 

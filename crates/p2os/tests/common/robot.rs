@@ -1,5 +1,4 @@
 //! A scripted robot: it answers as the protocol says and remembers what it was told. It has no physics.
-#![allow(dead_code)]
 
 use core::time::Duration;
 
