@@ -4,11 +4,12 @@
 mod head;
 mod laser;
 mod motion;
+mod obey;
 mod senses;
 
 use core::time::Duration;
 
-use jde_p2os::{Command, Model, Names, Packet, Receiver, SimPose, Sync};
+use jde_p2os::{Command, Model, Names, Packet, Receiver, Sync};
 use jde_sim::{Pose2, RobotConfig, RobotId, STEP_NS, World};
 
 use crate::event::What;
@@ -250,166 +251,6 @@ impl Station {
         self.phase = Phase::Waiting(next);
     }
 
-    fn obey(&mut self, world: &mut World, command: Command, now: Duration) {
-        let millimetres = |value: i16| f64::from(value) / 1000.0;
-        let degrees = |value: i16| f64::from(value).to_radians();
-        let done = match command {
-            Command::Open(_) => {
-                if self.phase == Phase::Ready {
-                    self.phase = Phase::Open;
-                    self.next_sip = now + CYCLE;
-                }
-                Ok(())
-            }
-            Command::Close(_) => {
-                let out = self.take_bytes();
-                self.forget();
-                self.out = out;
-                self.note(What::Closed);
-                Ok(())
-            }
-            Command::Config(_) => {
-                self.send(self.configuration(world).to_packet());
-                Ok(())
-            }
-            Command::Enable(on) => {
-                self.motion.enable(on);
-                Ok(())
-            }
-            Command::Velocity(speed) => {
-                self.motion.ahead(millimetres(speed));
-                Ok(())
-            }
-            Command::RotVelocity(speed) | Command::Rotate(speed) => {
-                self.motion.turning(degrees(speed));
-                Ok(())
-            }
-            Command::Velocities2(wheels) => {
-                let [left, right] = [wheels.left, wheels.right].map(|speed| f64::from(speed) * 0.02);
-                self.motion.ahead((left + right) / 2.0);
-                self.motion.turning((right - left) / self.config.track);
-                Ok(())
-            }
-            Command::Move(way) => {
-                self.motion.go(millimetres(way));
-                Ok(())
-            }
-            Command::Heading(heading) => {
-                self.motion.face(degrees(heading));
-                Ok(())
-            }
-            Command::DeltaHeading(turn) => {
-                self.motion.face(self.pose(world).heading + degrees(turn));
-                Ok(())
-            }
-            Command::CompassHeading(turn) => {
-                let from = self.motion.heading().unwrap_or(self.pose(world).heading);
-                self.motion.face(from + degrees(turn));
-                Ok(())
-            }
-            Command::Stop | Command::EStop | Command::QStop => {
-                self.motion.stop();
-                Ok(())
-            }
-            Command::MaxVelocity(speed) => {
-                self.motion.limit(f64::from(speed) / 1000.0);
-                Ok(())
-            }
-            Command::MaxRotVelocity(speed) => {
-                self.motion.limit_turns(f64::from(speed).to_radians());
-                Ok(())
-            }
-            Command::SetOrigin(place) => {
-                let [x, y, th] = place.unwrap_or_default();
-                self.rename(world, Pose2::new(millimetres(x), millimetres(y), degrees(th)));
-                Ok(())
-            }
-            Command::Sonar(arrays) => {
-                self.sonars = arrays & 1 != 0;
-                Ok(())
-            }
-            Command::Encoder(often) => {
-                self.encoders = Asked::of(often);
-                Ok(())
-            }
-            Command::SimStat(often) => {
-                self.state = Asked::of(often);
-                Ok(())
-            }
-            Command::Tty2(bytes) => {
-                self.camera.hear(&bytes, world.head(self.robot));
-                Ok(())
-            }
-            Command::GetAux(count) => {
-                self.camera.ask(count);
-                Ok(())
-            }
-            Command::LaserOn35(mode) => self.laser.switch(mode.into()),
-            Command::LaserStart36(angle) => self.laser.begin(angle.into()),
-            Command::LaserEnd37(angle) => self.laser.end(angle.into()),
-            Command::LaserIncrement38(step) => self.laser.step(step.into()),
-            Command::LrfEnable(mode) if mode.laser == 0 => self.laser.switch(mode.value.into()),
-            Command::LrfStart(angle) if angle.laser == 0 => self.laser.begin(angle.value.into()),
-            Command::LrfEnd(angle) if angle.laser == 0 => self.laser.end(angle.value.into()),
-            Command::LrfResolution(step) if step.laser == 0 => self.laser.step(step.value.into()),
-            Command::LrfEnable(of)
-            | Command::LrfStart(of)
-            | Command::LrfEnd(of)
-            | Command::LrfResolution(of) => Err(format!("it has one laser, and none of number {}", of.laser)),
-            Command::SetOriginX(x) => self.put(world, |pose| pose.x = millimetres(x)),
-            Command::SetOriginY(y) => self.put(world, |pose| pose.y = millimetres(y)),
-            Command::SetOriginTh(th) => self.put(world, |pose| pose.heading = degrees(th)),
-            Command::SimSetPose(SimPose { x, y, th }) => self.put(world, |pose| {
-                (pose.x, pose.y) = (f64::from(x) / 1000.0, f64::from(y) / 1000.0);
-                pose.heading = f64::from(th).to_radians();
-            }),
-            Command::Reset69 | Command::SimReset => {
-                let start = self.start;
-                let placed = self.put(world, |pose| *pose = start);
-                if placed.is_ok() {
-                    self.rename(world, Pose2::default());
-                }
-                placed
-            }
-            Command::Message(words) => {
-                let words = String::from_utf8_lossy(&words).into_owned();
-                // Nothing that a terminal would take for a command of its own.
-                self.note(What::Said(words.escape_debug().to_string()));
-                Ok(())
-            }
-            Command::Exit(_) => Err("no client may end this server".to_owned()),
-            // Nothing of a simulated robot hangs on these: it has no such device, or no such setting.
-            Command::Pulse
-            | Command::Polling(_)
-            | Command::Acceleration(_)
-            | Command::RotAcceleration(_)
-            | Command::Say(_)
-            | Command::DigitalOut(_)
-            | Command::Gripper(_)
-            | Command::IoRequest(_)
-            | Command::ServoPosition(_)
-            | Command::BumpStall(_)
-            | Command::Compass(_)
-            | Command::JoyDrive(_)
-            | Command::HostBaud(_)
-            | Command::Gyro(_)
-            | Command::Tty3(_)
-            | Command::Tty4(_)
-            | Command::GetAux3(_)
-            | Command::BatteryInfo(_)
-            | Command::Sound(_)
-            | Command::PlayList(_)
-            | Command::SoundToggle(_)
-            | Command::LatVelocity(_)
-            | Command::LatAcceleration(_)
-            | Command::SimCtrl(_)
-            | Command::Other { .. } => Ok(()),
-        };
-        if let Err(why) = done {
-            self.note(What::Refused(why));
-        }
-    }
-
     /// Where the odometry says the robot is, in the frame that the client named.
     fn pose(&self, world: &World) -> Pose2 {
         let is = world.odometry(self.robot).pose;
@@ -428,16 +269,6 @@ impl Station {
         self.motion.rename(named.heading - self.pose(world).heading);
         self.named = named;
         self.zero = world.odometry(self.robot).pose;
-    }
-
-    /// Puts the robot elsewhere in the world.
-    fn put(&mut self, world: &mut World, change: impl FnOnce(&mut Pose2)) -> Result<(), String> {
-        let mut pose = world.truth(self.robot).pose;
-        change(&mut pose);
-        world.place(self.robot, pose).map_err(|error| error.to_string())?;
-        self.motion.stop();
-        self.note(What::Placed);
-        Ok(())
     }
 
     fn send(&mut self, packet: Result<Packet, jde_p2os::Error>) {

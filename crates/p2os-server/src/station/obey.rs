@@ -1,0 +1,166 @@
+//! What each command of a client does to the robot. One that the robot has no device for does nothing; one that cannot be done is told
+//! to whoever watches.
+
+use core::time::Duration;
+
+use jde_p2os::{Command, SimPose};
+use jde_sim::{Pose2, World};
+
+use super::laser::Laser;
+use super::{Asked, CYCLE, Phase, Station};
+use crate::event::What;
+
+impl Station {
+    /// Does what a command says.
+    pub(super) fn obey(&mut self, world: &mut World, command: Command, now: Duration) {
+        match command {
+            Command::Open(_) => {
+                if self.phase == Phase::Ready {
+                    self.phase = Phase::Open;
+                    self.next_sip = now + CYCLE;
+                }
+            }
+            Command::Close(_) => {
+                let out = self.take_bytes();
+                self.forget();
+                self.out = out;
+                self.note(What::Closed);
+            }
+            Command::Config(_) => self.send(self.configuration(world).to_packet()),
+            Command::Enable(on) => self.motion.enable(on),
+            Command::Velocity(speed) => self.motion.ahead(millimetres(speed)),
+            Command::RotVelocity(speed) | Command::Rotate(speed) => self.motion.turning(degrees(speed)),
+            Command::Velocities2(wheels) => {
+                let [left, right] = [wheels.left, wheels.right].map(|speed| f64::from(speed) * 0.02);
+                self.motion.ahead((left + right) / 2.0);
+                self.motion.turning((right - left) / self.config.track);
+            }
+            Command::Move(way) => self.motion.go(millimetres(way)),
+            Command::Heading(heading) => self.motion.face(degrees(heading)),
+            Command::DeltaHeading(turn) => self.motion.face(self.pose(world).heading + degrees(turn)),
+            Command::CompassHeading(turn) => {
+                let from = self.motion.heading().unwrap_or(self.pose(world).heading);
+                self.motion.face(from + degrees(turn));
+            }
+            Command::Stop | Command::EStop | Command::QStop => self.motion.stop(),
+            Command::MaxVelocity(speed) => self.motion.limit(f64::from(speed) / 1000.0),
+            Command::MaxRotVelocity(speed) => self.motion.limit_turns(f64::from(speed).to_radians()),
+            Command::SetOrigin(place) => {
+                let [x, y, th] = place.unwrap_or_default();
+                self.rename(world, Pose2::new(millimetres(x), millimetres(y), degrees(th)));
+            }
+            Command::Sonar(arrays) => self.sonars = arrays & 1 != 0,
+            Command::Encoder(often) => self.encoders = Asked::of(often),
+            Command::SimStat(often) => self.state = Asked::of(often),
+            Command::Tty2(bytes) => self.camera.hear(&bytes, world.head(self.robot)),
+            Command::GetAux(count) => self.camera.ask(count),
+            Command::LaserOn35(mode) => self.lasers(|laser| laser.switch(mode.into())),
+            Command::LaserStart36(angle) => self.lasers(|laser| laser.begin(angle.into())),
+            Command::LaserEnd37(angle) => self.lasers(|laser| laser.end(angle.into())),
+            Command::LaserIncrement38(step) => self.lasers(|laser| laser.step(step.into())),
+            Command::LrfEnable(mode) if mode.laser == 0 => {
+                self.lasers(|laser| laser.switch(mode.value.into()))
+            }
+            Command::LrfStart(angle) if angle.laser == 0 => {
+                self.lasers(|laser| laser.begin(angle.value.into()))
+            }
+            Command::LrfEnd(angle) if angle.laser == 0 => self.lasers(|laser| laser.end(angle.value.into())),
+            Command::LrfResolution(step) if step.laser == 0 => {
+                self.lasers(|laser| laser.step(step.value.into()))
+            }
+            Command::LrfEnable(of)
+            | Command::LrfStart(of)
+            | Command::LrfEnd(of)
+            | Command::LrfResolution(of) => {
+                self.refuse(format!("it has one laser, and none of number {}", of.laser));
+            }
+            Command::SetOriginX(x) => {
+                self.put(world, |pose| pose.x = millimetres(x));
+            }
+            Command::SetOriginY(y) => {
+                self.put(world, |pose| pose.y = millimetres(y));
+            }
+            Command::SetOriginTh(th) => {
+                self.put(world, |pose| pose.heading = degrees(th));
+            }
+            Command::SimSetPose(SimPose { x, y, th }) => {
+                self.put(world, |pose| {
+                    (pose.x, pose.y) = (f64::from(x) / 1000.0, f64::from(y) / 1000.0);
+                    pose.heading = f64::from(th).to_radians();
+                });
+            }
+            Command::Reset69 | Command::SimReset => {
+                let start = self.start;
+                if self.put(world, |pose| *pose = start) {
+                    self.rename(world, Pose2::default());
+                }
+            }
+            Command::Message(words) => {
+                let words = String::from_utf8_lossy(&words).into_owned();
+                // Nothing that a terminal would take for a command of its own.
+                self.note(What::Said(words.escape_debug().to_string()));
+            }
+            Command::Exit(_) => self.refuse("no client may end this server".to_owned()),
+            // Nothing of a simulated robot hangs on these: it has no such device, or no such setting.
+            Command::Pulse
+            | Command::Polling(_)
+            | Command::Acceleration(_)
+            | Command::RotAcceleration(_)
+            | Command::Say(_)
+            | Command::DigitalOut(_)
+            | Command::Gripper(_)
+            | Command::IoRequest(_)
+            | Command::ServoPosition(_)
+            | Command::BumpStall(_)
+            | Command::Compass(_)
+            | Command::JoyDrive(_)
+            | Command::HostBaud(_)
+            | Command::Gyro(_)
+            | Command::Tty3(_)
+            | Command::Tty4(_)
+            | Command::GetAux3(_)
+            | Command::BatteryInfo(_)
+            | Command::Sound(_)
+            | Command::PlayList(_)
+            | Command::SoundToggle(_)
+            | Command::LatVelocity(_)
+            | Command::LatAcceleration(_)
+            | Command::SimCtrl(_)
+            | Command::Other { .. } => {}
+        }
+    }
+
+    /// Changes the laser.
+    fn lasers(&mut self, change: impl FnOnce(&mut Laser) -> Result<(), String>) {
+        if let Err(why) = change(&mut self.laser) {
+            self.refuse(why);
+        }
+    }
+
+    /// Puts the robot elsewhere in the world; answers whether there was room.
+    fn put(&mut self, world: &mut World, change: impl FnOnce(&mut Pose2)) -> bool {
+        let mut pose = world.truth(self.robot).pose;
+        change(&mut pose);
+        let placed = world.place(self.robot, pose);
+        match &placed {
+            Ok(()) => {
+                self.motion.stop();
+                self.note(What::Placed);
+            }
+            Err(error) => self.refuse(error.to_string()),
+        }
+        placed.is_ok()
+    }
+
+    fn refuse(&mut self, why: String) {
+        self.note(What::Refused(why));
+    }
+}
+
+fn millimetres(value: i16) -> f64 {
+    f64::from(value) / 1000.0
+}
+
+fn degrees(value: i16) -> f64 {
+    f64::from(value).to_radians()
+}
