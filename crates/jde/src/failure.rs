@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -191,8 +191,11 @@ fn line_around(source: &str, at: usize) -> Option<(usize, &str)> {
     Some((start, rest.lines().next().unwrap_or_default()))
 }
 
-/// A path as the user would write it: relative if it is below the working directory.
+/// A path as the user would write it: relative if it is below the working directory, and without ways up and down again.
 pub(crate) fn shown(path: &Path) -> String {
+    let winding = path.components().skip(1).any(|part| part == Component::ParentDir);
+    let straight = winding.then(|| path.canonicalize().ok()).flatten();
+    let path = straight.as_deref().unwrap_or(path);
     let relative = std::env::current_dir()
         .ok()
         .and_then(|folder| Some(path.strip_prefix(folder).ok()?.display().to_string()));

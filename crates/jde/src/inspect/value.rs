@@ -1,17 +1,37 @@
 //! Values and times as people read them.
 
+use std::path::Path;
+
 use jde_abi::describe::Type;
 use jde_board::value::{self, Value};
 
+use crate::failure;
+
 /// A value with its unit; what is a single number or text is shown as such.
 pub(super) fn shown(value_type: &Type, bytes: &[u8], unit: &str) -> String {
-    let value = plain(value_type, bytes);
-    let unit = if unit == "path" || unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {unit}")
-    };
-    format!("{value}{unit}")
+    match plain(value_type, bytes) {
+        Value::Text(path) if unit == "path" && !path.is_empty() => {
+            Value::Text(failure::shown(Path::new(&path))).to_string()
+        }
+        value if unit.is_empty() || unit == "path" => rounded(value).to_string(),
+        value => format!("{} {unit}", rounded(value)),
+    }
+}
+
+/// The value with six digits to a number, which is as much as anybody reads.
+fn rounded(value: Value) -> Value {
+    match value {
+        Value::Float(number) if number.is_finite() => {
+            let text = format!("{number:.5e}");
+            Value::Float(text.parse().unwrap_or(number))
+        }
+        Value::List(list) => Value::List(list.into_iter().map(rounded).collect()),
+        Value::Map(fields) => {
+            let fields = fields.into_iter();
+            Value::Map(fields.map(|(name, value)| (name, rounded(value))).collect())
+        }
+        other => other,
+    }
 }
 
 /// A value; what is a single number or text is given as such.
@@ -46,4 +66,18 @@ pub(super) fn short(value_type: &Type) -> &str {
         .name
         .strip_prefix("std_msgs/msg/")
         .unwrap_or(&value_type.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_shown_with_as_many_digits_as_anybody_reads() {
+        let pose = Value::List(vec![Value::Float(core::f64::consts::PI), Value::Float(0.5)]);
+        assert_eq!(rounded(pose).to_string(), "[3.14159, 0.5]");
+        assert_eq!(rounded(Value::Float(1_234_567.0)).to_string(), "1234570");
+        assert_eq!(rounded(Value::Float(f64::INFINITY)).to_string(), "inf");
+        assert_eq!(rounded(Value::Float(0.0)).to_string(), "0");
+    }
 }

@@ -251,11 +251,15 @@ pub(crate) fn of(count: u32, total: u32) -> String {
     }
 }
 
-/// A time in ms, with as many digits as are of use.
+/// A time in ms, with as many digits as are of use; whole minutes and more in s.
 pub(crate) struct Millis(pub(crate) Nanos);
 
 impl std::fmt::Display for Millis {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let seconds = self.0 / 1_000_000_000;
+        if seconds >= 60 && self.0.is_multiple_of(1_000_000_000) {
+            return write!(f, "{seconds} s");
+        }
         let millis = self.0 as f64 / 1e6;
         let digits = match millis {
             whole if whole.fract() == 0.0 => 0,
