@@ -1,13 +1,15 @@
 //! What of an application will run, in words: the hierarchy, what everything is bound to, and the contract of every group.
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use jde_abi::describe::{Kind, Port, Role};
+use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
 use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance};
 use jde_host::policy_name;
 
-use super::value::shown;
+use super::value::{plain, shown};
 use crate::failure;
 use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE, WARN};
@@ -140,6 +142,15 @@ fn tell_instance(
     Ok(())
 }
 
+/// Whether it names a file that is not on this machine; the application may be meant for another.
+fn is_missing(port: &Port, value: &[u8]) -> bool {
+    let path = match plain(&port.value_type, value) {
+        Value::Text(path) if port.unit == "path" && !path.is_empty() => path,
+        _ => return false,
+    };
+    !Path::new(&path).exists()
+}
+
 /// A binding in words; none for what needs none.
 fn bound(application: &Application, instance: &Instance, port: &Port, binding: &Binding) -> Option<String> {
     let unbound = || format!("{WARN}unbound{WARN:#}");
@@ -156,7 +167,12 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
                 return None;
             };
             let value = shown(&port.value_type, initial, &port.unit);
-            (initial != default).then(|| format!("{name} = {value}"))
+            let missing = if is_missing(port, initial) {
+                format!("  {WARN}not there{WARN:#}: it will not start where it is not")
+            } else {
+                String::new()
+            };
+            (initial != default).then(|| format!("{name} = {value}{missing}"))
         }
         Binding::Actuator { target } => {
             let target = target.map_or_else(unbound, |(owner, port)| variable(application, owner, port));

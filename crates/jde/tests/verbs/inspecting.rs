@@ -193,3 +193,13 @@ fn plugins_are_listed_with_their_folders_in_the_order_of_the_search() {
         words.out
     );
 }
+
+#[test]
+fn check_says_which_file_is_not_there() {
+    let set = "pioneer.world=nowhere.toml";
+    let check = said(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
+    assert_eq!(check.status, Some(0), "{}", check.err);
+    assert!(check.out.contains("nowhere.toml\"  not there"), "{}", check.out);
+    let check = said(&mut jde_with_plugins(&["check", &app("room.toml")]));
+    assert!(!check.out.contains("not there"), "{}", check.out);
+}
