@@ -1,5 +1,5 @@
-//! A simulated camera: takes pictures of the world that a `sim/pioneer` of the same application keeps. It moves nothing, lets no
-//! time pass, and opens no world of its own.
+//! A simulated camera: takes pictures of the world that a `sim/pioneer` of the same application keeps. It moves nothing and opens
+//! no world of its own.
 
 use core::time::Duration;
 
@@ -13,8 +13,8 @@ const MOST: usize = 640 * 480 * 3;
 
 /// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
 ///
-/// It sees the world at its present time, to which the robots' drivers bring it: faster than they iterate there is nothing new to
-/// see, and it publishes nothing. It waits while the robot is not in the world. The robot's own body is not in the picture.
+/// It sees the world as it is at the time of its iteration, however seldom the robot's driver iterates: robots go on meanwhile as they
+/// were last commanded. It waits while the robot is not in the world. The robot's own body is not in the picture.
 #[derive(Describe)]
 #[schema(driver, period = "33ms", budget = "33ms")]
 pub struct Camera {
@@ -84,7 +84,11 @@ impl Schema for Camera {
     fn iterate(&mut self, cx: &Context) -> Result {
         let (path, name) = (self.world.get(cx), self.robot.get(cx));
         let open = worlds::find(cx.application(), path.as_str());
-        let world = open.as_ref().map(worlds::Shared::lock);
+        let mut world = open.as_ref().map(worlds::Shared::lock);
+        if let Some(world) = &mut world {
+            // Who brings the world to a time makes no difference to it: commands count from when their driver gives them.
+            world.advance_to(cx.now().as_nanos() as u64);
+        }
         let seen = match &world {
             Some(world) => carrier(world, name.as_str())?.map(|robot| (world, robot)),
             None => None,

@@ -78,8 +78,10 @@ fn it_shows_what_the_robot_has_before_it_at_the_worlds_time() {
             ("rgb8", "camera")
         );
         assert_eq!(image.data.len(), 320 * 240 * 3);
-        assert_eq!(camera.exported_at("image"), Some(Duration::from_secs(1)));
-        assert_eq!(Duration::from(image.header.stamp), Duration::from_secs(1));
+        // The world goes in whole steps.
+        let time = Duration::from_millis(1010);
+        assert_eq!(camera.exported_at("image"), Some(time));
+        assert_eq!(Duration::from(image.header.stamp), time);
         // 2 m ahead, 0.25 m below the eye; the focal length is 160 pixels.
         let [u, v] = red(&image);
         assert!((u - 160.0).abs() < 0.6 && (v - 140.0).abs() < 0.6, "{u} {v}");
@@ -144,16 +146,18 @@ fn it_waits_for_the_robot_and_retracts_when_it_is_gone() {
 }
 
 #[test]
-fn it_opens_no_world_and_lets_no_time_pass() {
+fn it_opens_no_world_and_sees_the_one_there_is_at_its_own_time() {
     roomy(|| {
         let (_folder, path) = file(HALL);
         let mut camera = awake(&path, "carrier");
         camera.set_now(Duration::from_secs(60));
         camera.iterate().expect("it waits");
+        assert!(image(&camera).is_none());
         let mut robot = Robot::awake(&path, "carrier");
         robot.idle(0.5);
+        camera.set_now(Duration::from_millis(530));
         camera.iterate().expect("it sees");
-        assert_eq!(camera.exported_at("image"), Some(Duration::from_millis(500)));
+        assert_eq!(camera.exported_at("image"), Some(Duration::from_millis(530)));
     });
 }
 
