@@ -184,14 +184,15 @@ impl Mover {
         })
     }
 
-    /// Whether a step is too near a robot and nearer than now: going away is always allowed, so that nobody waits for ever.
+    /// Whether a step is too near a robot and nearer than now: going away is always allowed, so that nobody waits for ever. A step that
+    /// leaves no gap is no way away, even from where there was none.
     fn crowds(&self, next: &Solid, robot: &Disc) -> bool {
         let disc = Solid::new(&Outline::Circle {
             center: robot.center,
             radius: robot.radius,
         });
         let gap = next.distance_to_solid(&disc);
-        gap < self.plan.clearance && gap < self.solid.distance_to_solid(&disc)
+        gap < self.plan.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(&disc))
     }
 
     /// Where it comes, if there is a way-point on this stride and it rests at them, and for how long it does.

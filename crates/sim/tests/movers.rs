@@ -126,6 +126,19 @@ fn a_mover_with_a_robot_at_its_heels_may_go_away() {
 }
 
 #[test]
+fn a_mover_that_is_touched_does_not_walk_into_the_robot() {
+    let mut world = world(
+        "movers = [{ name = 'm', radius = 0.25, way = [[0, 0], [4, 0]], speed = 0.5, wait = 60 }]
+         robots = { r = { start = { x = 0.5, y = 0 } } }",
+    );
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    assert_eq!(world.truth(robot).clearance, 0.0);
+    world.advance_to(SECOND);
+    assert_at(&world, [0.0, 0.0]);
+    assert_eq!(world.truth(robot).clearance, 0.0);
+}
+
+#[test]
 fn a_robot_sees_a_mover_come() {
     let (mut world, robot) = meeting("clearance = 0.4, wait = 60");
     let ahead = |world: &World| {
