@@ -17,6 +17,8 @@ const ANSWER: u8 = 0xFE;
 const DEVICE: [u8; 2] = [0x30, 0x30];
 /// What an angle of 0 is on the wire.
 const MIDDLE: i32 = 0x8000;
+/// The farthest that it zooms.
+pub const MOST_ZOOM: u16 = 1960;
 
 /// A command to the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,10 +42,21 @@ pub enum HeadCommand {
         /// Units up, −267 to 790.
         tilt: i16,
     },
+    /// Keeps the tilt between two places from now on, the lower one first.
+    TiltRange {
+        /// Units up.
+        least: i16,
+        /// Units up.
+        most: i16,
+    },
     /// Asks where it looks.
     Where,
-    /// Zooms to a place, 0 to 1960.
+    /// Zooms to a place, 0 to [`MOST_ZOOM`].
     Zoom(u16),
+    /// Asks how far it has zoomed.
+    Zoomed,
+    /// Asks how far it can zoom.
+    MostZoom,
     /// Any other.
     Other {
         /// Its code.
@@ -97,8 +110,14 @@ impl HeadCommand {
             Self::TiltSpeed(speed) => (0x51, digits((*speed).min(0xFFF), 3)),
             Self::Stop => (0x53, vec![0x30]),
             Self::PanTilt { pan, tilt } => (0x62, [digits(place(*pan), 4), digits(place(*tilt), 4)].concat()),
+            Self::TiltRange { least, most } => {
+                let places = [digits(place(*least), 4), digits(place(*most), 4)];
+                (0x64, [vec![0x31], places.concat()].concat())
+            }
             Self::Where => (0x63, Vec::new()),
             Self::Zoom(zoom) => (0xB3, digits(*zoom, 4)),
+            Self::Zoomed => (0xB4, vec![0x30]),
+            Self::MostZoom => (0xB4, vec![0x33]),
             Self::Other { code, data } => (*code, data.clone()),
         }
     }
@@ -112,8 +131,13 @@ impl HeadCommand {
             (0x51, [_, _, _]) => number(data).map(Self::TiltSpeed),
             (0x53, [0x30]) => Some(Self::Stop),
             (0x62, data) => places(data).map(|(pan, tilt)| Self::PanTilt { pan, tilt }),
+            (0x64, [0x31, range @ ..]) => places(range)
+                .filter(|(least, most)| least <= most)
+                .map(|(least, most)| Self::TiltRange { least, most }),
             (0x63, []) => Some(Self::Where),
             (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
+            (0xB4, [0x30]) => Some(Self::Zoomed),
+            (0xB4, [0x33]) => Some(Self::MostZoom),
             _ => None,
         };
         typed.unwrap_or_else(|| Self::Other {
@@ -147,6 +171,21 @@ impl HeadAnswer {
     #[must_use]
     pub fn pan_tilt(&self) -> Option<(i16, i16)> {
         places(&self.data)
+    }
+
+    /// The answer to [`HeadCommand::Zoomed`] and [`HeadCommand::MostZoom`].
+    #[must_use]
+    pub fn zoom(zoom: u16) -> Self {
+        Self {
+            status: Self::OK,
+            data: digits(zoom, 4),
+        }
+    }
+
+    /// How far it has or can zoom, if that is what it tells.
+    #[must_use]
+    pub fn zoomed(&self) -> Option<u16> {
+        (self.data.len() == 4).then(|| number(&self.data))?
     }
 
     /// The frame that says it.

@@ -282,7 +282,16 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
             },
             "ff303000623743453037463445ef",
         ),
+        (
+            HeadCommand::TiltRange {
+                least: -267,
+                most: 782,
+            },
+            "ff30300064313745463538333045ef",
+        ),
         (HeadCommand::Zoom(0), "ff303000b330303030ef"),
+        (HeadCommand::Zoomed, "ff303000b430ef"),
+        (HeadCommand::MostZoom, "ff303000b433ef"),
         (HeadCommand::Where, "ff30300063ef"),
     ];
     let mut parser = HeadParser::default();
@@ -311,6 +320,23 @@ fn the_camera_tells_where_it_looks() {
         (HeadAnswer::OK, Some((-875, 790)))
     );
     assert_eq!(HeadAnswer::done().to_bytes(), hex("fe30303000ef"));
+}
+
+#[test]
+fn the_camera_tells_how_far_it_zooms() {
+    let answer = HeadAnswer::zoom(1960);
+    assert_eq!(answer.to_bytes(), hex("fe3030300030374138ef"));
+    assert_eq!(answer.zoomed(), Some(1960));
+    assert_eq!(HeadAnswer::place(0, 0).zoomed(), None);
+}
+
+#[test]
+fn a_range_that_ends_before_it_begins_is_none() {
+    let crossed = HeadCommand::TiltRange { least: 10, most: -10 };
+    let Ok(HeadFrame::Command(read)) = HeadFrame::from_bytes(&crossed.to_bytes()) else {
+        panic!("a command")
+    };
+    assert!(matches!(read, HeadCommand::Other { code: 0x64, .. }), "{read:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use jde_p2os::{AuxPort, HEAD_UNIT, HeadAnswer, HeadCommand, HeadFrame, HeadParser, SerialAux};
+use jde_p2os::{AuxPort, HEAD_UNIT, HeadAnswer, HeadCommand, HeadFrame, HeadParser, MOST_ZOOM, SerialAux};
 use jde_sim::{Head, HeadConfig};
 
 /// Most bytes of answers that wait to be asked for; a camera says a few at a time.
@@ -25,10 +25,14 @@ pub(crate) struct Camera {
     aim: jde_sim::HeadCommand,
     /// rad/s, as last set.
     speeds: [f64; 2],
+    /// The least and the most that it tilts, units up, as last set.
+    tilts: [i16; 2],
+    /// As last set: nobody sees through this camera what it changes.
+    zoom: u16,
 }
 
 impl Camera {
-    /// Switched off, at full speed.
+    /// Switched off, at full speed, as far as it tilts, not zoomed.
     pub(crate) fn new(config: &HeadConfig) -> Self {
         Self {
             parser: HeadParser::default(),
@@ -37,6 +41,8 @@ impl Camera {
             on: false,
             aim: jde_sim::HeadCommand::default(),
             speeds: [config.max_pan_speed, config.max_tilt_speed],
+            tilts: [units(-config.max_tilt_down), units(config.max_tilt_up)],
+            zoom: 0,
         }
     }
 
@@ -91,7 +97,7 @@ impl Camera {
                 self.on = *on;
                 self.hold();
             }
-            HeadCommand::Control | HeadCommand::Zoom(_) => {}
+            HeadCommand::Control => {}
             HeadCommand::Init => self.aim_at(0.0, 0.0),
             HeadCommand::PanSpeed(speed) => {
                 self.speeds[0] = f64::from(*speed) * HEAD_UNIT;
@@ -102,8 +108,15 @@ impl Camera {
                 self.aim.tilt_speed = self.aim.tilt_speed.min(self.speeds[1]);
             }
             HeadCommand::Stop => self.hold(),
-            HeadCommand::PanTilt { pan, tilt } => self.aim_at(-radians(*pan), -radians(*tilt)),
+            HeadCommand::PanTilt { pan, tilt } => {
+                let [least, most] = self.tilts;
+                self.aim_at(-radians(*pan), -radians((*tilt).clamp(least, most)));
+            }
+            HeadCommand::TiltRange { least, most } => self.tilts = [*least, *most],
             HeadCommand::Where => return HeadAnswer::place(units(-head.pan), units(-head.tilt)),
+            HeadCommand::Zoom(zoom) => self.zoom = (*zoom).min(MOST_ZOOM),
+            HeadCommand::Zoomed => return HeadAnswer::zoom(self.zoom),
+            HeadCommand::MostZoom => return HeadAnswer::zoom(MOST_ZOOM),
             HeadCommand::Other { .. } => {
                 return HeadAnswer {
                     status: UNKNOWN,
@@ -199,6 +212,39 @@ mod tests {
             panic!("{bytes:02x?}")
         };
         assert_eq!(answer.pan_tilt(), Some((267, -80)));
+    }
+
+    #[test]
+    fn it_tilts_within_the_range_that_was_set() {
+        let mut camera = camera();
+        let range = HeadCommand::TiltRange {
+            least: -100,
+            most: 200,
+        };
+        camera.hear(&range.to_bytes(), Head::default());
+        for (wanted, allowed) in [(300, 200), (-150, -100), (50, 50)] {
+            let place = HeadCommand::PanTilt { pan: 0, tilt: wanted };
+            camera.hear(&place.to_bytes(), Head::default());
+            assert_eq!(units(-camera.command().tilt), allowed);
+        }
+    }
+
+    #[test]
+    fn it_tells_how_far_it_zoomed_and_how_far_it_can() {
+        let mut camera = camera();
+        let mut told = |first: HeadCommand, asked: HeadCommand| {
+            camera.hear(&first.to_bytes(), Head::default());
+            camera.ask(0);
+            camera.hear(&asked.to_bytes(), Head::default());
+            camera.ask(10);
+            camera.answer().expect("ten bytes").bytes
+        };
+        for (set, is) in [(0, 0), (700, 700), (9000, 1960)] {
+            let bytes = told(HeadCommand::Zoom(set), HeadCommand::Zoomed);
+            assert_eq!(bytes, HeadAnswer::zoom(is).to_bytes());
+        }
+        let bytes = told(HeadCommand::Control, HeadCommand::MostZoom);
+        assert_eq!(bytes, HeadAnswer::zoom(1960).to_bytes());
     }
 
     #[test]

@@ -196,7 +196,13 @@ impl HeadLine {
             HeadCommand::Power(_) | HeadCommand::Control | HeadCommand::Init => {
                 self.first = self.first.get(1..).unwrap_or_default();
             }
-            HeadCommand::Stop | HeadCommand::Where | HeadCommand::Zoom(_) | HeadCommand::Other { .. } => {}
+            HeadCommand::Stop
+            | HeadCommand::TiltRange { .. }
+            | HeadCommand::Where
+            | HeadCommand::Zoom(_)
+            | HeadCommand::Zoomed
+            | HeadCommand::MostZoom
+            | HeadCommand::Other { .. } => {}
         }
     }
 
