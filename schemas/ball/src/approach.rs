@@ -1,0 +1,64 @@
+//! The base on its way to the ball. It avoids nothing: what is too near on the way is for a brake.
+
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+
+/// Drives the base toward the ball, slower as it comes nearer, up to a distance. Ready while the ball is here and farther.
+#[derive(Describe)]
+#[schema(motor, period = "33ms", budget = "20ms")]
+pub struct Approach {
+    /// Where the ball is, in the frame of the base.
+    #[import(trigger)]
+    ball: Import<Ball>,
+    /// How far from the ball it stops, along the floor, from the camera to the middle of the ball.
+    #[modulation(default = 0.8, unit = "m", min = 0.0)]
+    distance: Modulation<f64>,
+    /// How much farther the ball is when it sets out again.
+    #[modulation(default = 0.1, unit = "m", min = 0.0)]
+    margin: Modulation<f64>,
+    /// The fastest it drives.
+    #[modulation(default = 0.35, unit = "m/s", min = 0.0)]
+    speed: Modulation<f64>,
+    /// Speed for each metre that is left to drive.
+    #[modulation(default = 0.5, unit = "1/s", min = 0.0)]
+    gain: Modulation<f64>,
+    /// The slowest it drives.
+    #[modulation(default = 0.06, unit = "m/s", min = 0.0)]
+    slowest: Modulation<f64>,
+    /// Turn rate for each rad that the ball is to the side.
+    #[modulation(default = 1.0, unit = "1/s", min = 0.0)]
+    turn: Modulation<f64>,
+    /// The fastest it turns.
+    #[modulation(default = 0.6, unit = "rad/s", min = 0.0)]
+    turn_rate: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+    far: Hysteresis,
+}
+
+impl Schema for Approach {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let Some(ball) = Ball::read(&self.ball, cx).filter(Ball::is_here) else {
+            self.far.reset();
+            return Ok(false.into());
+        };
+        let leave = self.distance.get(cx);
+        let far = self.far.above(ball.ahead(), leave + self.margin.get(cx), leave);
+        Ok(far.into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(ball) = Ball::read(&self.ball, cx) else {
+            return Ok(());
+        };
+        let left = ball.ahead() - self.distance.get(cx);
+        let wanted = (self.gain.get(cx) * left).max(self.slowest.get(cx));
+        let speed = wanted.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
+        let fastest = self.turn_rate.get(cx);
+        let turn = (self.turn.get(cx) * ball.bearing).clamp(-fastest, fastest);
+        self.base.command(cx, Twist::planar(speed, turn));
+        Ok(())
+    }
+}

@@ -1,0 +1,190 @@
+//! The perceptive schema: pictures become a ball. It commands nothing and remembers no more than where the ball was last.
+
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+use crate::blob::Blobs;
+use crate::color::Limits;
+use crate::lens::Lens;
+
+/// Finds a ball of one colour in the pictures of a camera: the largest connected mass of that colour that is round.
+///
+/// The distance comes from how large the ball looks, so one that is half hidden looks farther than it is, by at most half. The
+/// light may change as far as the limits of colour allow. A picture of 320 x 240 takes 0.4 ms, of 640 x 480 1.5 ms.
+#[derive(Describe)]
+#[schema(perceptive, period = "33ms", budget = "33ms")]
+pub struct Finder {
+    /// The pictures, "rgb8" or "bgr8".
+    #[import]
+    image: Import<Image>,
+    /// Where the head looks that carries the camera; without it the camera looks straight ahead, and angles are the camera's.
+    #[import(optional)]
+    pan_tilt: Import<PanTilt>,
+    /// Where the range of hues begins; red is 0, yellow 60 and green 120 degrees.
+    #[modulation(default = 14_f64.to_radians(), unit = "rad", min = 0.0, max = core::f64::consts::TAU)]
+    hue_from: Modulation<f64>,
+    /// Where the range of hues ends; less than where it begins if red lies between.
+    #[modulation(default = 36_f64.to_radians(), unit = "rad", min = 0.0, max = core::f64::consts::TAU)]
+    hue_to: Modulation<f64>,
+    /// The least saturation: 0 is grey, 1 is pure colour.
+    #[modulation(default = 0.75, min = 0.0, max = 1.0)]
+    saturation_from: Modulation<f64>,
+    /// The greatest saturation.
+    #[modulation(default = 1.0, min = 0.0, max = 1.0)]
+    saturation_to: Modulation<f64>,
+    /// The least value: 0 is black, 1 as bright as the camera sees.
+    #[modulation(default = 0.25, min = 0.0, max = 1.0)]
+    value_from: Modulation<f64>,
+    /// The greatest value.
+    #[modulation(default = 1.0, min = 0.0, max = 1.0)]
+    value_to: Modulation<f64>,
+    /// The fewest pixels of a ball.
+    #[modulation(default = 20, unit = "px", min = 1)]
+    pixels: Modulation<u32>,
+    /// How much of the disc around it a ball fills at least: 1 is a whole ball, 0.5 half of one.
+    #[modulation(default = 0.45, min = 0.0, max = 1.0)]
+    roundness: Modulation<f64>,
+    /// The camera's angle from the left edge of the picture to the right one.
+    #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
+    field_of_view: Modulation<f64>,
+    /// Radius of the ball.
+    #[modulation(default = 0.11, unit = "m", min = 0.001)]
+    radius: Modulation<f64>,
+    /// Where the ball is. Taken back while there are no pictures, or while the head does not say where it looks.
+    #[export]
+    ball: Export<Ball>,
+    /// What was said last, and of which picture.
+    last: Option<(u64, Ball)>,
+    /// When the ball was in a picture last, or when the pictures began.
+    since: Duration,
+    blobs: Blobs,
+}
+
+impl Schema for Finder {
+    fn awake(&mut self, _: &Context) -> Result {
+        // Where it was before it slept says nothing of where it is now.
+        self.last = None;
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (Some(image), Some([pan, tilt])) = (self.image.get(cx), self.look(cx)) else {
+            if self.last.take().is_some() {
+                self.ball.retract(cx);
+            }
+            return Ok(());
+        };
+        let ball = match self.last {
+            Some((sequence, _)) if sequence == image.sequence() => return Ok(()),
+            Some((_, ball)) => ball,
+            None => {
+                self.since = image.time();
+                Ball::default()
+            }
+        };
+        let size = [image.width as usize, image.height as usize];
+        let pixels = Pixels::of(&image)?;
+        let limits = self.limits(cx);
+        let (fewest, roundness) = (self.pixels.get(cx) as usize, self.roundness.get(cx));
+        let found = self.blobs.largest(
+            size,
+            |row, column| limits.contain(pixels.at(row, column)),
+            |mass| mass.count >= fewest && mass.roundness() >= roundness,
+        );
+        let lens = Lens::new(size, self.field_of_view.get(cx));
+        let found = found.map(|(mass, runs)| (mass.count as u32, lens.sight(runs)));
+        if found.is_some() {
+            self.since = image.time();
+        }
+        let frame = if self.pan_tilt.is_bound(cx) {
+            "base_link"
+        } else {
+            "camera"
+        };
+        let ball = Ball {
+            header: Header::new(image.time(), frame),
+            seen: found.is_some().into(),
+            count: found.map_or(0, |(count, _)| count),
+            unseen: image.time().saturating_sub(self.since).as_secs_f64(),
+            ..ball
+        };
+        let ball = found.map_or(ball, |(_, sight)| {
+            let [bearing, elevation] = sight.angles(pan, tilt);
+            let [column, row] = lens.pixel(sight.toward);
+            Ball {
+                bearing,
+                elevation,
+                distance: sight.distance(self.radius.get(cx)),
+                column,
+                row,
+                ..ball
+            }
+        });
+        self.last = Some((image.sequence(), ball));
+        self.ball.write_at(cx, ball, image.time());
+        Ok(())
+    }
+}
+
+impl Finder {
+    /// Pan and tilt of the camera, rad; none while a head that carries it does not say.
+    fn look(&self, cx: &Context) -> Option<[f64; 2]> {
+        if !self.pan_tilt.is_bound(cx) {
+            return Some([0.0; 2]);
+        }
+        self.pan_tilt.get(cx).map(|head| [head.pan, head.tilt])
+    }
+
+    fn limits(&self, cx: &Context) -> Limits {
+        let part = |modulation: &Modulation<f64>| modulation.get(cx) as f32;
+        Limits {
+            hue: [part(&self.hue_from), part(&self.hue_to)],
+            saturation: part(&self.saturation_from)..=part(&self.saturation_to),
+            value: part(&self.value_from)..=part(&self.value_to),
+        }
+    }
+}
+
+/// The pixels of an image.
+struct Pixels<'image> {
+    data: &'image [u8],
+    step: usize,
+    /// Whether blue comes first.
+    reversed: bool,
+}
+
+impl<'image> Pixels<'image> {
+    fn of(image: &'image Image) -> Result<Self> {
+        let reversed = match image.encoding.as_str() {
+            "rgb8" => false,
+            "bgr8" => true,
+            other => {
+                return Err(format!(
+                    "import `image` is encoded as \"{other}\": expected \"rgb8\" or \"bgr8\"; bind a camera that sees colours"
+                )
+                .into());
+            }
+        };
+        let (width, height, step) = (image.width as usize, image.height as usize, image.step as usize);
+        if step < 3 * width || image.data.len() < step * height {
+            return Err(format!(
+                "import `image` says {width} x {height} pixels in rows of {step} bytes and has {} bytes: expected three for \
+                 each pixel",
+                image.data.len()
+            )
+            .into());
+        }
+        Ok(Self {
+            data: image.data.as_slice(),
+            step,
+            reversed,
+        })
+    }
+
+    /// Red, green and blue.
+    fn at(&self, row: usize, column: usize) -> [u8; 3] {
+        let from = row * self.step + 3 * column;
+        let [a, b, c] = [self.data[from], self.data[from + 1], self.data[from + 2]];
+        if self.reversed { [c, b, a] } else { [a, b, c] }
+    }
+}

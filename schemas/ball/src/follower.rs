@@ -1,0 +1,159 @@
+//! The father: it wakes the children of its two groups, arbitrates between them, and says how far it is. It commands no actuator
+//! itself.
+
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+
+/// Leads base and head to a ball.
+///
+/// Of the base `turn` goes before `brake`, because who turns on the spot touches nothing and may turn away from what is near,
+/// and `brake` before `approach`. The mission is done when the robot has been at the ball for a while.
+#[derive(Describe)]
+#[schema(motor, period = "100ms", budget = "20ms")]
+pub struct Follower {
+    /// Where the ball is, in the frame of the base.
+    #[import]
+    ball: Import<Ball>,
+    /// Where the robot believes it is; with it the mission says where the ball lies.
+    #[import(optional)]
+    pose: Import<Odometry>,
+    /// How near along the floor the ball is when the robot is at it; more than that at which `approach` leaves off and sets out.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    near: Modulation<f64>,
+    /// How long it stays at the ball before the mission is done.
+    #[modulation(default = 3.0, unit = "s", min = 0.0)]
+    stay: Modulation<f64>,
+    /// For how long it looks for a lost ball before the mission has failed; 0 for ever.
+    #[modulation(default = 60.0, unit = "s", min = 0.0)]
+    give_up: Modulation<f64>,
+    /// Whether the robot is at the ball.
+    #[export]
+    mission: Export<Mission>,
+    /// Turns the base on the spot.
+    #[child(group = "base")]
+    turn: Child,
+    /// Brakes before what is very close.
+    #[child(group = "base")]
+    brake: Child,
+    /// Drives to the ball.
+    #[child(group = "base")]
+    approach: Child,
+    /// Looks at the ball.
+    #[child(group = "head")]
+    track: Child,
+    /// Looks about for the ball.
+    #[child(group = "head")]
+    search: Child,
+    progress: Progress,
+    /// Where the ball was seen last.
+    target: Pose2D,
+}
+
+/// How far it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Progress {
+    #[default]
+    Looking,
+    Going,
+    /// At the ball since then.
+    There(Duration),
+    Done,
+    Failed,
+}
+
+impl Schema for Follower {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        for child in [&self.turn, &self.brake, &self.approach, &self.track, &self.search] {
+            child.wake(cx);
+        }
+        let ball = Ball::read(&self.ball, cx);
+        let here = ball.filter(Ball::is_here);
+        let next = self.next(cx, ball);
+        if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
+            self.tell(cx, next, here);
+        }
+        self.progress = next;
+        if let (Some(ball), Some(pose)) = (here, self.pose.get(cx)) {
+            self.target = pose.pose2d().transform(&ball.place());
+        }
+        self.mission.write(
+            cx,
+            Mission {
+                state: match next {
+                    Progress::Looking | Progress::Going | Progress::There(_) => Mission::RUNNING,
+                    Progress::Done => Mission::DONE,
+                    Progress::Failed => Mission::FAILED,
+                },
+                reached: (next == Progress::Done).into(),
+                total: 1,
+                note: Text::new(match next {
+                    Progress::Looking => "looking for the ball",
+                    Progress::Going => "going to the ball",
+                    Progress::There(_) => "at the ball",
+                    Progress::Done => "stayed at the ball",
+                    Progress::Failed => "the ball was not to be found",
+                }),
+                target: self.target,
+                distance: here.map_or(0.0, |ball| ball.ahead()),
+                ..Mission::default()
+            },
+        );
+        Ok(())
+    }
+}
+
+impl Follower {
+    fn next(&self, cx: &Context, ball: Option<Ball>) -> Progress {
+        let since = match self.progress {
+            // What is over stays over.
+            Progress::Done => return Progress::Done,
+            Progress::Failed => return Progress::Failed,
+            Progress::There(since) => since,
+            Progress::Looking | Progress::Going => cx.now(),
+        };
+        let give_up = self.give_up.get(cx);
+        match ball {
+            Some(ball) if ball.is_here() && ball.ahead() > self.near.get(cx) => Progress::Going,
+            Some(ball) if ball.is_here() => {
+                let stayed = cx.now().saturating_sub(since).as_secs_f64();
+                if stayed >= self.stay.get(cx) {
+                    Progress::Done
+                } else {
+                    Progress::There(since)
+                }
+            }
+            Some(ball) if give_up > 0.0 && ball.unseen > give_up => Progress::Failed,
+            Some(_) | None => Progress::Looking,
+        }
+    }
+
+    /// Says what is new.
+    fn tell(&self, cx: &Context, next: Progress, here: Option<Ball>) {
+        let (ahead, bearing) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
+        match next {
+            Progress::Looking => info!(cx, "lost the ball"),
+            Progress::Going => info!(cx, "sees the ball {ahead:.2} m away, {bearing:+.0} deg to the left"),
+            Progress::There(_) => info!(cx, "at the ball, {ahead:.2} m away"),
+            Progress::Done => info!(cx, "stayed at the ball for {} s", self.stay.get(cx)),
+            Progress::Failed => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
+        }
+    }
+}
+
+impl Arbitrate for Follower {
+    fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
+        let order = [
+            (&self.turn, "who turns on the spot touches nothing"),
+            (&self.brake, "something is too near to drive on"),
+            (&self.approach, "the way to the ball is free"),
+            (&self.track, "the ball is here"),
+            (&self.search, "the ball is lost"),
+        ];
+        let ready = order.into_iter().find(|(child, _)| level.is_ready(child));
+        Ok(ready.map_or_else(
+            || Verdict::nobody("no child is ready"),
+            |(child, reason)| Verdict::choose(child, reason),
+        ))
+    }
+}

@@ -1,0 +1,30 @@
+//! A robot that sees: a perceptive schema finds a ball in the pictures of a camera, motor schemas of two groups look at it and
+//! go up to it, and a father leads both groups. It knows no robot, no world and no map.
+
+mod approach;
+mod ball;
+mod blob;
+mod color;
+mod finder;
+mod follower;
+mod lens;
+mod search;
+mod track;
+mod turn;
+
+pub use approach::Approach;
+pub use ball::Ball;
+pub use finder::Finder;
+pub use follower::Follower;
+pub use search::Search;
+pub use track::Track;
+pub use turn::Turn;
+
+jde_schema::export!(
+    "ball",
+    "Sees a ball, follows it with the head and goes up to it.",
+    [Finder, Follower, Track, Search, Turn, Approach]
+);
+
+#[cfg(test)]
+mod tests;

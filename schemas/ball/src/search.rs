@@ -1,0 +1,81 @@
+//! The head while the ball is lost: it looks about. It moves no base.
+
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+
+/// Sweeps the head from side to side, first to the side on which the ball was seen last. Ready while the ball is lost.
+#[derive(Describe)]
+#[schema(motor, period = "33ms", budget = "20ms")]
+pub struct Search {
+    /// Where the ball is, in the frame of the base.
+    #[import(trigger)]
+    ball: Import<Ball>,
+    /// Where the head looks.
+    #[import]
+    pan_tilt: Import<PanTilt>,
+    /// How far it looks to either side.
+    #[modulation(default = 70_f64.to_radians(), unit = "rad", min = 0.0)]
+    sweep: Modulation<f64>,
+    /// How far down it looks meanwhile.
+    #[modulation(default = 7_f64.to_radians(), unit = "rad")]
+    tilt: Modulation<f64>,
+    /// How fast it turns.
+    #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
+    speed: Modulation<f64>,
+    /// The pan-tilt head.
+    #[actuator]
+    head: Actuator<PanTilt>,
+    leg: Option<Leg>,
+}
+
+/// One way of the head to one side.
+#[derive(Clone, Copy)]
+struct Leg {
+    /// 1 to the left, -1 to the right.
+    side: f64,
+    since: Duration,
+}
+
+impl Schema for Search {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let lost = Ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_here());
+        let ready = lost && self.pan_tilt.get(cx).is_some();
+        if !ready {
+            self.leg = None;
+        }
+        Ok(ready.into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (Some(ball), Some(now)) = (Ball::read(&self.ball, cx), self.pan_tilt.get(cx)) else {
+            return Ok(());
+        };
+        let (sweep, speed) = (self.sweep.get(cx), self.speed.get(cx));
+        let mut leg = self.leg.unwrap_or(Leg {
+            side: 1_f64.copysign(ball.bearing),
+            since: cx.now(),
+        });
+        // A head that cannot look so far, or is slower than it is told, turns back all the same.
+        let longest = 2.0 * sweep / speed + 1.0;
+        let over = (cx.now().saturating_sub(leg.since)).as_secs_f64() > longest;
+        if over || leg.side * now.pan >= sweep - 1_f64.to_radians() {
+            leg = Leg {
+                side: -leg.side,
+                since: cx.now(),
+            };
+        }
+        self.leg = Some(leg);
+        self.head.command(
+            cx,
+            PanTilt {
+                header: Header::new(cx.now(), "base_link"),
+                pan: leg.side * sweep,
+                tilt: self.tilt.get(cx),
+                pan_velocity: speed,
+                tilt_velocity: speed,
+            },
+        );
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! The base on the spot: toward a ball that is far to the side, or about when the head alone does not find it. It never leaves
+//! its place, so that a round robot touches nothing by it.
+
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+
+/// Turns the base on the spot toward a ball that is far to the side, and about while the ball is lost and the head has looked
+/// for it in vain.
+#[derive(Describe)]
+#[schema(motor, period = "33ms", budget = "20ms")]
+pub struct Turn {
+    /// Where the ball is, in the frame of the base.
+    #[import(trigger)]
+    ball: Import<Ball>,
+    /// How far to the side the ball is for it to begin.
+    #[modulation(default = 35_f64.to_radians(), unit = "rad", min = 0.0)]
+    enter: Modulation<f64>,
+    /// How far to the side the ball is when it leaves off.
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
+    leave: Modulation<f64>,
+    /// For how long the head looks for a lost ball alone.
+    #[modulation(default = 6.0, unit = "s", min = 0.0)]
+    patience: Modulation<f64>,
+    /// Turn rate toward the ball.
+    #[modulation(default = 0.6, unit = "rad/s", min = 0.0)]
+    rate: Modulation<f64>,
+    /// Turn rate while the ball is lost.
+    #[modulation(default = 0.4, unit = "rad/s", min = 0.0)]
+    search_rate: Modulation<f64>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+    aside: Hysteresis,
+}
+
+impl Schema for Turn {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let Some(ball) = Ball::read(&self.ball, cx) else {
+            self.aside.reset();
+            return Ok(false.into());
+        };
+        let ready = if ball.is_here() {
+            let (enter, leave) = (self.enter.get(cx), self.leave.get(cx));
+            self.aside.above(ball.bearing.abs(), enter, leave)
+        } else {
+            self.aside.reset();
+            ball.unseen > self.patience.get(cx)
+        };
+        Ok(ready.into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(ball) = Ball::read(&self.ball, cx) else {
+            return Ok(());
+        };
+        let rate = if ball.is_here() { &self.rate } else { &self.search_rate };
+        self.base
+            .command(cx, Twist::planar(0.0, rate.get(cx).copysign(ball.bearing)));
+        Ok(())
+    }
+}
