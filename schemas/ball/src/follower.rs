@@ -24,7 +24,7 @@ pub struct Follower {
     /// How long it stays at the ball before the mission is done.
     #[modulation(default = 3.0, unit = "s", min = 0.0)]
     stay: Modulation<f64>,
-    /// For how long it looks for a lost ball before the mission has failed; 0 for ever.
+    /// For how long it looks for a lost ball, or brakes before what is in the way, before the mission has failed; 0 for ever.
     #[modulation(default = 60.0, unit = "s", min = 0.0)]
     give_up: Modulation<f64>,
     /// Whether the robot is at the ball.
@@ -46,6 +46,8 @@ pub struct Follower {
     #[child(group = "head")]
     search: Child,
     progress: Progress,
+    /// Since when `brake` has the base.
+    braking: Option<Duration>,
     /// Where the ball was seen last.
     target: Pose2D,
 }
@@ -59,7 +61,10 @@ enum Progress {
     /// At the ball since then.
     There(Duration),
     Done,
-    Failed,
+    /// The ball was not to be found.
+    Lost,
+    /// Something stayed in the way.
+    Blocked,
 }
 
 impl Schema for Follower {
@@ -67,6 +72,8 @@ impl Schema for Follower {
         for child in [&self.turn, &self.brake, &self.approach, &self.track, &self.search] {
             child.wake(cx);
         }
+        let brakes = self.brake.state(cx) == State::Winner;
+        self.braking = brakes.then(|| self.braking.unwrap_or(cx.now()));
         let ball = Ball::read(&self.ball, cx);
         let here = ball.filter(Ball::is_here);
         let next = self.next(cx, ball);
@@ -83,7 +90,7 @@ impl Schema for Follower {
                 state: match next {
                     Progress::Looking | Progress::Going | Progress::There(_) => Mission::RUNNING,
                     Progress::Done => Mission::DONE,
-                    Progress::Failed => Mission::FAILED,
+                    Progress::Lost | Progress::Blocked => Mission::FAILED,
                 },
                 reached: (next == Progress::Done).into(),
                 total: 1,
@@ -92,7 +99,8 @@ impl Schema for Follower {
                     Progress::Going => "going to the ball",
                     Progress::There(_) => "at the ball",
                     Progress::Done => "stayed at the ball",
-                    Progress::Failed => "the ball was not to be found",
+                    Progress::Lost => "the ball was not to be found",
+                    Progress::Blocked => "something stayed in the way to the ball",
                 }),
                 target: self.target,
                 distance: here.map_or(0.0, |ball| ball.ahead()),
@@ -107,24 +115,32 @@ impl Follower {
     fn next(&self, cx: &Context, ball: Option<Ball>) -> Progress {
         let since = match self.progress {
             // What is over stays over.
-            Progress::Done => return Progress::Done,
-            Progress::Failed => return Progress::Failed,
+            Progress::Done | Progress::Lost | Progress::Blocked => return self.progress,
             Progress::There(since) => since,
             Progress::Looking | Progress::Going => cx.now(),
         };
+        let seconds = |since: Duration| cx.now().saturating_sub(since).as_secs_f64();
         let give_up = self.give_up.get(cx);
-        match ball {
-            Some(ball) if ball.is_here() && ball.ahead() > self.near.get(cx) => Progress::Going,
-            Some(ball) if ball.is_here() => {
-                let stayed = cx.now().saturating_sub(since).as_secs_f64();
-                if stayed >= self.stay.get(cx) {
-                    Progress::Done
-                } else {
-                    Progress::There(since)
-                }
+        let too_long = |time: f64| give_up > 0.0 && time > give_up;
+        let Some(ball) = ball else {
+            return Progress::Looking;
+        };
+        if !ball.is_here() {
+            if too_long(ball.unseen) {
+                Progress::Lost
+            } else {
+                Progress::Looking
             }
-            Some(ball) if give_up > 0.0 && ball.unseen > give_up => Progress::Failed,
-            Some(_) | None => Progress::Looking,
+        } else if ball.ahead() <= self.near.get(cx) {
+            if seconds(since) >= self.stay.get(cx) {
+                Progress::Done
+            } else {
+                Progress::There(since)
+            }
+        } else if self.braking.is_some_and(|since| too_long(seconds(since))) {
+            Progress::Blocked
+        } else {
+            Progress::Going
         }
     }
 
@@ -133,10 +149,14 @@ impl Follower {
         let (ahead, bearing) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
         match next {
             Progress::Looking => info!(cx, "lost the ball"),
-            Progress::Going => info!(cx, "sees the ball {ahead:.2} m away, {bearing:+.0} deg to the left"),
+            Progress::Going => info!(
+                cx,
+                "sees the ball {ahead:.2} m away, {bearing:+.0} deg to the left"
+            ),
             Progress::There(_) => info!(cx, "at the ball, {ahead:.2} m away"),
             Progress::Done => info!(cx, "stayed at the ball for {} s", self.stay.get(cx)),
-            Progress::Failed => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
+            Progress::Lost => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
+            Progress::Blocked => info!(cx, "stood {} s before what is in the way", self.give_up.get(cx)),
         }
     }
 }

@@ -54,7 +54,11 @@ impl Schema for Turn {
         let Some(ball) = Ball::read(&self.ball, cx) else {
             return Ok(());
         };
-        let rate = if ball.is_here() { &self.rate } else { &self.search_rate };
+        let rate = if ball.is_here() {
+            &self.rate
+        } else {
+            &self.search_rate
+        };
         self.base
             .command(cx, Twist::planar(0.0, rate.get(cx).copysign(ball.bearing)));
         Ok(())

@@ -1,0 +1,111 @@
+//! The two who have the base: when they want it, and what they command.
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+use crate::ball::Ball;
+use crate::tests::{near, seconds, seen, unseen};
+use crate::{Approach, Turn};
+
+/// Whether it is ready for each of these balls, one after another.
+fn ready<S: Schema>(balls: &[Ball]) -> Vec<bool> {
+    let mut bench = Bench::<S>::new();
+    let check = |ball: &Ball| {
+        bench.import("ball", ball);
+        bench.check().expect("it checks").ready
+    };
+    balls.iter().map(check).collect()
+}
+
+fn commanded<S: Schema>(ball: Ball) -> (f64, f64) {
+    let mut bench = Bench::<S>::new();
+    bench.import("ball", &ball);
+    bench.iterate().expect("it acts");
+    let twist: Twist = bench.commanded("base").expect("it commands");
+    (twist.linear.x, twist.angular.z)
+}
+
+#[test]
+fn without_a_ball_or_with_an_old_one_neither_is_ready() {
+    fn blind<S: Schema>(ball: Ball) {
+        let mut bench = Bench::<S>::new();
+        assert!(!bench.check().expect("it checks").ready);
+        bench.import("ball", &ball);
+        assert!(bench.check().expect("it checks").ready);
+        bench.set_now(seconds(1.1));
+        assert!(!bench.check().expect("it checks").ready);
+        bench.import("ball", &ball);
+        assert!(bench.check().expect("it checks").ready);
+        bench.retract("ball");
+        assert!(!bench.check().expect("it checks").ready);
+    }
+    blind::<Turn>(seen(1.0, 2.0));
+    blind::<Approach>(seen(0.0, 2.0));
+}
+
+#[test]
+fn it_turns_from_35_degrees_aside_until_10_are_left() {
+    let at = |degrees: f64| seen(degrees.to_radians(), 2.0);
+    for side in [1.0, -1.0] {
+        let balls = [34.0, 36.0, 20.0, 11.0, 9.0, 20.0].map(|degrees| at(side * degrees));
+        assert_eq!(ready::<Turn>(&balls), [false, true, true, true, false, false]);
+    }
+}
+
+#[test]
+fn it_turns_about_for_a_lost_ball_once_the_head_has_looked_in_vain() {
+    let balls = [5.0, 6.1, 60.0].map(|time| unseen(0.1, 2.0, time));
+    assert_eq!(ready::<Turn>(&balls), [false, true, true]);
+    let moment = [unseen(1.0, 2.0, 0.2), unseen(1.0, 2.0, 0.4)];
+    assert_eq!(
+        ready::<Turn>(&moment),
+        [true, false],
+        "a ball aside is lost as any other"
+    );
+}
+
+#[test]
+fn it_turns_toward_the_ball_and_stays_on_the_spot() {
+    assert_eq!(commanded::<Turn>(seen(0.8, 2.0)), (0.0, 0.6));
+    assert_eq!(commanded::<Turn>(seen(-0.8, 2.0)), (0.0, -0.6));
+    assert_eq!(commanded::<Turn>(unseen(-0.8, 2.0, 9.0)), (0.0, -0.4));
+}
+
+#[test]
+fn it_sets_out_at_90_cm_and_stops_at_80() {
+    let balls = [0.85, 0.95, 0.85, 0.79, 0.85].map(|distance| seen(0.0, distance));
+    assert_eq!(ready::<Approach>(&balls), [false, true, true, false, false]);
+    let moment = [0.0, 0.2, 0.4].map(|time| unseen(0.0, 2.0, time));
+    assert_eq!(
+        ready::<Approach>(&moment),
+        [true, true, false],
+        "nobody drives to a lost ball"
+    );
+}
+
+#[test]
+fn the_distance_counts_along_the_floor() {
+    let below = Ball {
+        elevation: -60_f64.to_radians(),
+        ..seen(0.0, 1.7)
+    };
+    assert_eq!(ready::<Approach>(&[below]), [false], "0.85 m along the floor");
+}
+
+#[test]
+fn it_drives_slower_as_it_comes_nearer_and_steers_to_the_ball() {
+    let (far, _) = commanded::<Approach>(seen(0.0, 3.0));
+    let (close, _) = commanded::<Approach>(seen(0.0, 1.2));
+    let (closest, _) = commanded::<Approach>(seen(0.0, 0.81));
+    assert_eq!((far, closest), (0.35, 0.06));
+    near(close, 0.2, 1e-9);
+    let (aside, turn) = commanded::<Approach>(seen(0.3, 3.0));
+    near(aside, 0.35 * 0.3_f64.cos(), 1e-9);
+    near(turn, 0.3, 1e-9);
+    assert_eq!(
+        commanded::<Approach>(seen(-0.7, 3.0)).1,
+        -0.6,
+        "not faster than that"
+    );
+    near(commanded::<Approach>(seen(2.0, 3.0)).0, 0.0, 1e-9);
+}

@@ -1,0 +1,141 @@
+//! Colours, masses and directions, each by itself.
+
+use core::f32::consts::TAU;
+
+use crate::blob::Blobs;
+use crate::color::Limits;
+use crate::lens::Sight;
+use crate::tests::near;
+
+fn limits(from_deg: f32, to_deg: f32) -> Limits {
+    Limits {
+        hue: [from_deg.to_radians(), to_deg.to_radians()],
+        saturation: 0.5..=1.0,
+        value: 0.25..=1.0,
+    }
+}
+
+#[test]
+fn a_colour_is_within_limits_of_hue_saturation_and_value() {
+    let orange = limits(14.0, 36.0);
+    assert!(orange.contain([240, 124, 24]));
+    assert!(orange.contain([120, 62, 12]), "half the light changes no hue");
+    assert!(!orange.contain([60, 31, 6]), "too dark");
+    assert!(!orange.contain([240, 190, 150]), "too pale");
+    assert!(!orange.contain([242, 201, 32]), "yellow");
+    assert!(!orange.contain([204, 41, 36]), "red");
+}
+
+#[test]
+fn each_pure_colour_has_its_hue() {
+    let colours = [
+        ([255, 0, 0], 0.0),
+        ([255, 255, 0], 60.0),
+        ([0, 255, 0], 120.0),
+        ([0, 255, 255], 180.0),
+        ([0, 0, 255], 240.0),
+        ([255, 0, 255], 300.0),
+    ];
+    for (color, hue) in colours {
+        for (other, _) in colours {
+            let around = limits(hue - 5.0, hue + 5.0);
+            assert_eq!(around.contain(other), other == color, "{other:?} at {hue}");
+        }
+    }
+}
+
+#[test]
+fn a_range_of_hues_may_go_through_red() {
+    let red = limits(350.0, 10.0);
+    assert!(red.contain([204, 10, 36]) && red.contain([204, 36, 10]));
+    assert!(!red.contain([10, 204, 36]) && !red.contain([204, 204, 10]));
+}
+
+#[test]
+fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
+    let all = Limits {
+        hue: [0.0, TAU],
+        saturation: 0.0..=1.0,
+        value: 0.0..=1.0,
+    };
+    for color in [[0, 0, 0], [255, 255, 255], [10, 200, 30], [200, 10, 12]] {
+        assert!(all.contain(color), "{color:?}");
+    }
+    let white = Limits {
+        saturation: 0.0..=0.1,
+        value: 0.8..=1.0,
+        ..limits(0.0, 1.0)
+    };
+    assert!(white.contain([250, 250, 250]));
+    assert!(!white.contain([250, 150, 150]));
+}
+
+/// Pixels of the largest mass of a drawing, of those that are round enough.
+fn largest(drawing: &[&str], roundness: f64) -> Option<usize> {
+    let size = [drawing[0].len(), drawing.len()];
+    let wanted = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
+    let mut blobs = Blobs::default();
+    let (mass, runs) = blobs.largest(size, wanted, |mass| mass.roundness() >= roundness)?;
+    let sum: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
+    assert_eq!(sum, mass.count, "its runs are all its pixels");
+    Some(mass.count)
+}
+
+#[test]
+fn pixels_that_touch_are_one_mass_even_by_a_corner() {
+    assert_eq!(largest(&["##..", "..##", "...."], 0.0), Some(4));
+    assert_eq!(largest(&["..##", "##..", "...."], 0.0), Some(4));
+    assert_eq!(largest(&["##.##", "....."], 0.0), Some(2));
+    assert_eq!(largest(&["##.", "...", "###"], 0.0), Some(3));
+    assert_eq!(largest(&["...", "..."], 0.0), None);
+}
+
+#[test]
+fn branches_that_meet_further_down_are_one_mass() {
+    let comb = ["#.#.#.#", "#.#.#.#", "#######", "......."];
+    assert_eq!(largest(&comb, 0.0), Some(15));
+    let spiral = ["#####", "....#", "###.#", "#...#", "#####"];
+    assert_eq!(largest(&spiral, 0.0), Some(17));
+}
+
+#[test]
+fn the_last_column_belongs_to_its_row_alone() {
+    assert_eq!(largest(&["...#", "#...", "...."], 0.0), Some(1));
+}
+
+#[test]
+fn what_is_long_or_hollow_is_not_round() {
+    let square = ["....", ".##.", ".##.", "...."];
+    assert_eq!(largest(&square, 0.9), Some(4));
+    assert_eq!(largest(&["########", "........"], 0.4), None);
+    let ring = ["######", "#....#", "#....#", "#....#", "#....#", "######"];
+    assert_eq!(largest(&ring, 0.8), None);
+    assert_eq!(
+        largest(&["########", "........", "##......", "##......"], 0.9),
+        Some(4),
+        "the round one, though the other is larger"
+    );
+}
+
+#[test]
+fn left_and_up_are_positive_and_the_head_adds_its_own() {
+    let angles = |toward: [f64; 3], pan: f64, tilt: f64| {
+        let sight = Sight {
+            toward,
+            solid_angle: 1.0,
+        };
+        sight.angles(pan, tilt)
+    };
+    let check = |[bearing, elevation]: [f64; 2], wanted: [f64; 2]| {
+        near(bearing, wanted[0], 1e-9);
+        near(elevation, wanted[1], 1e-9);
+    };
+    check(angles([0.0, 0.0, 1.0], 0.0, 0.0), [0.0, 0.0]);
+    check(angles([-1.0, 0.0, 1.0], 0.0, 0.0), [45_f64.to_radians(), 0.0]);
+    check(angles([0.0, 1.0, 1.0], 0.0, 0.0), [0.0, -45_f64.to_radians()]);
+    check(angles([0.0, 0.0, 1.0], 0.7, 0.3), [0.7, -0.3]);
+    check(angles([0.0, 1.0, 1.0], -0.7, -45_f64.to_radians()), [-0.7, 0.0]);
+    // Looking down, what is at the side is farther aside than it looks.
+    let [bearing, _] = angles([-1.0, 0.0, 1.0], 0.0, 60_f64.to_radians());
+    near(bearing, 2_f64.atan(), 1e-9);
+}
