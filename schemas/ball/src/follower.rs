@@ -8,7 +8,7 @@ use crate::ball::Ball;
 /// Leads base and head to a ball.
 ///
 /// Of the base `turn` goes before `brake`, because who turns on the spot touches nothing and may turn away from what is near,
-/// and `brake` before `approach`. The mission is done when the robot has been at the ball for a while.
+/// and `brake` before `approach` and `roam`. The mission is done when the robot has been at the ball for a while.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Follower {
@@ -25,7 +25,7 @@ pub struct Follower {
     #[modulation(default = 3.0, unit = "s", min = 0.0)]
     stay: Modulation<f64>,
     /// For how long it looks for a lost ball, or brakes before what is in the way, before the mission has failed; 0 for ever.
-    #[modulation(default = 60.0, unit = "s", min = 0.0)]
+    #[modulation(default = 120.0, unit = "s", min = 0.0)]
     give_up: Modulation<f64>,
     /// Whether the robot is at the ball.
     #[export]
@@ -39,6 +39,9 @@ pub struct Follower {
     /// Drives to the ball.
     #[child(group = "base")]
     approach: Child,
+    /// Drives on to where the ball may be seen.
+    #[child(group = "base")]
+    roam: Child,
     /// Looks at the ball.
     #[child(group = "head")]
     track: Child,
@@ -69,7 +72,8 @@ enum Progress {
 
 impl Schema for Follower {
     fn iterate(&mut self, cx: &Context) -> Result {
-        for child in [&self.turn, &self.brake, &self.approach, &self.track, &self.search] {
+        let base = [&self.turn, &self.brake, &self.approach, &self.roam];
+        for child in base.into_iter().chain([&self.track, &self.search]) {
             child.wake(cx);
         }
         let brakes = self.brake.state(cx) == State::Winner;
@@ -146,12 +150,14 @@ impl Follower {
 
     /// Says what is new.
     fn tell(&self, cx: &Context, next: Progress, here: Option<Ball>) {
-        let (ahead, bearing) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
+        let (ahead, aside) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
+        let side = if aside < 0.0 { "right" } else { "left" };
         match next {
             Progress::Looking => info!(cx, "lost the ball"),
             Progress::Going => info!(
                 cx,
-                "sees the ball {ahead:.2} m away, {bearing:+.0} deg to the left"
+                "sees the ball {ahead:.2} m away, {:.0} deg to the {side}",
+                aside.abs()
             ),
             Progress::There(_) => info!(cx, "at the ball, {ahead:.2} m away"),
             Progress::Done => info!(cx, "stayed at the ball for {} s", self.stay.get(cx)),
@@ -167,6 +173,7 @@ impl Arbitrate for Follower {
             (&self.turn, "who turns on the spot touches nothing"),
             (&self.brake, "something is too near to drive on"),
             (&self.approach, "the way to the ball is free"),
+            (&self.roam, "the ball is not to be seen from here"),
             (&self.track, "the ball is here"),
             (&self.search, "the ball is lost"),
         ];

@@ -8,6 +8,7 @@ mod color;
 mod finder;
 mod follower;
 mod lens;
+mod roam;
 mod search;
 mod track;
 mod turn;
@@ -16,6 +17,7 @@ pub use approach::Approach;
 pub use ball::Ball;
 pub use finder::Finder;
 pub use follower::Follower;
+pub use roam::Roam;
 pub use search::Search;
 pub use track::Track;
 pub use turn::Turn;
@@ -23,7 +25,7 @@ pub use turn::Turn;
 jde_schema::export!(
     "ball",
     "Sees a ball, follows it with the head and goes up to it.",
-    [Finder, Follower, Track, Search, Turn, Approach]
+    [Finder, Follower, Track, Search, Turn, Approach, Roam]
 );
 
 #[cfg(test)]

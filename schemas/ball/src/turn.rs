@@ -1,12 +1,14 @@
-//! The base on the spot: toward a ball that is far to the side, or about when the head alone does not find it. It never leaves
+//! The base on the spot: toward a ball that is far to the side, or once around when the head alone does not find it. It never leaves
 //! its place, so that a round robot touches nothing by it.
+
+use core::f64::consts::TAU;
 
 use jde_schema::prelude::*;
 
 use crate::ball::Ball;
 
-/// Turns the base on the spot toward a ball that is far to the side, and about while the ball is lost and the head has looked
-/// for it in vain.
+/// Turns the base on the spot toward a ball that is far to the side, and once around when the ball is lost and the head has
+/// looked for it in vain.
 #[derive(Describe)]
 #[schema(motor, period = "33ms", budget = "20ms")]
 pub struct Turn {
@@ -20,13 +22,13 @@ pub struct Turn {
     #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
     leave: Modulation<f64>,
     /// For how long the head looks for a lost ball alone.
-    #[modulation(default = 6.0, unit = "s", min = 0.0)]
+    #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
     /// Turn rate toward the ball.
     #[modulation(default = 0.6, unit = "rad/s", min = 0.0)]
     rate: Modulation<f64>,
     /// Turn rate while the ball is lost.
-    #[modulation(default = 0.4, unit = "rad/s", min = 0.0)]
+    #[modulation(default = 0.5, unit = "rad/s", min = 0.01)]
     search_rate: Modulation<f64>,
     /// Speeds of the base.
     #[actuator]
@@ -45,7 +47,8 @@ impl Schema for Turn {
             self.aside.above(ball.bearing.abs(), enter, leave)
         } else {
             self.aside.reset();
-            ball.unseen > self.patience.get(cx)
+            let turning = ball.unseen - self.patience.get(cx);
+            turning > 0.0 && turning < TAU / self.search_rate.get(cx)
         };
         Ok(ready.into())
     }

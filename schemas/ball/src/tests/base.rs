@@ -1,11 +1,11 @@
-//! The two who have the base: when they want it, and what they command.
+//! Those who have the base: when they want it, and what they command.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
 use crate::ball::Ball;
 use crate::tests::{near, seconds, seen, unseen};
-use crate::{Approach, Turn};
+use crate::{Approach, Roam, Turn};
 
 /// Whether it is ready for each of these balls, one after another.
 fn ready<S: Schema>(balls: &[Ball]) -> Vec<bool> {
@@ -26,7 +26,7 @@ fn commanded<S: Schema>(ball: Ball) -> (f64, f64) {
 }
 
 #[test]
-fn without_a_ball_or_with_an_old_one_neither_is_ready() {
+fn without_a_ball_or_with_an_old_one_nobody_is_ready() {
     fn blind<S: Schema>(ball: Ball) {
         let mut bench = Bench::<S>::new();
         assert!(!bench.check().expect("it checks").ready);
@@ -53,9 +53,10 @@ fn it_turns_from_35_degrees_aside_until_10_are_left() {
 }
 
 #[test]
-fn it_turns_about_for_a_lost_ball_once_the_head_has_looked_in_vain() {
-    let balls = [5.0, 6.1, 60.0].map(|time| unseen(0.1, 2.0, time));
-    assert_eq!(ready::<Turn>(&balls), [false, true, true]);
+fn it_turns_once_around_for_a_lost_ball_when_the_head_has_looked_in_vain() {
+    // Around at 0.5 rad/s takes 12.6 s.
+    let balls = [4.9, 5.1, 17.5, 17.6].map(|time| unseen(0.1, 2.0, time));
+    assert_eq!(ready::<Turn>(&balls), [false, true, true, false]);
     let moment = [unseen(1.0, 2.0, 0.2), unseen(1.0, 2.0, 0.4)];
     assert_eq!(
         ready::<Turn>(&moment),
@@ -68,7 +69,7 @@ fn it_turns_about_for_a_lost_ball_once_the_head_has_looked_in_vain() {
 fn it_turns_toward_the_ball_and_stays_on_the_spot() {
     assert_eq!(commanded::<Turn>(seen(0.8, 2.0)), (0.0, 0.6));
     assert_eq!(commanded::<Turn>(seen(-0.8, 2.0)), (0.0, -0.6));
-    assert_eq!(commanded::<Turn>(unseen(-0.8, 2.0, 9.0)), (0.0, -0.4));
+    assert_eq!(commanded::<Turn>(unseen(-0.8, 2.0, 9.0)), (0.0, -0.5));
 }
 
 #[test]
@@ -108,4 +109,59 @@ fn it_drives_slower_as_it_comes_nearer_and_steers_to_the_ball() {
         "not faster than that"
     );
     near(commanded::<Approach>(seen(2.0, 3.0)).0, 0.0, 1e-9);
+}
+
+/// A laser that meets these points (ahead, to the left), m.
+fn scan(points: &[(f64, f64)]) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_min: -core::f32::consts::FRAC_PI_2,
+        angle_increment: 1_f32.to_radians(),
+        range_min: 0.02,
+        range_max: 8.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.resize(181).fill(f32::INFINITY);
+    for (x, y) in points {
+        let beam = y.atan2(*x).to_degrees().round() + 90.0;
+        scan.ranges.as_mut_slice()[beam as usize] = x.hypot(*y) as f32;
+    }
+    scan
+}
+
+#[test]
+fn it_roams_once_the_head_has_looked_in_vain_if_it_sees_where_there_is_room() {
+    let mut bench = Bench::<Roam>::new();
+    bench.import("ball", &unseen(0.0, 2.0, 5.1));
+    assert!(
+        !bench.check().expect("it checks").ready,
+        "without a laser it drives nowhere"
+    );
+    bench.import("laser", &scan(&[]));
+    assert!(bench.check().expect("it checks").ready);
+    for ball in [unseen(0.0, 2.0, 4.9), seen(0.0, 2.0)] {
+        bench.import("ball", &ball);
+        assert!(!bench.check().expect("it checks").ready);
+    }
+    bench.import("ball", &unseen(0.0, 2.0, 5.1));
+    bench.set_now(seconds(1.1));
+    assert!(!bench.check().expect("it checks").ready, "an old picture");
+}
+
+#[test]
+fn it_drives_while_there_is_room_and_turns_to_the_wider_side_until_there_is_more() {
+    let mut bench = Bench::<Roam>::new();
+    let mut steps = |points: &[(f64, f64)]| {
+        bench.import("laser", &scan(points));
+        bench.iterate().expect("it acts");
+        let twist: Twist = bench.commanded("base").expect("it commands");
+        (twist.linear.x, twist.angular.z)
+    };
+    let (drive, left, right) = ((0.25, 0.0), (0.0, 0.5), (0.0, -0.5));
+    assert_eq!(steps(&[]), drive);
+    assert_eq!(steps(&[(1.1, 0.0), (0.5, 0.5)]), drive, "beside the way");
+    assert_eq!(steps(&[(0.9, 0.0), (0.5, 0.5)]), right);
+    assert_eq!(steps(&[(1.4, 0.0)]), right, "not room enough to drive on");
+    assert_eq!(steps(&[(0.9, 0.0), (0.5, -0.5)]), right, "it stays with its side");
+    assert_eq!(steps(&[(1.6, 0.0)]), drive);
+    assert_eq!(steps(&[(0.9, 0.0), (0.5, -0.5)]), left, "and chooses anew");
 }

@@ -22,7 +22,7 @@ fn it_wakes_both_groups_even_before_there_is_a_picture() {
     bench.iterate().expect("it waits");
     assert_eq!(
         bench.awake_children(),
-        ["turn", "brake", "approach", "track", "search"]
+        ["turn", "brake", "approach", "roam", "track", "search"]
     );
     let mission: Mission = bench.exported("mission").expect("it says how far it is");
     assert_eq!(
@@ -70,7 +70,7 @@ fn it_gives_up_a_ball_that_is_not_to_be_found_unless_told_not_to() {
         look(&mut bench, 1.0, unseen(0.0, 0.0, 60.0)).state,
         Mission::RUNNING
     );
-    let mission = look(&mut bench, 2.0, unseen(0.0, 0.0, 60.1));
+    let mission = look(&mut bench, 2.0, unseen(0.0, 0.0, 120.1));
     assert_eq!(
         (mission.state, mission.note.as_str()),
         (Mission::FAILED, "the ball was not to be found")
@@ -91,13 +91,13 @@ fn it_gives_up_when_the_brake_holds_the_base_too_long_and_counts_anew_when_it_le
     bench.iterate().expect("it wakes its children");
     bench.set_child("brake", State::Winner);
     look(&mut bench, 1.0, seen(0.0, 2.0));
-    assert_eq!(look(&mut bench, 60.9, seen(0.0, 2.0)).state, Mission::RUNNING);
+    assert_eq!(look(&mut bench, 120.9, seen(0.0, 2.0)).state, Mission::RUNNING);
     bench.set_child("brake", State::Checking);
-    look(&mut bench, 62.0, seen(0.0, 2.0));
+    look(&mut bench, 122.0, seen(0.0, 2.0));
     bench.set_child("brake", State::Winner);
-    look(&mut bench, 63.0, seen(0.0, 2.0));
-    assert_eq!(look(&mut bench, 122.9, seen(0.0, 2.0)).state, Mission::RUNNING);
-    let mission = look(&mut bench, 123.1, seen(0.0, 2.0));
+    look(&mut bench, 123.0, seen(0.0, 2.0));
+    assert_eq!(look(&mut bench, 242.9, seen(0.0, 2.0)).state, Mission::RUNNING);
+    let mission = look(&mut bench, 243.1, seen(0.0, 2.0));
     assert_eq!(
         (mission.state, mission.note.as_str()),
         (Mission::FAILED, "something stayed in the way to the ball")
@@ -119,7 +119,7 @@ fn the_target_is_the_ball_in_the_frame_of_the_odometry() {
 
 fn decided(group: &str, ready: &[&str]) -> Decision {
     let mut bench = Bench::<Follower>::new();
-    for child in ["turn", "brake", "approach", "track", "search"] {
+    for child in ["turn", "brake", "approach", "roam", "track", "search"] {
         let state = if ready.contains(&child) {
             State::Ready
         } else {
@@ -148,6 +148,17 @@ fn r3_who_turns_goes_before_the_brake_and_the_brake_before_who_drives() {
         decided("base", &["brake", "approach"]),
         Some("brake"),
         "something is too near to drive on",
+    );
+    chooses(decided("base", &["turn", "roam"]), Some("turn"), spot);
+    chooses(
+        decided("base", &["brake", "roam"]),
+        Some("brake"),
+        "something is too near to drive on",
+    );
+    chooses(
+        decided("base", &["approach", "roam"]),
+        Some("approach"),
+        "the way to the ball is free",
     );
     chooses(decided("base", &[]), None, "no child is ready");
     chooses(
