@@ -57,6 +57,8 @@ pub enum HeadCommand {
     Zoomed,
     /// Asks how far it can zoom.
     MostZoom,
+    /// What it shall be sharp at.
+    Focus(Focus),
     /// Any other.
     Other {
         /// Its code.
@@ -64,6 +66,19 @@ pub enum HeadCommand {
         /// What follows, up to the end of the frame.
         data: Vec<u8>,
     },
+}
+
+/// What a camera is sharp at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Focus {
+    /// What it finds by itself.
+    Auto,
+    /// What somebody turns it to.
+    Manual,
+    /// What is near.
+    Near,
+    /// What is far.
+    Far,
 }
 
 /// What the camera answers.
@@ -118,6 +133,7 @@ impl HeadCommand {
             Self::Zoom(zoom) => (0xB3, digits(*zoom, 4)),
             Self::Zoomed => (0xB4, vec![0x30]),
             Self::MostZoom => (0xB4, vec![0x33]),
+            Self::Focus(focus) => (0xA1, vec![0x30 + *focus as u8]),
             Self::Other { code, data } => (*code, data.clone()),
         }
     }
@@ -138,6 +154,10 @@ impl HeadCommand {
             (0xB3, [_, _, _, _]) => number(data).map(Self::Zoom),
             (0xB4, [0x30]) => Some(Self::Zoomed),
             (0xB4, [0x33]) => Some(Self::MostZoom),
+            (0xA1, [0x30]) => Some(Self::Focus(Focus::Auto)),
+            (0xA1, [0x31]) => Some(Self::Focus(Focus::Manual)),
+            (0xA1, [0x32]) => Some(Self::Focus(Focus::Near)),
+            (0xA1, [0x33]) => Some(Self::Focus(Focus::Far)),
             _ => None,
         };
         typed.unwrap_or_else(|| Self::Other {

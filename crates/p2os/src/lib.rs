@@ -25,7 +25,7 @@ pub use command::{Argument, Command, ForLaser, Form, SimControl, SimPose, Wheels
 pub use config::Config;
 pub use encoders::Encoders;
 pub use error::Error;
-pub use head::{HeadAnswer, HeadCommand, HeadFrame, HeadParser, MOST_ZOOM, UNIT as HEAD_UNIT};
+pub use head::{Focus, HeadAnswer, HeadCommand, HeadFrame, HeadParser, MOST_ZOOM, UNIT as HEAD_UNIT};
 pub use laser::{Assembler, LaserForm, LaserPacket, READINGS, Reading};
 pub use model::{Battery, Body, Bumpers, LaserMount, Limits, Model, ModelError, Sonars, Ticks, Units};
 pub use odometer::{Odometer, Pose};

@@ -292,6 +292,10 @@ fn the_camera_is_spoken_to_in_the_bytes_it_knows() {
         (HeadCommand::Zoom(0), "ff303000b330303030ef"),
         (HeadCommand::Zoomed, "ff303000b430ef"),
         (HeadCommand::MostZoom, "ff303000b433ef"),
+        (HeadCommand::Focus(Focus::Auto), "ff303000a130ef"),
+        (HeadCommand::Focus(Focus::Manual), "ff303000a131ef"),
+        (HeadCommand::Focus(Focus::Near), "ff303000a132ef"),
+        (HeadCommand::Focus(Focus::Far), "ff303000a133ef"),
         (HeadCommand::Where, "ff30300063ef"),
     ];
     let mut parser = HeadParser::default();

@@ -97,7 +97,8 @@ impl Camera {
                 self.on = *on;
                 self.hold();
             }
-            HeadCommand::Control => {}
+            // All of a world is sharp.
+            HeadCommand::Control | HeadCommand::Focus(_) => {}
             HeadCommand::Init => self.aim_at(0.0, 0.0),
             HeadCommand::PanSpeed(speed) => {
                 self.speeds[0] = f64::from(*speed) * HEAD_UNIT;

@@ -100,8 +100,6 @@ impl Station {
             front_sonar: 1,
             rear_sonar: u8::from(self.model.sonar.mounts.len() > 8),
             low_battery: 110,
-            rev_count: (config.ticks_per_meter * config.track * core::f64::consts::PI / 2.0).min(65_535.0)
-                as u16,
             watchdog: WATCHDOG.as_millis() as u16,
             stall_value: 200,
             stall_count: 100,

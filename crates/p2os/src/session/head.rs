@@ -202,6 +202,7 @@ impl HeadLine {
             | HeadCommand::Zoom(_)
             | HeadCommand::Zoomed
             | HeadCommand::MostZoom
+            | HeadCommand::Focus(_)
             | HeadCommand::Other { .. } => {}
         }
     }
