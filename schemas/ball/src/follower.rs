@@ -7,20 +7,26 @@ use crate::ball::Ball;
 
 /// Leads base and head to a ball.
 ///
-/// Of the base `turn` goes before `brake`, because who turns on the spot touches nothing and may turn away from what is near,
-/// and `brake` before `approach` and `roam`. The mission is done when the robot has been at the ball for a while.
+/// Of the base, who turns on the spot goes before `brake`, because it touches nothing and may turn away from what is near; then
+/// come `brake`, `avoid`, `approach` and `roam`. The mission is done when the robot has been at the ball for a while.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Follower {
     /// Where the ball is, in the frame of the base.
     #[import]
     ball: Import<Ball>,
-    /// Where the robot believes it is; with it the mission says where the ball lies.
-    #[import(optional)]
+    /// Where the robot believes it is.
+    #[import]
     pose: Import<Odometry>,
     /// How near along the floor the ball is when the robot is at it; more than that at which `approach` leaves off and sets out.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     near: Modulation<f64>,
+    /// How near along the floor the ball is when nothing is avoided any more, because it would be the ball.
+    #[modulation(default = 1.3, unit = "m", min = 0.0)]
+    direct: Modulation<f64>,
+    /// Heading error from which `avoid` turns on the spot, and so may win against `brake`.
+    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
+    turning: Modulation<f64>,
     /// How long it stays at the ball before the mission is done.
     #[modulation(default = 3.0, unit = "s", min = 0.0)]
     stay: Modulation<f64>,
@@ -30,12 +36,15 @@ pub struct Follower {
     /// Whether the robot is at the ball.
     #[export]
     mission: Export<Mission>,
-    /// Turns the base on the spot.
-    #[child(group = "base")]
-    turn: Child,
     /// Brakes before what is very close.
     #[child(group = "base")]
     brake: Child,
+    /// Drives around what is close.
+    #[child(group = "base")]
+    avoid: Child,
+    /// Turns the base on the spot.
+    #[child(group = "base")]
+    turn: Child,
     /// Drives to the ball.
     #[child(group = "base")]
     approach: Child,
@@ -48,6 +57,9 @@ pub struct Follower {
     /// Looks about for the ball.
     #[child(group = "head")]
     search: Child,
+    /// Where `avoid` is to go: to the ball, as long as it is far.
+    #[modulates(child = "avoid", name = "target")]
+    avoid_target: Modulates<Target>,
     progress: Progress,
     /// Since when `brake` has the base.
     braking: Option<Duration>,
@@ -72,7 +84,7 @@ enum Progress {
 
 impl Schema for Follower {
     fn iterate(&mut self, cx: &Context) -> Result {
-        let base = [&self.turn, &self.brake, &self.approach, &self.roam];
+        let base = [&self.brake, &self.avoid, &self.turn, &self.approach, &self.roam];
         for child in base.into_iter().chain([&self.track, &self.search]) {
             child.wake(cx);
         }
@@ -88,6 +100,9 @@ impl Schema for Follower {
         if let (Some(ball), Some(pose)) = (here, self.pose.get(cx)) {
             self.target = pose.pose2d().transform(&ball.place());
         }
+        let far = here.filter(|ball| ball.ahead() > self.direct.get(cx));
+        let wanted = far.map_or(Target::NONE, |_| Target::at(self.target));
+        self.avoid_target.set(cx, wanted);
         self.mission.write(
             cx,
             Mission {
@@ -168,19 +183,27 @@ impl Follower {
 }
 
 impl Arbitrate for Follower {
-    fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
+    fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
+        let spot = "it turns on the spot, which is safe under the brake's nose";
+        let avoid = level.candidate(&self.avoid).filter(|avoid| avoid.ready);
+        let turns = avoid.is_some_and(|avoid| avoid.urgency >= self.turning.get(cx));
+        // Where something is close, `turn` would turn back to it.
         let order = [
-            (&self.turn, "who turns on the spot touches nothing"),
-            (&self.brake, "something is too near to drive on"),
-            (&self.approach, "the way to the ball is free"),
-            (&self.roam, "the ball is not to be seen from here"),
-            (&self.track, "the ball is here"),
-            (&self.search, "the ball is lost"),
+            (turns, &self.avoid, spot),
+            (avoid.is_none(), &self.turn, spot),
+            (true, &self.brake, "something is too near to drive on"),
+            (true, &self.avoid, "something is in the way to the ball"),
+            (true, &self.approach, "the way to the ball is free"),
+            (true, &self.roam, "the ball is not to be seen from here"),
+            (true, &self.track, "the ball is here"),
+            (true, &self.search, "the ball is lost"),
         ];
-        let ready = order.into_iter().find(|(child, _)| level.is_ready(child));
-        Ok(ready.map_or_else(
+        let chosen = order
+            .into_iter()
+            .find(|(may, child, _)| *may && level.is_ready(child));
+        Ok(chosen.map_or_else(
             || Verdict::nobody("no child is ready"),
-            |(child, reason)| Verdict::choose(child, reason),
+            |(_, child, reason)| Verdict::choose(child, reason),
         ))
     }
 }

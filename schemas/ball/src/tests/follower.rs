@@ -22,7 +22,7 @@ fn it_wakes_both_groups_even_before_there_is_a_picture() {
     bench.iterate().expect("it waits");
     assert_eq!(
         bench.awake_children(),
-        ["turn", "brake", "approach", "roam", "track", "search"]
+        ["brake", "avoid", "turn", "approach", "roam", "track", "search"]
     );
     let mission: Mission = bench.exported("mission").expect("it says how far it is");
     assert_eq!(
@@ -117,9 +117,36 @@ fn the_target_is_the_ball_in_the_frame_of_the_odometry() {
     near(mission.target.x, 1.0, 1e-9);
 }
 
-fn decided(group: &str, ready: &[&str]) -> Decision {
+/// Where `avoid` is to go after a look at this ball from the origin.
+fn avoided(balls: &[Ball]) -> Option<Pose2D> {
     let mut bench = Bench::<Follower>::new();
-    for child in ["turn", "brake", "approach", "roam", "track", "search"] {
+    bench.import(
+        "pose",
+        &Odometry::planar(Time::default(), Pose2D::ORIGIN, Twist::ZERO),
+    );
+    for ball in balls {
+        look(&mut bench, 1.0, *ball);
+    }
+    let target: Target = bench.modulated("avoid", "target").expect("it was told");
+    target.get()
+}
+
+#[test]
+fn who_avoids_is_sent_to_a_ball_that_is_here_and_far() {
+    let target = avoided(&[seen(0.0, 2.0)]).expect("it is far");
+    near(target.x, 2.0, 1e-9);
+    assert_eq!(
+        avoided(&[seen(0.0, 2.0), seen(0.0, 1.2)]),
+        None,
+        "the ball itself is not to be avoided"
+    );
+    assert_eq!(avoided(&[seen(0.0, 2.0), unseen(0.0, 2.0, 1.0)]), None);
+}
+
+/// What it decides when these are ready, with the heading error that `avoid` offers, rad.
+fn decided(group: &str, ready: &[&str], error: f64) -> Decision {
+    let mut bench = Bench::<Follower>::new();
+    for child in ["brake", "avoid", "turn", "approach", "roam", "track", "search"] {
         let state = if ready.contains(&child) {
             State::Ready
         } else {
@@ -127,43 +154,58 @@ fn decided(group: &str, ready: &[&str]) -> Decision {
         };
         bench.set_child(child, state);
     }
+    bench.set_precondition(
+        "avoid",
+        Precondition::from(ready.contains(&"avoid")).urgency(error),
+    );
     bench.arbitrate(group).expect("it decides")
 }
 
 #[track_caller]
-fn chooses(decision: Decision, child: Option<&str>, reason: &str) {
-    assert_eq!((decision.child.as_deref(), &*decision.reason), (child, reason));
+fn chooses(ready: &[&str], error: f64, child: &str, reason: &str) {
+    let decision = decided("base", ready, error);
+    assert_eq!(
+        (decision.child.as_deref(), &*decision.reason),
+        (Some(child), reason)
+    );
 }
 
 #[test]
-fn r3_who_turns_goes_before_the_brake_and_the_brake_before_who_drives() {
-    let spot = "who turns on the spot touches nothing";
+fn r3_of_the_base_who_turns_goes_before_the_brake_and_the_brake_before_who_drives() {
+    let spot = "it turns on the spot, which is safe under the brake's nose";
+    let brake = "something is too near to drive on";
+    chooses(&["brake", "turn"], 0.0, "turn", spot);
+    chooses(&["turn", "approach"], 0.0, "turn", spot);
+    chooses(&["turn", "roam"], 0.0, "turn", spot);
+    chooses(&["brake", "approach"], 0.0, "brake", brake);
+    chooses(&["brake", "roam"], 0.0, "brake", brake);
     chooses(
-        decided("base", &["turn", "brake", "approach"]),
-        Some("turn"),
-        spot,
-    );
-    chooses(decided("base", &["turn", "brake"]), Some("turn"), spot);
-    chooses(
-        decided("base", &["brake", "approach"]),
-        Some("brake"),
-        "something is too near to drive on",
-    );
-    chooses(decided("base", &["turn", "roam"]), Some("turn"), spot);
-    chooses(
-        decided("base", &["brake", "roam"]),
-        Some("brake"),
-        "something is too near to drive on",
-    );
-    chooses(
-        decided("base", &["approach", "roam"]),
-        Some("approach"),
+        &["approach", "roam"],
+        0.0,
+        "approach",
         "the way to the ball is free",
     );
-    chooses(decided("base", &[]), None, "no child is ready");
-    chooses(
-        decided("head", &["track", "search"]),
-        Some("track"),
-        "the ball is here",
+}
+
+#[test]
+fn r3_who_avoids_turns_before_all_and_drives_only_without_the_brake() {
+    let spot = "it turns on the spot, which is safe under the brake's nose";
+    let all = ["brake", "avoid", "turn", "approach"];
+    chooses(&all, 0.8, "avoid", spot);
+    chooses(&all, 0.6, "brake", "something is too near to drive on");
+    let way = "something is in the way to the ball";
+    chooses(&["avoid", "turn"], 0.6, "avoid", way);
+    chooses(&["avoid", "approach"], 0.6, "avoid", way);
+}
+
+#[test]
+fn r3_on_absence_nobody_wins_in_either_group() {
+    for group in ["base", "head"] {
+        assert_eq!(decided(group, &[], 3.0).child, None);
+    }
+    let decision = decided("head", &["track", "search"], 0.0);
+    assert_eq!(
+        (decision.child.as_deref(), &*decision.reason),
+        (Some("track"), "the ball is here")
     );
 }
