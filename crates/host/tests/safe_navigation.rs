@@ -1,19 +1,18 @@
 //! The example of the paper, section 5, as it is delivered: its application, its plugins and its world, in lockstep.
 
+mod delivered;
+
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex};
 
 use jde_host::app::{self, Application};
 use jde_host::decisions::Decisions;
 use jde_host::event::{Event, Outcome};
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::plugin::Plugins;
 use jde_host::{Lockstep, Options};
 use jde_types::{Mission, Truth};
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-const PLUGINS: [&str; 5] = ["sim", "example", "goon", "vff", "stop"];
-const SECOND: u64 = 1_000_000_000;
+use delivered::{ROOT, SECOND};
 
 /// How a drive went.
 struct Drive {
@@ -23,30 +22,8 @@ struct Drive {
     decisions: Vec<u8>,
 }
 
-/// The folder of the plugins, built if need be; nothing that another test left behind is relied on.
 fn plugins() -> Plugins {
-    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    let folder = FOLDER.get_or_init(|| {
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
-        if !cfg!(debug_assertions) {
-            cargo.arg("--release");
-        }
-        cargo.args(PLUGINS.iter().flat_map(|plugin| ["-p", plugin]));
-        let done = cargo.output().expect("cargo starts");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
-        let mut libraries = messages.lines().filter_map(|line| {
-            let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_ours = PLUGINS.iter().any(|plugin| message["target"]["name"] == *plugin);
-            let file = is_ours.then(|| message["filenames"][0].as_str())??;
-            Some(Path::new(file).parent()?.to_owned())
-        });
-        libraries.next().expect("cargo names the libraries it made")
-    });
-    let mut path = SearchPath::default();
-    path.push(folder, "built for this test");
-    Plugins::new(path)
+    delivered::plugins(&["sim", "example", "goon", "vff", "stop"])
 }
 
 fn file() -> PathBuf {
@@ -54,7 +31,7 @@ fn file() -> PathBuf {
 }
 
 /// The application as it is delivered.
-fn delivered(plugins: &Plugins) -> Application {
+fn application(plugins: &Plugins) -> Application {
     app::load(&file(), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
@@ -123,7 +100,7 @@ fn the_robot_reaches_all_its_targets_and_touches_nothing() {
             mission,
             truth,
             ..
-        } = drive(delivered(&plugins), &plugins, seed, 600 * SECOND);
+        } = drive(application(&plugins), &plugins, seed, 600 * SECOND);
         assert_eq!(outcome, Outcome::Done, "seed {seed}");
         assert_eq!(
             (mission.state, mission.reached, mission.total),
@@ -141,7 +118,7 @@ fn the_robot_reaches_all_its_targets_and_touches_nothing() {
 #[test]
 fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
     let plugins = plugins();
-    let run = |seed| drive(delivered(&plugins), &plugins, seed, 60 * SECOND);
+    let run = |seed| drive(application(&plugins), &plugins, seed, 60 * SECOND);
     let (first, again, other) = (run(1), run(1), run(2));
     assert!(first.decisions.len() > 1000, "{} bytes", first.decisions.len());
     assert!(

@@ -1,0 +1,36 @@
+//! Applications as they are delivered, with their plugins built if need be: nothing that another test left behind is relied on.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use jde_host::plugin::{Plugins, SearchPath};
+
+pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+pub(crate) const SECOND: u64 = 1_000_000_000;
+
+/// The folder of the plugins `names`, of which a test program always asks for the same.
+pub(crate) fn plugins(names: &[&str]) -> Plugins {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        cargo.args(names.iter().flat_map(|plugin| ["-p", plugin]));
+        let done = cargo.output().expect("cargo starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let mut libraries = messages.lines().filter_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            let is_ours = names.iter().any(|plugin| message["target"]["name"] == *plugin);
+            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.next().expect("cargo names the libraries it made")
+    });
+    let mut path = SearchPath::default();
+    path.push(folder, "built for this test");
+    Plugins::new(path)
+}
