@@ -50,6 +50,10 @@ const TABLE: &[Row] = &[
         "crates/host",
         &["crates/abi", "crates/core", "crates/board", "crates/types"],
     ),
+    row(
+        "crates/log",
+        &["crates/abi", "crates/board", "crates/core", "crates/host"],
+    ),
     Row {
         folder: "crates/jde",
         ours: Ours::AnyCrate,

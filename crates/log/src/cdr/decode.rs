@@ -1,0 +1,127 @@
+//! From a message to the bytes of a value. Bytes that no field has are zero, and so are elements past the end.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use super::{ENCAPSULATION, Error};
+
+/// The bytes of the value that a message is.
+///
+/// # Errors
+/// [`Error`]; whatever bytes are given, it does not panic and allocates no more than a value.
+pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
+    let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
+    // The second half holds options, which say nothing about what is in the body.
+    if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
+        return Err(Error::Encapsulation(head.to_vec()));
+    }
+    let mut value = vec![0; value_type.bytes];
+    let mut rest = Body { body, at: 0 };
+    structure(value_type, &mut value, &mut rest)?;
+    let over = body.len() - rest.at;
+    // Some writers fill up to a multiple of four.
+    if over >= 4 {
+        return Err(Error::Long(over));
+    }
+    Ok(value)
+}
+
+/// What follows the header, and how far it has been read.
+struct Body<'a> {
+    body: &'a [u8],
+    at: usize,
+}
+
+fn structure(value_type: &Type, value: &mut [u8], rest: &mut Body<'_>) -> Result<(), Error> {
+    if value_type.fields.is_empty() {
+        rest.take(1, 1, &value_type.name)?;
+    }
+    value_type
+        .fields
+        .iter()
+        .try_for_each(|field| one_field(field, value, rest))
+}
+
+fn one_field(field: &Field, value: &mut [u8], rest: &mut Body<'_>) -> Result<(), Error> {
+    let count = match field.form {
+        Form::One | Form::Array(_) => field.form.capacity(),
+        Form::Sequence {
+            capacity,
+            length_offset,
+        } => {
+            let count = rest.length(&field.name)?;
+            fits(field, count, capacity)?;
+            set_length(value, length_offset, count);
+            count
+        }
+        Form::Text {
+            capacity,
+            length_offset,
+        } => {
+            let count = rest.length(&field.name)?;
+            let Some((0, text)) = rest.take(1, count, &field.name)?.split_last() else {
+                return Err(Error::Text(field.name.clone()));
+            };
+            fits(field, text.len(), capacity)?;
+            if std::str::from_utf8(text).is_err() {
+                return Err(Error::Text(field.name.clone()));
+            }
+            set_length(value, length_offset, text.len());
+            value[field.offset..][..text.len()].copy_from_slice(text);
+            return Ok(());
+        }
+    };
+    let bytes = field.kind.bytes();
+    let into = &mut value[field.offset..][..count * bytes];
+    match &field.kind {
+        FieldKind::Scalar(scalar) => scalars(*scalar, into, rest, &field.name),
+        FieldKind::Struct(inner) => into
+            .chunks_exact_mut(bytes)
+            .try_for_each(|element| structure(inner, element, rest)),
+    }
+}
+
+fn scalars(scalar: Scalar, into: &mut [u8], rest: &mut Body<'_>, field: &str) -> Result<(), Error> {
+    if into.is_empty() {
+        return Ok(());
+    }
+    let from = rest.take(scalar.bytes(), into.len(), field)?;
+    into.copy_from_slice(from);
+    if cfg!(target_endian = "big") {
+        into.chunks_exact_mut(scalar.bytes()).for_each(<[u8]>::reverse);
+    }
+    Ok(())
+}
+
+fn fits(field: &Field, got: usize, capacity: usize) -> Result<(), Error> {
+    if got <= capacity {
+        return Ok(());
+    }
+    Err(Error::Capacity {
+        field: field.name.clone(),
+        capacity,
+        got,
+    })
+}
+
+fn set_length(value: &mut [u8], offset: usize, length: usize) {
+    value[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
+}
+
+impl<'a> Body<'a> {
+    /// So many bytes from the next multiple of `align` on.
+    fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
+        let start = self.at.next_multiple_of(align);
+        let taken = start
+            .checked_add(count)
+            .and_then(|end| self.body.get(start..end))
+            .ok_or_else(|| Error::Short(field.to_owned()))?;
+        self.at = start + count;
+        Ok(taken)
+    }
+
+    fn length(&mut self, field: &str) -> Result<usize, Error> {
+        let mut bytes = [0; 4];
+        bytes.copy_from_slice(self.take(4, 4, field)?);
+        Ok(u32::from_le_bytes(bytes) as usize)
+    }
+}

@@ -1,0 +1,99 @@
+//! From the bytes of a value to a message. Never fails: a length past the capacity counts as the capacity, every byte of a
+//! text that is no UTF-8 becomes `?`.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use super::ENCAPSULATION;
+
+/// Replaces what `message` holds by the value's message. Reuse it: then nothing is allocated once it is large enough.
+///
+/// # Panics
+/// If there are fewer bytes than the type has.
+pub fn encode(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
+    assert!(
+        value.len() >= value_type.bytes,
+        "a `{}` has {} bytes, not {}",
+        value_type.name,
+        value_type.bytes,
+        value.len()
+    );
+    message.clear();
+    message.extend_from_slice(&ENCAPSULATION);
+    structure(value_type, value, message);
+}
+
+fn structure(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
+    if value_type.fields.is_empty() {
+        // ROS 2 gives a structure without members one, a zero byte.
+        message.push(0);
+    }
+    for field in &value_type.fields {
+        one_field(field, value, message);
+    }
+}
+
+fn one_field(field: &Field, value: &[u8], message: &mut Vec<u8>) {
+    let count = match field.form.length_offset() {
+        None => field.form.capacity(),
+        Some(offset) => (number(value, offset) as usize).min(field.form.capacity()),
+    };
+    match field.form {
+        Form::One | Form::Array(_) => {}
+        Form::Sequence { .. } => length(count, message),
+        Form::Text { .. } => {
+            length(count + 1, message);
+            text(&value[field.offset..][..count], message);
+            message.push(0);
+            return;
+        }
+    }
+    let bytes = field.kind.bytes();
+    let elements = &value[field.offset..][..count * bytes];
+    match &field.kind {
+        FieldKind::Scalar(scalar) => scalars(*scalar, elements, message),
+        FieldKind::Struct(inner) => elements
+            .chunks_exact(bytes)
+            .for_each(|element| structure(inner, element, message)),
+    }
+}
+
+fn scalars(scalar: Scalar, elements: &[u8], message: &mut Vec<u8>) {
+    if elements.is_empty() {
+        // An empty sequence leaves no gap behind its length.
+        return;
+    }
+    align(scalar.bytes(), message);
+    if scalar == Scalar::Bool {
+        message.extend(elements.iter().map(|byte| u8::from(*byte != 0)));
+    } else if cfg!(target_endian = "little") {
+        message.extend_from_slice(elements);
+    } else {
+        let reversed = |element: &[u8]| message.extend(element.iter().rev());
+        elements.chunks_exact(scalar.bytes()).for_each(reversed);
+    }
+}
+
+/// As many bytes as it has: no replacement may be longer than what it replaces.
+fn text(bytes: &[u8], message: &mut Vec<u8>) {
+    for chunk in bytes.utf8_chunks() {
+        message.extend_from_slice(chunk.valid().as_bytes());
+        message.extend(chunk.invalid().iter().map(|_| b'?'));
+    }
+}
+
+fn length(length: usize, message: &mut Vec<u8>) {
+    align(4, message);
+    // A capacity is a u32 in the tables.
+    message.extend_from_slice(&(length as u32).to_le_bytes());
+}
+
+fn align(to: usize, message: &mut Vec<u8>) {
+    let body = message.len() - ENCAPSULATION.len();
+    message.resize(ENCAPSULATION.len() + body.next_multiple_of(to), 0);
+}
+
+fn number(value: &[u8], offset: usize) -> u32 {
+    let mut bytes = [0; 4];
+    bytes.copy_from_slice(&value[offset..][..4]);
+    u32::from_ne_bytes(bytes)
+}

@@ -1,0 +1,331 @@
+//! Messages against bytes worked out by hand, and there and back for values of every standard and of random types.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_types::{Frame, Header, LaserScan, Seq, Text, Time, Twist, Value, Vector3};
+use proptest::prelude::*;
+
+use super::*;
+
+/// Both ways: the message is the value, and the value is the message.
+fn is_message<T: Value + PartialEq + Debug>(value: &T, by_hand: &[u8]) {
+    let value_type = T::describe();
+    let bytes = decode(&value_type, by_hand).unwrap();
+    assert_eq!(T::from_bytes(&bytes).as_ref(), Some(value));
+    let mut message = vec![0xff; 3];
+    encode(&value_type, &bytes, &mut message);
+    assert_eq!(message, by_hand);
+}
+
+fn bytes(parts: &[&[u8]]) -> Vec<u8> {
+    parts.concat()
+}
+
+#[test]
+fn a_header_is_its_time_and_a_text_with_a_nul() {
+    let header = Header {
+        stamp: Time {
+            sec: 1,
+            nanosec: 0x0203,
+        },
+        frame_id: Frame::truncated("base"),
+    };
+    let by_hand = bytes(&[
+        &[0, 1, 0, 0],
+        &[1, 0, 0, 0],
+        &[3, 2, 0, 0],
+        &[5, 0, 0, 0],
+        b"base\0",
+    ]);
+    is_message(&header, &by_hand);
+}
+
+#[test]
+fn a_twist_is_six_numbers() {
+    let twist = Twist {
+        linear: Vector3 {
+            x: 0.5,
+            ..Vector3::default()
+        },
+        angular: Vector3 {
+            z: -2.0,
+            ..Vector3::default()
+        },
+    };
+    let mut by_hand = vec![0, 1, 0, 0];
+    // IEEE 754: 0.5 is 3fe0..., -2.0 is c000...
+    by_hand.extend([0, 0, 0, 0, 0, 0, 0xe0, 0x3f]);
+    by_hand.extend([0; 4 * 8]);
+    by_hand.extend([0, 0, 0, 0, 0, 0, 0x00, 0xc0]);
+    is_message(&twist, &by_hand);
+}
+
+#[test]
+fn a_laser_scan_is_aligned_from_the_end_of_the_header() {
+    let scan = LaserScan {
+        header: Header {
+            stamp: Time { sec: 2, nanosec: 0 },
+            frame_id: Frame::truncated("laser"),
+        },
+        angle_min: 1.0,
+        range_max: 2.0,
+        ranges: Seq::from_slice(&[f32::INFINITY, 0.5]).unwrap(),
+        ..LaserScan::default()
+    };
+    let by_hand = bytes(&[
+        &[0, 1, 0, 0],
+        &[2, 0, 0, 0],
+        &[0; 4],
+        &[6, 0, 0, 0],
+        b"laser\0",
+        // 18 bytes of the body so far: two to the next multiple of four.
+        &[0; 2],
+        &[0, 0, 0x80, 0x3f],
+        &[0; 5 * 4],
+        &[0, 0, 0, 0x40],
+        &[2, 0, 0, 0],
+        &[0, 0, 0x80, 0x7f],
+        &[0, 0, 0, 0x3f],
+        &[0, 0, 0, 0],
+    ]);
+    is_message(&scan, &by_hand);
+}
+
+#[test]
+fn an_empty_sequence_of_large_numbers_leaves_no_gap() {
+    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::F64), Shape::Sequence(2))]);
+    let mut message = Vec::new();
+    encode(&value_type, &vec![0; value_type.bytes], &mut message);
+    assert_eq!(message, [0, 1, 0, 0, 0, 0, 0, 0]);
+}
+
+#[test]
+fn a_structure_without_fields_is_one_byte() {
+    let value_type = of_fields(Vec::new());
+    let mut message = Vec::new();
+    encode(&value_type, &[7; 8], &mut message);
+    assert_eq!(message, [0, 1, 0, 0, 0]);
+    assert!(decode(&value_type, &message).is_ok());
+    assert!(decode(&value_type, &message[..4]).is_err());
+}
+
+#[test]
+fn lengths_and_letters_that_lie_are_made_good() {
+    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::U8), Shape::Text(4))]);
+    let mut lying = vec![0xff; value_type.bytes];
+    lying[value_type.fields[0].offset..][..4].copy_from_slice(b"a\xffcd");
+    let mut message = Vec::new();
+    encode(&value_type, &lying, &mut message);
+    assert_eq!(message, b"\0\x01\0\0\x05\0\0\0a?cd\0");
+}
+
+#[test]
+fn what_is_no_message_is_refused_with_its_place() {
+    let text = Text::<4>::describe();
+    assert_eq!(
+        decode(&text, &[0, 0, 0, 0]),
+        Err(Error::Encapsulation(vec![0, 0, 0, 0]))
+    );
+    assert!(matches!(decode(&text, &[0]), Err(Error::Encapsulation(_))));
+    let short = Err(Error::Short("data".to_owned()));
+    assert_eq!(decode(&text, b"\0\x01\0\0\x09\0\0\0a?cd\0"), short);
+    assert_eq!(decode(&text, b"\0\x01\0\0\xff\xff\xff\xff"), short);
+    let no_text = Err(Error::Text("data".to_owned()));
+    assert_eq!(decode(&text, b"\0\x01\0\0\x02\0\0\0ab"), no_text);
+    assert_eq!(decode(&text, b"\0\x01\0\0\x00\0\0\0"), no_text);
+    assert_eq!(decode(&text, b"\0\x01\0\0\x02\0\0\0\xff\0"), no_text);
+    assert_eq!(
+        decode(&text, b"\0\x01\0\0\x06\0\0\0abcde\0"),
+        Err(Error::Capacity {
+            field: "data".to_owned(),
+            capacity: 4,
+            got: 5
+        })
+    );
+    assert_eq!(decode(&text, b"\0\x01\0\0\x01\0\0\0\0....."), Err(Error::Long(5)));
+}
+
+/// How many elements a field of a random type has.
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    One,
+    Array(usize),
+    Sequence(usize),
+    Text(usize),
+}
+
+/// Lays fields out as C does; the gaps are nobody's.
+fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
+    let mut at = 0;
+    let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
+        let mut number_of_elements = || {
+            let offset = at_next(&mut at, 4, 4);
+            at = at.next_multiple_of(8);
+            offset
+        };
+        let form = match shape {
+            Shape::One => Form::One,
+            Shape::Array(count) => Form::Array(count),
+            Shape::Sequence(capacity) => Form::Sequence {
+                capacity,
+                length_offset: number_of_elements(),
+            },
+            Shape::Text(capacity) => Form::Text {
+                capacity,
+                length_offset: number_of_elements(),
+            },
+        };
+        let kind = match shape {
+            Shape::Text(_) => FieldKind::Scalar(Scalar::U8),
+            Shape::One | Shape::Array(_) | Shape::Sequence(_) => kind,
+        };
+        Field {
+            name: format!("f{number}"),
+            doc: String::new(),
+            unit: String::new(),
+            offset: at_next(&mut at, kind.align(), kind.bytes() * form.capacity()),
+            kind,
+            form,
+        }
+    });
+    let fields = fields.collect();
+    Type {
+        name: "random".to_owned(),
+        doc: String::new(),
+        bytes: at.next_multiple_of(8).max(8),
+        align: 8,
+        fields,
+    }
+}
+
+fn at_next(at: &mut usize, align: usize, bytes: usize) -> usize {
+    let offset = at.next_multiple_of(align);
+    *at = offset + bytes;
+    offset
+}
+
+fn types() -> impl Strategy<Value = Type> {
+    let scalar = prop::sample::select(vec![
+        Scalar::Bool,
+        Scalar::U8,
+        Scalar::U16,
+        Scalar::U32,
+        Scalar::U64,
+        Scalar::I8,
+        Scalar::I16,
+        Scalar::I32,
+        Scalar::I64,
+        Scalar::F32,
+        Scalar::F64,
+    ])
+    .prop_map(FieldKind::Scalar);
+    let shape = || {
+        prop_oneof![
+            Just(Shape::One),
+            (1..5usize).prop_map(Shape::Array),
+            (1..5usize).prop_map(Shape::Sequence),
+            (1..9usize).prop_map(Shape::Text)
+        ]
+    };
+    let flat = prop::collection::vec((scalar.clone(), shape()), 0..5).prop_map(of_fields);
+    flat.prop_recursive(3, 24, 4, move |inner| {
+        let inner = inner.prop_map(|inner| FieldKind::Struct(Arc::new(inner)));
+        let kind = prop_oneof![scalar.clone(), inner];
+        prop::collection::vec((kind, shape()), 0..5).prop_map(of_fields)
+    })
+}
+
+/// Numbers that look random (SplitMix64, Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A value whose bytes beyond its fields are zero.
+    fn fill(&mut self, value_type: &Type, value: &mut [u8]) {
+        for field in &value_type.fields {
+            let capacity = field.form.capacity();
+            let count = match field.form.length_offset() {
+                None => capacity,
+                Some(offset) => {
+                    let count = (self.next() % (capacity as u64 + 1)) as usize;
+                    value[offset..][..4].copy_from_slice(&(count as u32).to_ne_bytes());
+                    count
+                }
+            };
+            let size = field.kind.bytes();
+            let elements = &mut value[field.offset..][..count * size];
+            match (&field.kind, field.form) {
+                (_, Form::Text { .. }) => {
+                    elements.fill_with(|| (self.next() % 127) as u8);
+                    // A letter of two bytes, where there is room for one.
+                    if let Some(letter) = elements.first_chunk_mut() {
+                        *letter = [0xc3, 0xa9];
+                    }
+                }
+                (FieldKind::Scalar(Scalar::Bool), _) => elements.fill_with(|| (self.next() & 1) as u8),
+                (FieldKind::Scalar(_), _) => elements.fill_with(|| self.next() as u8),
+                (FieldKind::Struct(inner), _) => elements
+                    .chunks_exact_mut(size)
+                    .for_each(|element| self.fill(inner, element)),
+            }
+        }
+    }
+}
+
+fn there_and_back(value_type: &Type, seed: u64) -> Result<(), TestCaseError> {
+    let mut value = vec![0; value_type.bytes];
+    Random(seed).fill(value_type, &mut value);
+    let mut message = Vec::new();
+    encode(value_type, &value, &mut message);
+    let back = decode(value_type, &message);
+    prop_assert!(
+        back.as_ref() == Ok(&value),
+        "{} came back as {back:?}",
+        value_type.name
+    );
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn random_values_of_random_types_come_back(value_type in types(), seed: u64) {
+        there_and_back(&value_type, seed)?;
+    }
+
+    #[test]
+    fn a_message_cut_short_is_refused(value_type in types(), seed: u64, cut: prop::sample::Index) {
+        let mut value = vec![0; value_type.bytes];
+        Random(seed).fill(&value_type, &mut value);
+        let mut message = Vec::new();
+        encode(&value_type, &value, &mut message);
+        prop_assert!(decode(&value_type, &message[..cut.index(message.len())]).is_err());
+    }
+
+    #[test]
+    fn bytes_nobody_meant_do_no_harm(value_type in types(), mut message: Vec<u8>) {
+        message.splice(..0, ENCAPSULATION);
+        // Whether it is a value does not matter here; a panic would.
+        let _ = decode(&value_type, &message);
+    }
+}
+
+proptest! {
+    // Each case takes all of them, pictures included.
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn random_values_of_every_standard_type_come_back(seed: u64) {
+        for value_type in jde_types::standard() {
+            there_and_back(&value_type, seed)?;
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own fields, then those of every type it
+//! is made of. Reads no definitions.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use jde_abi::describe::{Field, FieldKind, Form, Type};
+
+/// The package of types whose names have none.
+const PACKAGE: &str = "jde_msgs";
+/// What stands between two definitions.
+const RULE: &str = "================================================================================";
+
+/// The name of a type's schema, as ROS 2 writes it: `package/msg/Type`. Whatever a ROS name cannot have becomes `_`.
+#[must_use]
+pub fn name(value_type: &Type) -> String {
+    let (package, name) = parts(value_type);
+    format!("{package}/msg/{name}")
+}
+
+/// The definition of a type with all that it is made of, docs and units as comments.
+///
+/// Form: <https://mcap.dev/spec/registry#ros2msg>, and the interface definitions of ROS 2.
+#[must_use]
+pub fn definition(value_type: &Type) -> String {
+    let mut text = String::new();
+    let mut named = BTreeSet::from([short(value_type)]);
+    let mut waiting = vec![value_type];
+    while let Some(next) = waiting.pop() {
+        if !text.is_empty() {
+            let _ = write!(text, "{RULE}\nMSG: {}\n", short(next));
+        }
+        one(next, &mut text);
+        let inner = next.fields.iter().filter_map(|field| match &field.kind {
+            FieldKind::Struct(inner) => Some(&**inner),
+            FieldKind::Scalar(_) => None,
+        });
+        let new: Vec<_> = inner.filter(|inner| named.insert(short(inner))).collect();
+        waiting.extend(new.into_iter().rev());
+    }
+    text
+}
+
+/// The type's own fields.
+fn one(value_type: &Type, text: &mut String) {
+    if !value_type.doc.is_empty() {
+        comment(&value_type.doc, "", text);
+        text.push('\n');
+    }
+    for field in &value_type.fields {
+        comment(&field.doc, &field.unit, text);
+        let _ = writeln!(text, "{} {}", kind(field), field.name);
+    }
+}
+
+fn kind(field: &Field) -> String {
+    let element = match &field.kind {
+        FieldKind::Scalar(scalar) => scalar.ros_name().to_owned(),
+        FieldKind::Struct(inner) => short(inner),
+    };
+    match field.form {
+        Form::One => element,
+        Form::Array(count) => format!("{element}[{count}]"),
+        Form::Sequence { capacity, .. } => format!("{element}[<={capacity}]"),
+        Form::Text { capacity, .. } => format!("string<={capacity}"),
+    }
+}
+
+fn comment(doc: &str, unit: &str, text: &mut String) {
+    let unit = match unit {
+        "" => String::new(),
+        unit => format!("[{unit}]"),
+    };
+    let last = doc.lines().count().saturating_sub(1);
+    for (number, line) in doc.lines().enumerate() {
+        let unit = if number == last { unit.as_str() } else { "" };
+        let _ = writeln!(text, "{}", format!("# {line} {unit}").trim_end());
+    }
+    if doc.is_empty() && !unit.is_empty() {
+        let _ = writeln!(text, "# {unit}");
+    }
+}
+
+/// The name of a type as definitions write it: `package/Type`.
+fn short(value_type: &Type) -> String {
+    let (package, name) = parts(value_type);
+    format!("{package}/{name}")
+}
+
+fn parts(value_type: &Type) -> (String, String) {
+    let full = value_type.name.as_str();
+    let package = full.split_once('/').map_or(PACKAGE, |(package, _)| package);
+    let name = full.rsplit_once('/').map_or(full, |(_, name)| name);
+    (plain(package), plain(name))
+}
+
+fn plain(name: &str) -> String {
+    let letter = |letter: char| {
+        if letter.is_ascii_alphanumeric() {
+            letter
+        } else {
+            '_'
+        }
+    };
+    name.chars().map(letter).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_abi::describe::Scalar;
+    use jde_types::{Bumpers, Path, Twist, Value};
+
+    use super::*;
+
+    #[test]
+    fn a_definition_holds_the_type_and_then_what_it_is_made_of_once() {
+        let definition = definition(&Twist::describe());
+        let mut parts = definition.split(RULE);
+        let main = parts.next().unwrap();
+        assert!(main.contains("\ngeometry_msgs/Vector3 linear\n"), "{main}");
+        assert!(main.contains("\ngeometry_msgs/Vector3 angular\n"), "{main}");
+        let vector = parts.next().unwrap();
+        assert!(vector.starts_with("\nMSG: geometry_msgs/Vector3\n#"), "{vector}");
+        assert!(vector.ends_with("float64 z\n"), "{vector}");
+        assert_eq!(parts.next(), None);
+    }
+
+    #[test]
+    fn capacities_are_bounds_and_padding_is_left_out() {
+        let bumpers = definition(&Bumpers::describe());
+        assert!(bumpers.contains("\nbool[<=8] front\n"), "{bumpers}");
+        assert!(bumpers.contains("\nbool stalled\n"), "{bumpers}");
+        assert!(!bumpers.contains("padding"), "{bumpers}");
+        assert!(bumpers.contains("MSG: builtin_interfaces/Time\n"), "{bumpers}");
+        assert!(bumpers.contains("\nstring<=52 frame_id\n"), "{bumpers}");
+        assert!(definition(&<[f64; 3]>::describe()).contains("\nfloat64[3] data\n"));
+    }
+
+    #[test]
+    fn every_nested_type_is_defined() {
+        for value_type in jde_types::standard() {
+            let text = definition(&value_type);
+            let defined: BTreeSet<&str> = text
+                .lines()
+                .filter_map(|line| line.strip_prefix("MSG: "))
+                .collect();
+            for line in text.lines().filter(|line| !line.starts_with(['#', '=', 'M'])) {
+                let kind = line.split(['[', ' ']).next().unwrap();
+                assert!(!kind.contains('/') || defined.contains(kind), "{kind} in {text}");
+            }
+        }
+        assert_eq!(name(&Path::describe()), "nav_msgs/msg/Path");
+    }
+
+    #[test]
+    fn units_stand_behind_the_last_line_of_a_comment() {
+        let field = |doc: &str, unit: &str| Field {
+            name: "gap".to_owned(),
+            doc: doc.to_owned(),
+            unit: unit.to_owned(),
+            kind: FieldKind::Scalar(Scalar::F32),
+            form: Form::One,
+            offset: 0,
+        };
+        let of = |field: Field| {
+            definition(&Type {
+                name: "near by".to_owned(),
+                doc: String::new(),
+                bytes: 4,
+                align: 4,
+                fields: vec![field],
+            })
+        };
+        assert_eq!(
+            of(field("How near.\nRoughly.", "m")),
+            "# How near.\n# Roughly. [m]\nfloat32 gap\n"
+        );
+        assert_eq!(of(field("", "m")), "# [m]\nfloat32 gap\n");
+        assert_eq!(of(field("", "")), "float32 gap\n");
+    }
+
+    #[test]
+    fn a_name_without_a_package_gets_ours() {
+        let mut value_type = Twist::describe();
+        value_type.name = "near by".to_owned();
+        assert_eq!(name(&value_type), "jde_msgs/msg/near_by");
+        value_type.name = "my-plugin/Gap".to_owned();
+        assert_eq!(name(&value_type), "my_plugin/msg/Gap");
+    }
+}
