@@ -84,7 +84,7 @@ pub enum Focus {
 /// What the camera answers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeadAnswer {
-    /// 0x30 done, 0x31 busy, 0x35 unknown command, 0x38 wrong parameter, 0x39 not in this mode.
+    /// 0x30 done, 0x31 busy, 0x35 no such command or parameter, 0x39 not in this mode.
     pub status: u8,
     /// What was asked for.
     pub data: Vec<u8>,

@@ -5,7 +5,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::geometry::Pose2;
+use crate::geometry::{Bounds, Pose2};
 use crate::head::HeadCommand;
 
 /// One thing wrong, or doubtful, in a file of a world.
@@ -106,14 +106,16 @@ pub enum WorldError {
     },
     /// A place that is not in this world; the robot stays where it is.
     #[error(
-        "robot `{robot}` cannot be put at ({}, {}), heading {}: expected finite numbers, at most 100 km away",
-        .pose.x, .pose.y, .pose.heading
+        "robot `{robot}` cannot be put at ({}, {}), heading {}: expected a place within the world, from {:?} to {:?}",
+        .pose.x, .pose.y, .pose.heading, .bounds.min, .bounds.max
     )]
     BadPlace {
         /// The robot.
         robot: String,
         /// Where it should be put.
         pose: Pose2,
+        /// Where the world is.
+        bounds: Bounds,
     },
     /// A buffer that does not hold one value a beam or sonar.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]

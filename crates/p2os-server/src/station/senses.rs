@@ -112,7 +112,7 @@ impl Station {
             front_bumpers: front,
             rear_bumpers: rear,
             sonar_cycle: 40,
-            ticks_per_mm: (config.ticks_per_meter / 1000.0).round() as u16,
+            ticks_per_mm: self.model.encoders.per_mm.round() as u16,
             shutdown_volts: 110,
             firmware: concat!("jde ", env!("CARGO_PKG_VERSION")).to_owned(),
             ..Config::default()

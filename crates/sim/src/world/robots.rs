@@ -11,9 +11,6 @@ use crate::head::HeadCommand;
 use crate::random::{Noise, Purpose};
 use crate::robot::Robot;
 
-/// The farthest place from the origin, in metres, as in a world's file.
-const FAR: f64 = 1e5;
-
 /// A robot of a world; valid for the world that gave it, as long as the robot is in it.
 ///
 /// Whatever takes an id panics once its robot has been removed. A robot that is added again has the id it had before.
@@ -119,12 +116,12 @@ impl World {
     /// Puts a robot elsewhere, at rest; it stands there until it is commanded again.
     ///
     /// Its odometry does not jump, as with a real robot that is lifted.
-    /// Errors: something in the way, a place that is not finite; the robot stays where it is.
+    /// Errors: something in the way, a place outside the world's bounds; the robot stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
         let name = self.robot_name(robot);
-        if !pose.is_finite() || pose.x.abs() > FAR || pose.y.abs() > FAR {
-            let robot = name.to_owned();
-            return Err(WorldError::BadPlace { robot, pose });
+        if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
+            let (robot, bounds) = (name.to_owned(), self.bounds);
+            return Err(WorldError::BadPlace { robot, pose, bounds });
         }
         let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let radius = self.config(robot).radius;
