@@ -36,10 +36,16 @@ impl Bytes {
     }
 
     /// The value, whose type the caller has compared.
-    pub(super) fn value<T: Value>(&self) -> T {
+    pub(super) fn as_value<T: Value>(&self) -> &T {
         assert_eq!(self.length, size_of::<T>(), "types are compared before");
-        // SAFETY: as many bytes, aligned, of which every pattern is a value.
-        unsafe { self.words.as_ptr().cast::<T>().read() }
+        const {
+            assert!(
+                align_of::<T>() <= align_of::<u128>(),
+                "a value is aligned to 16 at most"
+            )
+        };
+        // SAFETY: as many bytes, initialised and aligned, of which every pattern is a value; borrowed as long as they are.
+        unsafe { &*self.words.as_ptr().cast::<T>() }
     }
 
     pub(super) fn as_slice(&self) -> &[u8] {

@@ -327,6 +327,13 @@ impl<S> Bench<S> {
         self.place.written(self.port::<T>(Kind::Export, name))
     }
 
+    /// The newest value of an export where it stands, for those too large to copy, as an image is; `None` if there is none, or it
+    /// was taken back.
+    #[must_use]
+    pub fn exported_in_place<T: Value>(&self, name: &str) -> Option<&T> {
+        self.place.written_in_place(self.port::<T>(Kind::Export, name))
+    }
+
     /// When the newest value of an export was measured.
     #[must_use]
     pub fn exported_at(&self, name: &str) -> Option<Duration> {

@@ -96,7 +96,14 @@ impl Place {
     }
 
     pub(super) fn written<T: Value>(&self, port: usize) -> Option<T> {
-        self.ports[port].newest.as_ref().map(|(bytes, _)| bytes.value())
+        self.written_in_place(port).copied()
+    }
+
+    pub(super) fn written_in_place<T: Value>(&self, port: usize) -> Option<&T> {
+        self.ports[port]
+            .newest
+            .as_ref()
+            .map(|(bytes, _)| bytes.as_value())
     }
 
     pub(super) fn written_at(&self, port: usize) -> Option<Duration> {

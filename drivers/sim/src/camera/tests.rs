@@ -1,8 +1,6 @@
 //! What a camera publishes, and when: the world's own time, a robot that comes and goes, and faults that a person can mend.
 
 use core::time::Duration;
-use std::panic::resume_unwind;
-use std::thread;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -36,8 +34,13 @@ fn awake(world: &str, robot: &str) -> Bench<Camera> {
     bench
 }
 
-fn image(bench: &Bench<Camera>) -> Option<Box<Image>> {
-    bench.exported("image").map(Box::new)
+fn image(bench: &Bench<Camera>) -> Option<&Image> {
+    bench.exported_in_place("image")
+}
+
+/// The picture's bytes, to compare with those of another.
+fn bytes(bench: &Bench<Camera>) -> Vec<u8> {
+    image(bench).expect("the robot is there").data.as_slice().to_vec()
 }
 
 /// The middle of all red pixels.
@@ -54,146 +57,124 @@ fn red(image: &Image) -> [f64; 2] {
     sum.map(|sum| sum / count)
 }
 
-/// Runs a test where there is room for pictures: the bench hands them out by value, and each has nearly a megabyte.
-fn roomy(test: impl FnOnce() + Send + 'static) {
-    let thread = thread::Builder::new().stack_size(64 << 20).spawn(test);
-    if let Err(panic) = thread.expect("a thread starts").join() {
-        resume_unwind(panic);
-    }
-}
-
 #[test]
 fn it_shows_what_the_robot_has_before_it_at_the_worlds_time() {
-    roomy(|| {
-        let (_folder, path) = file(HALL);
-        let mut robot = Robot::awake(&path, "carrier");
-        let mut camera = awake(&path, "carrier");
-        robot.idle(1.0);
-        camera.set_now(Duration::from_millis(1013));
-        camera.iterate().expect("it sees");
-        let image = image(&camera).expect("the robot is there");
-        assert_eq!((image.width, image.height, image.step), (320, 240, 960));
-        assert_eq!(
-            (image.encoding.as_str(), image.header.frame_id.as_str()),
-            ("rgb8", "camera")
-        );
-        assert_eq!(image.data.len(), 320 * 240 * 3);
-        // The world goes in whole steps.
-        let time = Duration::from_millis(1010);
-        assert_eq!(camera.exported_at("image"), Some(time));
-        assert_eq!(Duration::from(image.header.stamp), time);
-        // 2 m ahead, 0.25 m below the eye; the focal length is 160 pixels.
-        let [u, v] = red(&image);
-        assert!((u - 160.0).abs() < 0.6 && (v - 140.0).abs() < 0.6, "{u} {v}");
-    });
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    let mut camera = awake(&path, "carrier");
+    robot.idle(1.0);
+    camera.set_now(Duration::from_millis(1013));
+    camera.iterate().expect("it sees");
+    let image = image(&camera).expect("the robot is there");
+    assert_eq!((image.width, image.height, image.step), (320, 240, 960));
+    assert_eq!(
+        (image.encoding.as_str(), image.header.frame_id.as_str()),
+        ("rgb8", "camera")
+    );
+    assert_eq!(image.data.len(), 320 * 240 * 3);
+    // The world goes in whole steps.
+    let time = Duration::from_millis(1010);
+    assert_eq!(camera.exported_at("image"), Some(time));
+    assert_eq!(Duration::from(image.header.stamp), time);
+    // 2 m ahead, 0.25 m below the eye; the focal length is 160 pixels.
+    let [u, v] = red(image);
+    assert!((u - 160.0).abs() < 0.6 && (v - 140.0).abs() < 0.6, "{u} {v}");
 }
 
 #[test]
 fn a_pair_on_the_head_sees_the_disparity_and_turns_with_it() {
-    roomy(|| {
-        let (_folder, path) = file(HALL);
-        let mut robot = Robot::awake(&path, "carrier");
-        let eyes = [0.1, -0.1].map(|y| {
-            let mut bench = camera(&path, "carrier");
-            bench.set("y", y);
-            bench.awake().expect("its numbers are sound");
-            bench
-        });
-        let look = |robot: &mut Robot, pan: f64| {
-            let command = PanTilt {
-                pan,
-                pan_velocity: 1.0,
-                ..PanTilt::default()
-            };
-            robot.bench.command("head", &command);
-            robot.idle(2.0);
-        };
-        let [mut left, mut right] = eyes;
-        let mut pair = |robot: &Robot| {
-            [&mut left, &mut right].map(|eye| {
-                eye.set_now(robot.now);
-                eye.iterate().expect("it sees");
-                red(&image(eye).expect("the robot is there"))[0]
-            })
-        };
-        robot.idle(0.1);
-        let level = pair(&robot);
-        assert!((level[0] - level[1] - 16.0).abs() < 0.5, "{level:?}");
-        look(&mut robot, 0.3);
-        let turned = pair(&robot);
-        assert!(
-            turned[0] > level[0] + 40.0,
-            "the ball is farther to the right: {level:?} {turned:?}"
-        );
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    let eyes = [0.1, -0.1].map(|y| {
+        let mut bench = camera(&path, "carrier");
+        bench.set("y", y);
+        bench.awake().expect("its numbers are sound");
+        bench
     });
+    let look = |robot: &mut Robot, pan: f64| {
+        let command = PanTilt {
+            pan,
+            pan_velocity: 1.0,
+            ..PanTilt::default()
+        };
+        robot.bench.command("head", &command);
+        robot.idle(2.0);
+    };
+    let [mut left, mut right] = eyes;
+    let mut pair = |robot: &Robot| {
+        [&mut left, &mut right].map(|eye| {
+            eye.set_now(robot.now);
+            eye.iterate().expect("it sees");
+            red(image(eye).expect("the robot is there"))[0]
+        })
+    };
+    robot.idle(0.1);
+    let level = pair(&robot);
+    assert!((level[0] - level[1] - 16.0).abs() < 0.5, "{level:?}");
+    look(&mut robot, 0.3);
+    let turned = pair(&robot);
+    assert!(
+        turned[0] > level[0] + 40.0,
+        "the ball is farther to the right: {level:?} {turned:?}"
+    );
 }
 
 #[test]
 fn it_waits_for_the_robot_and_retracts_when_it_is_gone() {
-    roomy(|| {
-        let (_folder, path) = file(HALL);
-        let mut camera = awake(&path, "carrier");
-        camera.iterate().expect("it waits");
-        assert!(image(&camera).is_none());
-        let mut robot = Robot::awake(&path, "carrier");
-        robot.idle(0.1);
-        camera.iterate().expect("it sees");
-        assert!(image(&camera).is_some());
-        drop(robot);
-        camera.iterate().expect("it waits again");
-        assert!(image(&camera).is_none(), "nobody is to see a world that is gone");
-    });
+    let (_folder, path) = file(HALL);
+    let mut camera = awake(&path, "carrier");
+    camera.iterate().expect("it waits");
+    assert!(image(&camera).is_none());
+    let mut robot = Robot::awake(&path, "carrier");
+    robot.idle(0.1);
+    camera.iterate().expect("it sees");
+    assert!(image(&camera).is_some());
+    drop(robot);
+    camera.iterate().expect("it waits again");
+    assert!(image(&camera).is_none(), "nobody is to see a world that is gone");
 }
 
 #[test]
 fn it_opens_no_world_and_sees_the_one_there_is_at_its_own_time() {
-    roomy(|| {
-        let (_folder, path) = file(HALL);
-        let mut camera = awake(&path, "carrier");
-        camera.set_now(Duration::from_secs(60));
-        camera.iterate().expect("it waits");
-        assert!(image(&camera).is_none());
-        let mut robot = Robot::awake(&path, "carrier");
-        robot.idle(0.5);
-        camera.set_now(Duration::from_millis(530));
-        camera.iterate().expect("it sees");
-        assert_eq!(camera.exported_at("image"), Some(Duration::from_millis(530)));
-    });
+    let (_folder, path) = file(HALL);
+    let mut camera = awake(&path, "carrier");
+    camera.set_now(Duration::from_secs(60));
+    camera.iterate().expect("it waits");
+    assert!(image(&camera).is_none());
+    let mut robot = Robot::awake(&path, "carrier");
+    robot.idle(0.5);
+    camera.set_now(Duration::from_millis(530));
+    camera.iterate().expect("it sees");
+    assert_eq!(camera.exported_at("image"), Some(Duration::from_millis(530)));
 }
 
 #[test]
 fn without_new_time_there_is_no_new_picture() {
-    roomy(|| {
-        let (_folder, path) = file(HALL);
-        let mut robot = Robot::awake(&path, "carrier");
-        let mut camera = awake(&path, "carrier");
-        robot.idle(0.5);
-        camera.iterate().expect("it sees");
-        let before = image(&camera).expect("the robot is there");
-        let _other = Robot::awake(&path, "other");
-        camera.iterate().expect("no time has passed since");
-        let same = image(&camera).expect("it still stands");
-        assert!(same.data.as_slice() == before.data.as_slice());
-        robot.idle(0.05);
-        camera.iterate().expect("it sees the other come");
-        let after = image(&camera).expect("the robot is there");
-        assert!(after.data.as_slice() != before.data.as_slice());
-    });
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    let mut camera = awake(&path, "carrier");
+    robot.idle(0.5);
+    camera.iterate().expect("it sees");
+    let before = bytes(&camera);
+    let _other = Robot::awake(&path, "other");
+    camera.iterate().expect("no time has passed since");
+    assert!(bytes(&camera) == before, "it still stands");
+    robot.idle(0.05);
+    camera.iterate().expect("it sees the other come");
+    assert!(bytes(&camera) != before);
 }
 
 #[test]
 fn two_runs_see_the_same_bytes() {
-    roomy(|| {
-        let run = || {
-            let (_folder, path) = file(HALL);
-            let mut robot = Robot::awake(&path, "carrier");
-            let mut camera = awake(&path, "carrier");
-            robot.drive(0.3, 0.1, 2.0);
-            camera.iterate().expect("it sees");
-            image(&camera).expect("the robot is there")
-        };
-        assert!(run().data.as_slice() == run().data.as_slice());
-    });
+    let run = || {
+        let (_folder, path) = file(HALL);
+        let mut robot = Robot::awake(&path, "carrier");
+        let mut camera = awake(&path, "carrier");
+        robot.drive(0.3, 0.1, 2.0);
+        camera.iterate().expect("it sees");
+        bytes(&camera)
+    };
+    assert!(run() == run());
 }
 
 #[track_caller]
