@@ -1,9 +1,10 @@
 //! The driver of cameras: holds a feed to a clock and the exports.
 
+use jde_device::{Report, Standing};
 use jde_port::Backoff;
 use jde_schema::prelude::*;
 
-use crate::feed::{Feed, News, State as Link};
+use crate::feed::{Feed, News, State};
 use crate::format::Format;
 use crate::linux::Camera;
 use crate::picture::fits;
@@ -36,10 +37,7 @@ pub struct V4l2 {
     #[export]
     connection: Export<Connection>,
     feed: Option<Feed>,
-    /// What was last told of the connection.
-    told: Option<Connection>,
-    /// What was last complained of; nothing once a camera was open.
-    trouble: Text<120>,
+    report: Report,
     /// Whether a picture stands.
     seen: bool,
 }
@@ -68,37 +66,26 @@ impl Schema for V4l2 {
             Some(News::Warn(words)) => warn!(cx, "{words}"),
             None => {}
         }
-        let open = matches!(feed.state(), Link::Open { .. });
-        let connection = connection(feed, cx.now());
-        if !open && std::mem::take(&mut self.seen) {
+        let standing = match feed.state() {
+            State::Idle => Standing::Idle,
+            State::Opening(_) => Standing::Connecting,
+            State::Open { stream, .. } => Standing::Connected(stream.name()),
+            State::Lost { reason, .. } => Standing::Lost(reason),
+        };
+        if !matches!(standing, Standing::Connected(_)) && std::mem::take(&mut self.seen) {
             self.image.retract(cx);
         }
-        let said = |told: &Connection| (told.state, told.attempts, told.note);
-        if self.told.as_ref().map(said) != Some(said(&connection)) {
-            match connection.state {
-                // The same trouble is said once, however often it is tried again.
-                Connection::LOST if connection.note != self.trouble => {
-                    warn!(cx, "{}", connection.note);
-                    self.trouble = connection.note;
-                }
-                Connection::CONNECTED => {
-                    info!(cx, "{}", connection.note);
-                    self.trouble = Text::EMPTY;
-                }
-                _ => {}
-            }
-            self.told = Some(connection);
-            self.connection.write(cx, connection);
-        }
+        self.report
+            .tell(cx, &mut self.connection, standing, feed.attempts());
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
         // Dropped, the camera is closed and its light goes out.
         if self.feed.take().is_some() {
-            (self.seen, self.told) = (false, None);
+            self.seen = false;
             self.image.retract(cx);
-            self.connection.retract(cx);
+            self.report.retract(cx, &mut self.connection);
         }
     }
 }
@@ -122,22 +109,6 @@ impl V4l2 {
             rate: self.rate.get(cx),
             format,
         })
-    }
-}
-
-fn connection(feed: &Feed, now: Duration) -> Connection {
-    let (state, note) = match feed.state() {
-        Link::Idle => (Connection::IDLE, ""),
-        Link::Opening(_) => (Connection::CONNECTING, ""),
-        Link::Open { stream, .. } => (Connection::CONNECTED, stream.name()),
-        Link::Lost { reason, .. } => (Connection::LOST, &**reason),
-    };
-    Connection {
-        header: Header::new(now, ""),
-        state,
-        attempts: feed.attempts(),
-        note: Text::truncated(note),
-        ..Connection::default()
     }
 }
 

@@ -1,11 +1,13 @@
 //! A scanner as the specification describes it, for tests: speeds, its old protocol, its data sheet, scans, and what can go wrong. It
 //! does no I/O.
 
+use jde_device::emulate::Emulator;
+
 use crate::message::checksum;
 
 /// A scanner.
 #[derive(Clone, Debug)]
-pub(crate) struct Emulator {
+pub(crate) struct Scanner {
     pub(crate) baud: u32,
     /// It speaks its old protocol until it is told otherwise.
     pub(crate) scip1: bool,
@@ -46,7 +48,7 @@ pub(crate) fn scan_lines(stamp: u32, values: &[u32], count: usize) -> Vec<Vec<u8
         .collect()
 }
 
-impl Emulator {
+impl Scanner {
     /// A URG-04LX at a serial line, as it is switched on.
     pub(crate) fn urg() -> Self {
         Self {
@@ -91,25 +93,6 @@ impl Emulator {
             distance: 12_345,
             ..Self::urg()
         }
-    }
-
-    /// What it says to bytes at a speed of the line.
-    pub(crate) fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
-        if self.silent {
-            return Vec::new();
-        }
-        if baud != self.baud {
-            self.heard.clear();
-            return vec![0xf8, 0x00, b'\n', b'\n', 0x8e];
-        }
-        self.heard.extend_from_slice(bytes);
-        let mut answers = Vec::new();
-        while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
-            let line: Vec<u8> = self.heard.drain(..=end).collect();
-            let question = String::from_utf8(line[..end].to_vec()).expect("questions are letters");
-            answers.extend(self.question(&question));
-        }
-        answers
     }
 
     fn question(&mut self, question: &str) -> Vec<u8> {
@@ -165,9 +148,28 @@ impl Emulator {
         }
         answer(question, status, &lines)
     }
+}
 
-    /// What it sends after a turn.
-    pub(crate) fn turn(&mut self) -> Vec<u8> {
+impl Emulator for Scanner {
+    fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+        if self.silent {
+            return Vec::new();
+        }
+        if baud != self.baud {
+            self.heard.clear();
+            return vec![0xf8, 0x00, b'\n', b'\n', 0x8e];
+        }
+        self.heard.extend_from_slice(bytes);
+        let mut answers = Vec::new();
+        while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.heard.drain(..=end).collect();
+            let question = String::from_utf8(line[..end].to_vec()).expect("questions are letters");
+            answers.extend(self.question(&question));
+        }
+        answers
+    }
+
+    fn turn(&mut self) -> Vec<u8> {
         self.clock = (self.clock + 25) & 0xff_ffff;
         let Some(question) = self.streaming.as_ref().filter(|_| !self.silent) else {
             return Vec::new();

@@ -9,17 +9,14 @@ mod scan;
 mod session;
 
 use core::f64::consts::TAU;
-use core::time::Duration;
 
-use jde_port::{Address, Backoff, Link, Port};
+use jde_device::Device;
+use jde_port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
 
 use clock::Clock;
 use scan::{Beams, Letters, Scan};
-use session::{Event, Session, Wanted};
-
-/// How long the last words may take when it goes to sleep.
-const FAREWELL: Duration = Duration::from_millis(100);
+use session::{News, Session, Wanted};
 
 /// A Hokuyo laser scanner (URG, UBG, UTM, UST, UXM) at a serial line, over USB or over Ethernet.
 ///
@@ -45,79 +42,58 @@ pub struct Scip2 {
     /// Whether it is heard.
     #[export]
     connection: Export<Connection>,
-    device: Option<Device>,
+    scanner: Option<Scanner>,
 }
 
 /// A scanner that is looked for, or found.
-struct Device {
-    port: Port,
-    wanted: Wanted,
-    session: Option<Session>,
+struct Scanner {
+    device: Device<Session>,
     clock: Clock,
     beams: Option<Beams>,
-    name: String,
-    /// What was last told.
-    told: Option<Connection>,
-    /// What was last complained of; nothing once it was heard.
-    trouble: Text<120>,
     /// Whether a scan stands.
     seen: bool,
-    heard: Vec<u8>,
 }
 
 impl Schema for Scip2 {
     fn awake(&mut self, cx: &Context) -> Result {
         cx.require_real_time()?;
-        if self.device.is_none() {
-            self.device = Some(self.device(cx)?);
+        if self.scanner.is_none() {
+            self.scanner = Some(self.scanner(cx)?);
         }
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(mut device) = self.device.take() else {
+        let Some(scanner) = &mut self.scanner else {
             return Err("it is not awake".into());
         };
-        for event in device.step(cx.now()) {
-            match event {
-                Event::Scan(scan) => self.publish(cx, &mut device, &scan)?,
-                Event::Warn(words) => warn!(cx, "{words}"),
-                Event::Ready(beams, name) => {
-                    info!(cx, "{name}: {} beams", beams.count());
-                    device.clock = Clock::default();
-                    device.beams = Some(beams);
-                    device.name = name;
+        for news in scanner.device.step(cx) {
+            match news {
+                News::Beams(beams) => {
+                    info!(cx, "{} beams", beams.count());
+                    (scanner.clock, scanner.beams) = (Clock::default(), Some(beams));
                 }
-                Event::Send(_) | Event::Baud(_) | Event::Lose(_) => {}
+                News::Scan(scan) => scanner.publish(cx, &mut self.laser, &scan)?,
             }
         }
-        if !device.is_ready() && device.seen {
-            device.seen = false;
+        if !scanner.device.is_ready() && scanner.seen {
+            scanner.seen = false;
             self.laser.retract(cx);
         }
-        if let Some(connection) = device.news(cx.now()) {
-            if device.is_new_trouble(&connection) {
-                warn!(cx, "{}", connection.note);
-            }
-            self.connection.write(cx, connection);
-        }
-        self.device = Some(device);
+        scanner.device.tell(cx, &mut self.connection);
         Ok(())
     }
 
     fn sleep(&mut self, cx: &Context) {
-        if let Some(mut device) = self.device.take() {
-            if device.session.is_some() && device.port.write(Session::farewell()) {
-                device.port.flush(FAREWELL);
-            }
+        if let Some(scanner) = self.scanner.take() {
+            scanner.device.rest(cx, &mut self.connection);
             self.laser.retract(cx);
-            self.connection.retract(cx);
         }
     }
 }
 
 impl Scip2 {
-    fn device(&self, cx: &Context) -> Result<Device> {
+    fn scanner(&self, cx: &Context) -> Result<Scanner> {
         let address = self.port.get(cx);
         if address.is_empty() {
             return Err(
@@ -143,26 +119,23 @@ impl Scip2 {
             },
             baud,
         };
-        Ok(Device {
-            port: Port::new(address, Backoff::default()),
-            wanted,
-            session: None,
+        let port = Port::new(address, Backoff::default());
+        Ok(Scanner {
+            device: Device::new(port, wanted),
             clock: Clock::default(),
             beams: None,
-            name: String::new(),
-            told: None,
-            trouble: Text::EMPTY,
             seen: false,
-            heard: Vec::new(),
         })
     }
+}
 
-    fn publish(&mut self, cx: &Context, device: &mut Device, scan: &Scan) -> Result {
-        let Some(beams) = device.beams else {
+impl Scanner {
+    fn publish(&mut self, cx: &Context, export: &mut Export<LaserScan>, scan: &Scan) -> Result {
+        let Some(beams) = self.beams else {
             return Ok(());
         };
-        let time = device.clock.measured(scan.stamp, cx.now());
-        let mut laser = self.laser.loan(cx);
+        let time = self.clock.measured(scan.stamp, cx.now());
+        let mut laser = export.loan(cx);
         laser.header = Header::new(time, "laser");
         laser.angle_min = beams.angle_min();
         laser.angle_increment = beams.increment();
@@ -175,81 +148,8 @@ impl Scip2 {
         laser.ranges.clear();
         laser.ranges.extend_from_slice(&scan.ranges)?;
         laser.publish_at(time);
-        device.seen = true;
+        self.seen = true;
         Ok(())
-    }
-}
-
-impl Device {
-    fn is_ready(&self) -> bool {
-        self.session.as_ref().is_some_and(Session::is_ready)
-    }
-
-    /// Hears and speaks; what the schema should know of it.
-    fn step(&mut self, now: Duration) -> Vec<Event> {
-        if !self.port.poll(now).is_connected() {
-            self.session = None;
-            return Vec::new();
-        }
-        self.heard.clear();
-        self.port.read(&mut self.heard);
-        let mut events = Vec::new();
-        let session = match &mut self.session {
-            Some(session) => session,
-            none => none.insert(Session::begin(self.wanted, now, &mut events)),
-        };
-        session.hear(&self.heard, now, &mut events);
-        for event in &events {
-            match event {
-                Event::Send(bytes) => drop(self.port.write(bytes)),
-                Event::Baud(baud) => self.port.set_baud(*baud),
-                Event::Lose(reason) => self.port.lose(reason),
-                Event::Ready(..) | Event::Scan(_) | Event::Warn(_) => {}
-            }
-        }
-        if !self.port.link().is_connected() {
-            self.session = None;
-        }
-        events
-    }
-
-    /// How the connection is, if that has not been told.
-    fn news(&mut self, now: Duration) -> Option<Connection> {
-        let (state, note) = match self.port.link() {
-            Link::Idle => (Connection::IDLE, ""),
-            Link::Connecting { .. } => (Connection::CONNECTING, ""),
-            Link::Connected { .. } if self.is_ready() => (Connection::CONNECTED, &*self.name),
-            Link::Connected { .. } => (
-                Connection::CONNECTING,
-                "the line is open; looking for the scanner",
-            ),
-            Link::Lost { reason, .. } => (Connection::LOST, &**reason),
-        };
-        let connection = Connection {
-            header: Header::new(now, ""),
-            state,
-            attempts: self.port.attempts(),
-            note: Text::truncated(note),
-            ..Connection::default()
-        };
-        let said = |told: Connection| (told.state, told.attempts, told.note);
-        if self.told.map(said) == Some(said(connection)) {
-            return None;
-        }
-        self.told = Some(connection);
-        Some(connection)
-    }
-
-    /// Whether there is a trouble to complain of: the same is said once, however often it is tried again.
-    fn is_new_trouble(&mut self, connection: &Connection) -> bool {
-        let trouble = match connection.state {
-            Connection::LOST => connection.note,
-            Connection::CONNECTED => Text::EMPTY,
-            _ => return false,
-        };
-        let new = trouble != self.trouble && !trouble.is_empty();
-        self.trouble = trouble;
-        new
     }
 }
 

@@ -250,12 +250,14 @@ impl fmt::Display for Unusable {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::*;
-    use crate::emulator::{Emulator, letters};
+    use jde_device::emulate::Emulator;
 
-    pub(crate) fn parameters(emulator: &Emulator) -> Parameters {
+    use super::*;
+    use crate::emulator::{Scanner, letters};
+
+    pub(crate) fn parameters(emulator: &Scanner) -> Parameters {
         let mut receiver = crate::message::Receiver::default();
-        let mut emulator = Emulator {
+        let mut emulator = Scanner {
             scip1: false,
             ..emulator.clone()
         };
@@ -273,7 +275,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_small_scanner_is_described_as_its_data_sheet_says() {
-        let beams = Beams::new(parameters(&Emulator::urg()), f64::from(TAU), 0, Letters::Three);
+        let beams = Beams::new(parameters(&Scanner::urg()), f64::from(TAU), 0, Letters::Three);
         assert_eq!(
             (beams.question(), beams.count()),
             ("MD00440725010".to_owned(), 682)
@@ -290,7 +292,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_view_is_centred_ahead_and_never_beyond_what_the_scanner_has() {
-        let parameters = parameters(&Emulator::utm());
+        let parameters = parameters(&Scanner::utm());
         let question = |view: f64| Beams::new(parameters, view, 2, Letters::Three).question();
         assert_eq!(question(f64::from(TAU)), "MD00001080012");
         assert_eq!(question(core::f64::consts::PI), "MD01800900012");
@@ -304,7 +306,7 @@ pub(crate) mod tests {
             first: 0,
             last: 2160,
             ahead: 1080,
-            ..parameters(&Emulator::utm())
+            ..parameters(&Scanner::utm())
         };
         let beams = Beams::new(parameters, f64::from(TAU), 0, Letters::Three);
         assert_eq!((beams.cluster, beams.count()), (2, 1081));
@@ -317,7 +319,7 @@ pub(crate) mod tests {
         let parameters = Parameters {
             first: 384,
             last: 389,
-            ..parameters(&Emulator::urg())
+            ..parameters(&Scanner::urg())
         };
         let beams = Beams::new(parameters, f64::from(TAU), 0, Letters::Three);
         let Scan { stamp, ranges } = beams
@@ -342,7 +344,7 @@ pub(crate) mod tests {
 
     #[test]
     fn ten_thousand_scans_with_wrong_bytes_are_not_believed_where_they_are_wrong() {
-        let beams = Beams::new(parameters(&Emulator::urg()), f64::from(TAU), 0, Letters::Three);
+        let beams = Beams::new(parameters(&Scanner::urg()), f64::from(TAU), 0, Letters::Three);
         let good = scan(beams, 5, &[1234; 682]);
         let mut seed = 3_u32;
         let mut random = || {

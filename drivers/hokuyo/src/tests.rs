@@ -1,256 +1,105 @@
 //! The driver on the bench, with emulated scanners at a real pseudo-terminal and a real TCP connection.
 
 use std::fs;
-use std::io::{Read, Write};
-use std::net::TcpListener;
-use std::os::fd::AsFd;
 use std::os::unix::fs::symlink;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
-use std::time::Instant;
+use std::thread;
 
-use jde_port::Pty;
+use jde_device::emulate::{Emulated, Trial};
 use jde_schema::bench::Bench;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::*;
-use crate::emulator::Emulator;
+use crate::emulator::Scanner;
 
-/// A scanner at the end of a wire, until it is dropped.
-struct Scanner {
-    emulator: Arc<Mutex<Emulator>>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+fn driver(port: &str) -> Trial<Scip2> {
+    let mut driver = Trial::at(port);
+    driver.awake();
+    driver
 }
 
-impl Scanner {
-    /// At a pseudo-terminal, which is gone with it; the path to it.
-    fn at_line(emulator: Emulator) -> (Self, PathBuf) {
-        let pty = Pty::open().expect("a pseudo-terminal");
-        let path = pty.path().to_owned();
-        let scanner = Self::run(emulator, move |emulator, stop| {
-            serve(pty.master(), pty.master(), || pty.baud().ok(), emulator, stop);
-        });
-        (scanner, path)
-    }
-
-    /// Behind an Ethernet plug, which takes one connection after another; its address.
-    fn at_server(emulator: Emulator) -> (Self, String) {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-        let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
-        let scanner = Self::run(emulator, move |emulator, stop| {
-            while !stop.load(Ordering::Relaxed) {
-                if ready(&listener)
-                    && let Ok((stream, _)) = listener.accept()
-                {
-                    serve(&stream, &stream, || Some(19_200), emulator, stop);
-                }
-            }
-        });
-        (scanner, address)
-    }
-
-    fn run(emulator: Emulator, serve: impl FnOnce(&Mutex<Emulator>, &AtomicBool) + Send + 'static) -> Self {
-        let emulator = Arc::new(Mutex::new(emulator));
-        let stop = Arc::new(AtomicBool::new(false));
-        let (shared, told) = (emulator.clone(), stop.clone());
-        let thread = Some(thread::spawn(move || serve(&shared, &told)));
-        Self {
-            emulator,
-            stop,
-            thread,
-        }
-    }
-
-    fn set(&self, change: impl FnOnce(&mut Emulator)) {
-        change(&mut self.emulator.lock().unwrap_or_else(PoisonError::into_inner));
-    }
-}
-
-impl Drop for Scanner {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let ended = self.thread.take().map(JoinHandle::join);
-        assert!(
-            thread::panicking() || matches!(ended, Some(Ok(()))),
-            "the scanner found fault with the driver"
-        );
-    }
-}
-
-/// Whether something can be read, within some milliseconds.
-fn ready(source: impl AsFd) -> bool {
-    let soon = Timespec {
-        tv_sec: 0,
-        tv_nsec: 2_000_000,
-    };
-    poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
-}
-
-/// Plays the scanner until the other side is gone.
-fn serve(
-    mut source: impl Read + AsFd,
-    mut sink: impl Write,
-    baud: impl Fn() -> Option<u32>,
-    emulator: &Mutex<Emulator>,
-    stop: &AtomicBool,
-) {
-    let mut opened = false;
-    while !stop.load(Ordering::Relaxed) {
-        let mut room = [0; 256];
-        let count = if ready(&source) {
-            source.read(&mut room)
-        } else {
-            Ok(usize::MAX)
-        };
-        let answer = match count {
-            // A terminal that nobody has open yet cannot be read.
-            Err(_) if !opened => continue,
-            Ok(0) | Err(_) => return,
-            Ok(usize::MAX) => emulator.lock().unwrap_or_else(PoisonError::into_inner).turn(),
-            Ok(count) => {
-                opened = true;
-                let baud = baud().expect("a line has a speed");
-                emulator
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .hear(&room[..count], baud)
-            }
-        };
-        if sink.write_all(&answer).is_err() {
-            return;
-        }
-    }
-}
-
-/// The driver, and the time since it was made.
-struct Driver {
-    bench: Bench<Scip2>,
-    start: Instant,
-}
-
-impl Driver {
-    fn new(port: &str) -> Self {
-        let mut bench = Bench::new();
-        bench.set("port", Text::<256>::new(port));
-        bench.awake().expect("it is rightly configured");
-        Self {
-            bench,
-            start: Instant::now(),
-        }
-    }
-
-    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
-    fn until(&mut self, mut good: impl FnMut(&Bench<Scip2>) -> bool) {
-        while !good(&self.bench) {
-            self.bench.set_now(self.start.elapsed());
-            self.bench
-                .iterate()
-                .expect("a driver whose device fails does not fail");
-            thread::yield_now();
-        }
-    }
-
-    fn scan(&mut self) -> Box<LaserScan> {
-        self.until(|bench| bench.exported::<LaserScan>("laser").is_some());
-        Box::new(self.bench.exported("laser").expect("just seen"))
-    }
-}
-
-fn state(bench: &Bench<Scip2>) -> (u8, String) {
-    let connection: Connection = bench.exported("connection").unwrap_or_default();
-    (connection.state, connection.note.to_string())
+/// The first scan that stands.
+fn scan(driver: &mut Trial<Scip2>) -> &LaserScan {
+    driver.until(|bench| bench.exported_at("laser").is_some());
+    driver.bench.exported_in_place("laser").expect("just seen")
 }
 
 #[test]
 fn a_scanner_at_a_serial_line_is_seen_at_the_speed_of_its_address() {
-    let (scanner, path) = Scanner::at_line(Emulator::urg());
-    let mut driver = Driver::new(&format!("serial:{}@115200", path.display()));
-    let scan = driver.scan();
+    let (scanner, path) = Emulated::at_line(Scanner::urg());
+    let mut driver = driver(&format!("serial:{}@115200", path.display()));
+    let scan = scan(&mut driver);
     assert_eq!(scan.ranges.as_slice(), [1.5; 682]);
     assert!((scan.angle(340)).abs() < 1e-6, "the step straight ahead");
     assert!(scan.angle(0) < -2.0 && scan.angle(681) > 2.0);
     assert_eq!((scan.range_min, scan.range_max, scan.scan_time), (0.02, 5.6, 0.1));
-    let (up, name) = state(&driver.bench);
+    let (up, name) = driver.connection();
     assert_eq!(up, Connection::CONNECTED);
     assert!(name.starts_with("URG-04LX"), "{name}");
-    scanner.set(|scanner| assert_eq!(scanner.baud, 115_200));
+    scanner.with(|scanner| assert_eq!(scanner.baud, 115_200));
     let first = driver.bench.exported_at("laser");
     driver.until(|bench| bench.exported_at("laser") > first);
 }
 
 #[test]
 fn a_scanner_over_ethernet_is_met_again_after_silence_noise_and_a_restart() {
-    let (scanner, address) = Scanner::at_server(Emulator {
-        noisy: true,
-        ..Emulator::utm()
-    });
-    let mut driver = Driver::new(&address);
-    assert_eq!(driver.scan().ranges.as_slice(), [12.345; 1081]);
-    scanner.set(|scanner| scanner.silent = true);
-    driver.until(|bench| state(bench).0 == Connection::LOST);
-    assert!(state(&driver.bench).1.contains("no scan came for 3 s"));
+    let (scanner, address) = Emulated::at_server(
+        Scanner {
+            noisy: true,
+            ..Scanner::utm()
+        },
+        19_200,
+    );
+    let mut driver = driver(&address);
+    assert_eq!(scan(&mut driver).ranges.as_slice(), [12.345; 1081]);
+    scanner.with(|scanner| scanner.silent = true);
+    assert!(driver.lost().contains("no scan came for 3 s"));
     assert_eq!(
         driver.bench.exported::<LaserScan>("laser"),
         None,
         "what is not heard is taken back"
     );
-    scanner.set(|scanner| {
-        *scanner = Emulator {
+    scanner.with(|scanner| {
+        *scanner = Scanner {
             distance: 2500,
-            ..Emulator::utm()
+            ..Scanner::utm()
         }
     });
-    assert_eq!(driver.scan().ranges[540], 2.5);
+    assert_eq!(scan(&mut driver).ranges[540], 2.5);
 }
 
 #[test]
 fn a_plug_that_is_pulled_and_put_back_is_survived() {
     let name = std::env::temp_dir().join(format!("jde-hokuyo-{}", std::process::id()));
-    let mut driver = Driver::new(&format!("serial:{}@19200", name.display()));
-    driver.until(|bench| state(bench).0 == Connection::LOST);
-    assert!(state(&driver.bench).1.contains("there is no such device"));
+    let mut driver = driver(&format!("serial:{}@19200", name.display()));
+    assert!(driver.lost().contains("there is no such device"));
     for _ in 0..2 {
-        let (scanner, path) = Scanner::at_line(Emulator::urg());
+        let (scanner, path) = Emulated::at_line(Scanner::urg());
         symlink(path, &name).expect("a name");
-        driver.scan();
+        scan(&mut driver);
         fs::remove_file(&name).expect("it is there");
         drop(scanner);
-        driver.until(|bench| state(bench).0 == Connection::LOST);
+        driver.lost();
         assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
     }
 }
 
 #[test]
 fn the_same_trouble_is_said_once_however_often_it_is_tried_again() {
-    let mut driver = Driver::new("serial:/dev/no-such-line@9600");
-    let attempts = |bench: &Bench<Scip2>| {
-        bench
-            .exported("connection")
-            .map_or(0, |connection: Connection| connection.attempts)
-    };
-    driver.until(|bench| attempts(bench) >= 3);
+    let mut driver = driver("serial:/dev/no-such-line@9600");
+    while driver.attempts() < 3 {
+        driver.step();
+    }
     let said = driver.bench.log();
     assert_eq!(said.len(), 1, "{said:?}");
 }
 
 #[test]
 fn asleep_its_laser_is_off() {
-    let (scanner, path) = Scanner::at_line(Emulator::urg());
-    let mut driver = Driver::new(&format!("serial:{}@19200", path.display()));
-    driver.scan();
+    let (scanner, path) = Emulated::at_line(Scanner::urg());
+    let mut driver = driver(&format!("serial:{}@19200", path.display()));
+    scan(&mut driver);
     driver.bench.sleep().expect("it sleeps");
     assert_eq!(driver.bench.exported::<LaserScan>("laser"), None);
-    let shines = || {
-        scanner
-            .emulator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .laser
-    };
-    while shines() {
+    while scanner.with(|scanner| scanner.laser) {
         thread::yield_now();
     }
 }

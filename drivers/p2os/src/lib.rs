@@ -120,14 +120,7 @@ impl Schema for Pioneer {
         } else {
             self.take_back(cx);
         }
-        if let Some(connection) = robot.news(cx.now()) {
-            match connection.state {
-                Connection::LOST => warn!(cx, "{}", connection.note),
-                Connection::CONNECTED => info!(cx, "{}", connection.note),
-                _ => {}
-            }
-            self.connection.write(cx, connection);
-        }
+        robot.tell(cx, &mut self.connection);
         self.robot = Some(robot);
         stepped
     }

@@ -1,11 +1,12 @@
-//! The robot at its port: bytes between the port and the session, and how the connection stands. It publishes nothing.
+//! The robot at its port: bytes between the port and the session, and how the connection stands. It publishes nothing but that.
 
 use core::time::Duration;
 use std::time::Instant;
 
+use jde_device::{Report, Standing};
 use jde_p2os::{Beams, Event, Options, Session, State, Wish};
-use jde_port::{Link, Port};
-use jde_schema::prelude::{Connection, Header, Result, Text};
+use jde_port::Port;
+use jde_schema::prelude::{Connection, Context, Export, Result};
 
 /// How long the last words may take: five packets, which are 50 ms at 9600 baud.
 const FAREWELL: Duration = Duration::from_millis(200);
@@ -20,7 +21,7 @@ pub(crate) struct Robot {
     /// Whether the session knows that the port is connected.
     linked: bool,
     heard: Vec<u8>,
-    told: Option<Connection>,
+    report: Report,
 }
 
 impl Robot {
@@ -32,7 +33,7 @@ impl Robot {
             clock: Instant::now(),
             linked: false,
             heard: Vec::new(),
-            told: None,
+            report: Report::default(),
         }
     }
 
@@ -88,34 +89,14 @@ impl Robot {
         self.beams
     }
 
-    /// How the connection is, if that has not been told.
-    pub(crate) fn news(&mut self, now: Duration) -> Option<Connection> {
-        let (state, note) = match (self.port.link(), self.session.state()) {
-            (Link::Idle, _) => (Connection::IDLE, String::new()),
-            (Link::Connecting { .. }, _) => (Connection::CONNECTING, String::new()),
-            (Link::Connected { .. }, State::Connected(names)) => (
-                Connection::CONNECTED,
-                format!("{}, {} {}", names.name, names.class, names.subclass),
-            ),
-            (Link::Connected { .. }, _) => (
-                Connection::CONNECTING,
-                "the line is open; looking for the robot".to_owned(),
-            ),
-            (Link::Lost { reason, .. }, _) => (Connection::LOST, reason.clone()),
+    /// Publishes how the connection stands, if that has changed.
+    pub(crate) fn tell(&mut self, cx: &Context, export: &mut Export<Connection>) {
+        let name = match self.session.state() {
+            State::Connected(names) => Some(format!("{}, {} {}", names.name, names.class, names.subclass)),
+            State::Idle | State::Syncing | State::Opening(_) | State::Refused(_) | State::Lost(_) => None,
         };
-        let connection = Connection {
-            header: Header::new(now, ""),
-            state,
-            attempts: self.port.attempts(),
-            note: Text::truncated(&note),
-            ..Connection::default()
-        };
-        let said = |told: Connection| (told.state, told.attempts, told.note);
-        if self.told.map(said) == Some(said(connection)) {
-            return None;
-        }
-        self.told = Some(connection);
-        Some(connection)
+        let standing = Standing::of(&self.port, name.as_deref(), "robot");
+        self.report.tell(cx, export, standing, self.port.attempts());
     }
 
     /// Stops the robot, switches it off and lets go of it; the next step looks for it again.
@@ -129,7 +110,7 @@ impl Robot {
         self.heard.clear();
         self.linked = false;
         self.port.close();
-        self.told = None;
+        self.report = Report::default();
     }
 }
 

@@ -1,11 +1,13 @@
 //! A scanner as the manual describes it, for tests: modes, password, speeds, configuration, scans, and what can go wrong. It does
 //! no I/O; its reading of telegrams is its own, so that a mistake of the driver's is not repeated here.
 
+use jde_device::emulate::Emulator;
+
 use crate::telegram::framed;
 
 /// A scanner.
 #[derive(Debug)]
-pub(crate) struct Emulator {
+pub(crate) struct Scanner {
     pub(crate) baud: u32,
     pub(crate) streaming: bool,
     pub(crate) installing: bool,
@@ -27,7 +29,7 @@ pub(crate) struct Emulator {
     pub(crate) heard: Vec<u8>,
 }
 
-impl Emulator {
+impl Scanner {
     /// Fresh from the factory: 9600 baud, 1 degree, centimetres.
     pub(crate) fn new() -> Self {
         let mut block = vec![0; 32];
@@ -48,31 +50,6 @@ impl Emulator {
             writes: 0,
             heard: Vec::new(),
         }
-    }
-
-    /// What it says to bytes at a speed of the line.
-    pub(crate) fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
-        if self.silent {
-            return Vec::new();
-        }
-        if baud != self.baud {
-            // What arrives at the wrong speed is noise, and so is what leaves.
-            self.heard.clear();
-            return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
-        }
-        self.heard.extend_from_slice(bytes);
-        let mut answers = Vec::new();
-        while let Some(start) = self.heard.iter().position(|byte| *byte == 0x02) {
-            self.heard.drain(..start);
-            let [_, _, low, high, ..] = *self.heard else { break };
-            let whole = 6 + usize::from(low) + 256 * usize::from(high);
-            if self.heard.len() < whole {
-                break;
-            }
-            let telegram: Vec<u8> = self.heard.drain(..whole).collect();
-            answers.extend(self.telegram(&telegram));
-        }
-        answers
     }
 
     fn telegram(&mut self, telegram: &[u8]) -> Vec<u8> {
@@ -141,8 +118,42 @@ impl Emulator {
         answer
     }
 
-    /// What it sends after a turn of its mirror.
-    pub(crate) fn turn(&mut self) -> Vec<u8> {
+    /// Somebody switches it off and on: what it says then.
+    pub(crate) fn restart(&mut self) -> Vec<u8> {
+        (self.baud, self.streaming, self.installing) = (9600, false, false);
+        framed(
+            0x80,
+            &[&[0x90], &b"LMS200;30106;V02.10 "[..], &[self.status]].concat(),
+        )
+    }
+}
+
+impl Emulator for Scanner {
+    fn hear(&mut self, bytes: &[u8], baud: u32) -> Vec<u8> {
+        if self.silent {
+            return Vec::new();
+        }
+        if baud != self.baud {
+            // What arrives at the wrong speed is noise, and so is what leaves.
+            self.heard.clear();
+            return vec![0x00, 0x15, 0xfe, 0x02, 0x80];
+        }
+        self.heard.extend_from_slice(bytes);
+        let mut answers = Vec::new();
+        while let Some(start) = self.heard.iter().position(|byte| *byte == 0x02) {
+            self.heard.drain(..start);
+            let [_, _, low, high, ..] = *self.heard else { break };
+            let whole = 6 + usize::from(low) + 256 * usize::from(high);
+            if self.heard.len() < whole {
+                break;
+            }
+            let telegram: Vec<u8> = self.heard.drain(..whole).collect();
+            answers.extend(self.telegram(&telegram));
+        }
+        answers
+    }
+
+    fn turn(&mut self) -> Vec<u8> {
         if !self.streaming || self.silent {
             return Vec::new();
         }
@@ -158,14 +169,5 @@ impl Emulator {
             &[]
         };
         [noise, &framed(0x80, &payload)].concat()
-    }
-
-    /// Somebody switches it off and on: what it says then.
-    pub(crate) fn restart(&mut self) -> Vec<u8> {
-        (self.baud, self.streaming, self.installing) = (9600, false, false);
-        framed(
-            0x80,
-            &[&[0x90], &b"LMS200;30106;V02.10 "[..], &[self.status]].concat(),
-        )
     }
 }

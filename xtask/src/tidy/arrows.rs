@@ -66,13 +66,20 @@ const TABLE: &[Row] = &[
         &["crates/board", "crates/host", "crates/schema"],
     ),
     row("crates/port", &[]),
+    row("crates/device", &["crates/port", "crates/schema"]),
     row(
         "crates/p2os-server",
         &["crates/p2os", "crates/port", "crates/sim"],
     ),
     row(
         "drivers/",
-        &["crates/schema", "crates/sim", "crates/p2os", "crates/port"],
+        &[
+            "crates/schema",
+            "crates/sim",
+            "crates/p2os",
+            "crates/port",
+            "crates/device",
+        ],
     ),
     row("schemas/", &["crates/schema"]),
     row("xtask", &["crates/headers"]),

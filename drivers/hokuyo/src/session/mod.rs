@@ -5,6 +5,8 @@ mod step;
 
 use core::time::Duration;
 
+use jde_device::Conversation;
+
 use crate::message::{Message, Receiver};
 use crate::scan::{Beams, Letters, Parameters, Scan};
 use step::{Answer, Step};
@@ -30,19 +32,15 @@ pub(crate) struct Wanted {
     pub(crate) baud: Option<u32>,
 }
 
-/// What follows from what was heard.
+/// What the driver learns.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Event {
-    Send(Vec<u8>),
-    /// The line goes at this speed from now on.
-    Baud(u32),
-    /// Scans of these beams come from now on; what the scanner calls itself.
-    Ready(Beams, String),
+pub(crate) enum News {
+    /// Scans of these beams come from now on.
+    Beams(Beams),
     Scan(Scan),
-    Warn(String),
-    /// Begin anew, for this reason.
-    Lose(String),
 }
+
+type Event = jde_device::Event<News>;
 
 /// The conversation.
 #[derive(Debug)]
@@ -59,9 +57,12 @@ pub(crate) struct Session {
     warned: bool,
 }
 
-impl Session {
-    /// Begins; the events are the first words.
-    pub(crate) fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
+impl Conversation for Session {
+    const DEVICE: &'static str = "scanner";
+    type Wanted = Wanted;
+    type News = News;
+
+    fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
             wanted,
             receiver: Receiver::default(),
@@ -76,13 +77,11 @@ impl Session {
         session
     }
 
-    /// Whether scans come.
-    pub(crate) fn is_ready(&self) -> bool {
+    fn is_ready(&self) -> bool {
         matches!(self.step, Step::Scan { .. })
     }
 
-    /// Takes in bytes, as they come, and the time; call it without any too.
-    pub(crate) fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
+    fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
         self.receiver.hear(bytes);
         while let Some(message) = self.receiver.next() {
             self.message(&message, now, events);
@@ -99,11 +98,13 @@ impl Session {
         }
     }
 
-    /// What to say before leaving: the laser off.
-    pub(crate) fn farewell() -> &'static [u8] {
-        b"QT\n"
+    /// The laser off.
+    fn farewell() -> Vec<u8> {
+        b"QT\n".to_vec()
     }
+}
 
+impl Session {
     fn message(&mut self, message: &Message, now: Duration, events: &mut Vec<Event>) {
         if let Step::Scan { beams } = self.step {
             if message.echo.starts_with(&beams.question()) {
@@ -124,7 +125,7 @@ impl Session {
                 Ok(scan) => {
                     self.deadline = now + SILENCE;
                     self.warned = false;
-                    events.push(Event::Scan(scan));
+                    events.push(Event::News(News::Scan(scan)));
                 }
                 Err(unusable) if !self.warned => {
                     self.warned = true;
@@ -160,7 +161,8 @@ impl Session {
         self.tries = 0;
         if let Step::Scan { beams } = self.step {
             self.deadline = now + SILENCE;
-            events.push(Event::Ready(beams, self.name.join(", ")));
+            events.push(Event::News(News::Beams(beams)));
+            events.push(Event::Ready(self.name.join(", ")));
         } else {
             self.say(now, events);
         }

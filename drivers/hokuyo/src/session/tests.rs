@@ -2,20 +2,22 @@
 
 use core::f64::consts::TAU;
 
+use jde_device::emulate::Emulator;
+
 use super::*;
-use crate::emulator::Emulator;
+use crate::emulator::Scanner;
 
 /// A session and a scanner with a wire between them.
 struct Wire {
     session: Session,
-    scanner: Emulator,
+    scanner: Scanner,
     now: Duration,
     baud: Option<u32>,
     events: Vec<Event>,
 }
 
 impl Wire {
-    fn new(scanner: Emulator, baud: Option<u32>, letters: Letters) -> Self {
+    fn new(scanner: Scanner, baud: Option<u32>, letters: Letters) -> Self {
         let wanted = Wanted {
             view: TAU,
             skip: 0,
@@ -46,7 +48,7 @@ impl Wire {
                     let answer = self.scanner.hear(bytes, self.baud.unwrap_or(self.scanner.baud));
                     self.session.hear(&answer, self.now, &mut events);
                 }
-                Event::Ready(..) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => {}
+                Event::Ready(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => {}
             }
         }
         self.events.extend(events);
@@ -82,7 +84,7 @@ impl Wire {
     fn lost(&self) -> Option<&str> {
         self.events.iter().find_map(|event| match event {
             Event::Lose(reason) => Some(&**reason),
-            Event::Send(_) | Event::Baud(_) | Event::Ready(..) | Event::Scan(_) | Event::Warn(_) => None,
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::News(_) | Event::Warn(_) => None,
         })
     }
 
@@ -91,32 +93,37 @@ impl Wire {
     }
 
     fn scans(&self) -> usize {
-        self.count(|event| matches!(event, Event::Scan(_)))
+        self.count(|event| matches!(event, Event::News(News::Scan(_))))
     }
 }
 
-fn ready(scanner: Emulator, baud: Option<u32>, letters: Letters) -> Wire {
+fn ready(scanner: Scanner, baud: Option<u32>, letters: Letters) -> Wire {
     let wire = Wire::new(scanner, baud, letters).settle();
     assert_eq!(wire.lost(), None);
     wire
 }
 
-fn refused(scanner: Emulator, baud: Option<u32>) -> String {
+fn refused(scanner: Scanner, baud: Option<u32>) -> String {
     let wire = Wire::new(scanner, baud, Letters::Three).settle();
     wire.lost().expect("it is given up").to_owned()
 }
 
 #[test]
 fn a_scanner_is_asked_what_it_is_and_sends_scans() {
-    let mut wire = ready(Emulator::urg(), Some(19_200), Letters::Three);
+    let mut wire = ready(Scanner::urg(), Some(19_200), Letters::Three);
     let name = wire.events.iter().find_map(|event| match event {
-        Event::Ready(beams, name) => Some((beams.count(), name.clone())),
-        Event::Send(_) | Event::Baud(_) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => None,
+        Event::Ready(name) => Some(name.clone()),
+        Event::Send(_) | Event::Baud(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => None,
     });
     let words = "URG-04LX(Hokuyo Automatic Co., Ltd.), 3.4.03, H0906091, Sensor works well.";
-    assert_eq!(name, Some((682, words.to_owned())));
+    assert_eq!(name.as_deref(), Some(words));
+    let beams = wire.events.iter().find_map(|event| match event {
+        Event::News(News::Beams(beams)) => Some(beams.count()),
+        _ => None,
+    });
+    assert_eq!(beams, Some(682));
     wire.turn();
-    let Some(Event::Scan(scan)) = wire.events.last() else {
+    let Some(Event::News(News::Scan(scan))) = wire.events.last() else {
         panic!("a scan comes")
     };
     assert_eq!(scan.ranges, [1.5; 682]);
@@ -130,11 +137,11 @@ fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
             (false, None),
             (false, Some("MD0044072501000".to_owned())),
         ] {
-            let scanner = Emulator {
+            let scanner = Scanner {
                 baud: at,
                 scip1,
                 streaming,
-                ..Emulator::urg()
+                ..Scanner::urg()
             };
             let wire = ready(scanner, Some(115_200), Letters::Three);
             assert_eq!((wire.scanner.baud, wire.baud), (115_200, Some(115_200)));
@@ -144,10 +151,10 @@ fn it_is_found_at_any_speed_and_goes_on_at_that_of_its_address() {
 
 #[test]
 fn a_laser_that_is_on_already_is_no_trouble() {
-    let scanner = Emulator {
+    let scanner = Scanner {
         refuses: Some(("QT", "00")),
         laser: true,
-        ..Emulator::utm()
+        ..Scanner::utm()
     };
     assert!(ready(scanner, None, Letters::Three).scanner.streaming.is_some());
 }
@@ -155,15 +162,15 @@ fn a_laser_that_is_on_already_is_no_trouble() {
 #[test]
 fn scans_in_two_letters_are_read_too() {
     let mut wire = ready(
-        Emulator {
+        Scanner {
             distance: 4000,
-            ..Emulator::urg()
+            ..Scanner::urg()
         },
         Some(19_200),
         Letters::Two,
     );
     wire.turn();
-    let Some(Event::Scan(scan)) = wire.events.last() else {
+    let Some(Event::News(News::Scan(scan))) = wire.events.last() else {
         panic!("a scan comes")
     };
     assert_eq!(scan.ranges, [4.0; 682]);
@@ -172,9 +179,9 @@ fn scans_in_two_letters_are_read_too() {
 #[test]
 fn scans_are_found_between_noise_however_they_are_cut() {
     let mut wire = ready(
-        Emulator {
+        Scanner {
             noisy: true,
-            ..Emulator::utm()
+            ..Scanner::utm()
         },
         None,
         Letters::Three,
@@ -188,7 +195,7 @@ fn scans_are_found_between_noise_however_they_are_cut() {
 
 #[test]
 fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
-    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    let mut wire = ready(Scanner::utm(), None, Letters::Three);
     for _ in 0..3 {
         let mut turn = wire.scanner.turn();
         turn[200] ^= 1;
@@ -201,19 +208,19 @@ fn a_scan_with_a_wrong_byte_is_left_out_and_told_once() {
 
 #[test]
 fn what_it_will_not_do_is_named() {
-    let silent = Emulator {
+    let silent = Scanner {
         silent: true,
-        ..Emulator::utm()
+        ..Scanner::utm()
     };
     assert_eq!(
         refused(silent.clone(), None),
         "it would not answer as a scanner that speaks SCIP 2: no answer"
     );
     assert!(refused(silent, Some(19_200)).contains("at any speed"));
-    let refuses = |question, status| Emulator {
+    let refuses = |question, status| Scanner {
         refuses: Some((question, status)),
         scip1: false,
-        ..Emulator::urg()
+        ..Scanner::urg()
     };
     assert_eq!(
         refused(refuses("BM", "01"), Some(19_200)),
@@ -231,7 +238,7 @@ fn what_it_will_not_do_is_named() {
 
 #[test]
 fn silence_and_a_fault_of_its_own_are_losses() {
-    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    let mut wire = ready(Scanner::utm(), None, Letters::Three);
     wire.now += SILENCE - Duration::from_nanos(1);
     wire.hear(&[]);
     assert_eq!(wire.lost(), None);
@@ -239,7 +246,7 @@ fn silence_and_a_fault_of_its_own_are_losses() {
     wire.hear(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
-    let mut wire = ready(Emulator::utm(), None, Letters::Three);
+    let mut wire = ready(Scanner::utm(), None, Letters::Three);
     wire.scanner.status = "98";
     wire.turn();
     assert_eq!(wire.lost(), None, "it goes on after a pause");

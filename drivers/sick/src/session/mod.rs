@@ -5,6 +5,8 @@ mod step;
 
 use core::time::Duration;
 
+use jde_device::Conversation;
+
 use crate::scan::{Beams, Reach};
 use crate::telegram::{Heard, Receiver, Telegram, question};
 use step::{Answer, Step};
@@ -35,19 +37,7 @@ pub(crate) enum Line {
     Fixed,
 }
 
-/// What follows from what was heard.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Event {
-    Send(Vec<u8>),
-    /// The line goes at this speed from now on.
-    Baud(u32),
-    /// Scans come from now on; what the scanner calls itself.
-    Ready(String),
-    Scan(Scan),
-    Warn(String),
-    /// Begin anew, for this reason.
-    Lose(String),
-}
+type Event = jde_device::Event<Scan>;
 
 /// Distances from right to left, m, by REP-117.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,9 +61,12 @@ pub(crate) struct Session {
     polluted: bool,
 }
 
-impl Session {
-    /// Begins; the events are the first words.
-    pub(crate) fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
+impl Conversation for Session {
+    const DEVICE: &'static str = "scanner";
+    type Wanted = Wanted;
+    type News = Scan;
+
+    fn begin(wanted: Wanted, now: Duration, events: &mut Vec<Event>) -> Self {
         let mut session = Self {
             wanted,
             receiver: Receiver::default(),
@@ -91,13 +84,11 @@ impl Session {
         session
     }
 
-    /// Whether scans come.
-    pub(crate) fn is_ready(&self) -> bool {
+    fn is_ready(&self) -> bool {
         matches!(self.step, Step::Scan)
     }
 
-    /// Takes in bytes, as they come, and the time; call it without any too.
-    pub(crate) fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
+    fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event>) {
         self.receiver.hear(bytes);
         while let Some(heard) = self.receiver.next() {
             match heard {
@@ -120,11 +111,13 @@ impl Session {
         }
     }
 
-    /// What to say before leaving: no scans any more.
-    pub(crate) fn farewell() -> Vec<u8> {
+    /// No scans any more.
+    fn farewell() -> Vec<u8> {
         question(&step::ON_REQUEST)
     }
+}
 
+impl Session {
     fn telegram(&mut self, telegram: &Telegram, now: Duration, events: &mut Vec<Event>) {
         match telegram.command {
             POWER_ON if !matches!(self.step, Step::Meet { .. }) => {
@@ -164,7 +157,7 @@ impl Session {
                 let seconds = self
                     .baud
                     .map_or(0.0, |baud| telegram.size as f64 * 10.0 / f64::from(baud));
-                events.push(Event::Scan(Scan {
+                events.push(Event::News(Scan {
                     ranges,
                     transfer: Duration::from_secs_f64(seconds),
                 }));

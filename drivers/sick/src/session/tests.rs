@@ -1,19 +1,21 @@
 //! Conversations with the emulator in virtual time, where waiting costs nothing.
 
+use jde_device::emulate::Emulator;
+
 use super::*;
-use crate::emulator::Emulator;
+use crate::emulator::Scanner;
 
 /// A session and a scanner with a wire between them.
 struct Wire {
     session: Session,
-    scanner: Emulator,
+    scanner: Scanner,
     now: Duration,
     baud: u32,
     events: Vec<Event>,
 }
 
 impl Wire {
-    fn new(scanner: Emulator, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
+    fn new(scanner: Scanner, first: u32, working: u32, (beams, reach): (u32, u32)) -> Self {
         let wanted = Wanted {
             beams: Beams::so_many(beams).expect("it can"),
             reach: Reach::metres(reach).expect("it can"),
@@ -43,7 +45,7 @@ impl Wire {
                     let answer = self.scanner.hear(bytes, self.baud);
                     self.session.hear(&answer, self.now, &mut events);
                 }
-                Event::Ready(_) | Event::Scan(_) | Event::Warn(_) | Event::Lose(_) => {}
+                Event::Ready(_) | Event::News(_) | Event::Warn(_) | Event::Lose(_) => {}
             }
         }
         self.events.extend(events);
@@ -72,28 +74,28 @@ impl Wire {
     fn lost(&self) -> Option<&str> {
         self.events.iter().find_map(|event| match event {
             Event::Lose(reason) => Some(&**reason),
-            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Scan(_) | Event::Warn(_) => None,
+            Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::News(_) | Event::Warn(_) => None,
         })
     }
 
     fn scans(&mut self) -> Vec<Scan> {
         let events = std::mem::take(&mut self.events);
         let scan = |event| match event {
-            Event::Scan(scan) => Some(scan),
+            Event::News(scan) => Some(scan),
             Event::Send(_) | Event::Baud(_) | Event::Ready(_) | Event::Warn(_) | Event::Lose(_) => None,
         };
         events.into_iter().filter_map(scan).collect()
     }
 }
 
-fn ready(scanner: Emulator, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
+fn ready(scanner: Scanner, first: u32, working: u32, wanted: (u32, u32)) -> Wire {
     let mut wire = Wire::new(scanner, first, working, wanted);
     wire.settle();
     assert_eq!(wire.lost(), None);
     wire
 }
 
-fn refused(scanner: Emulator) -> String {
+fn refused(scanner: Scanner) -> String {
     let mut wire = Wire::new(scanner, 9600, 38_400, (181, 8));
     wire.settle();
     wire.lost().expect("it is given up").to_owned()
@@ -101,7 +103,7 @@ fn refused(scanner: Emulator) -> String {
 
 #[test]
 fn a_scanner_from_the_factory_is_configured_and_sends_scans() {
-    let mut wire = ready(Emulator::new(), 9600, 38_400, (361, 8));
+    let mut wire = ready(Scanner::new(), 9600, 38_400, (361, 8));
     assert_eq!((wire.baud, wire.scanner.baud), (38_400, 38_400));
     assert_eq!(
         (wire.scanner.view, wire.scanner.step, wire.scanner.block[6]),
@@ -129,10 +131,10 @@ fn it_is_found_at_any_speed_even_while_it_sends_scans() {
     for first in SPEEDS {
         for at in SPEEDS {
             for streaming in [false, true] {
-                let scanner = Emulator {
+                let scanner = Scanner {
                     baud: at,
                     streaming,
-                    ..Emulator::new()
+                    ..Scanner::new()
                 };
                 let wire = ready(scanner, first, 19_200, (181, 8));
                 assert_eq!(wire.scanner.baud, 19_200);
@@ -143,7 +145,7 @@ fn it_is_found_at_any_speed_even_while_it_sends_scans() {
 
 #[test]
 fn its_memory_is_written_only_for_a_change() {
-    let wire = ready(Emulator::new(), 9600, 9600, (181, 16));
+    let wire = ready(Scanner::new(), 9600, 9600, (181, 16));
     assert_eq!(
         (wire.scanner.writes, wire.scanner.block[5], wire.scanner.block[6]),
         (1, 4, 1)
@@ -160,10 +162,10 @@ fn its_memory_is_written_only_for_a_change() {
 #[test]
 fn a_telegram_that_noise_took_is_said_again() {
     let wire = ready(
-        Emulator {
+        Scanner {
             nacks: 2,
             baud: 9600,
-            ..Emulator::new()
+            ..Scanner::new()
         },
         9600,
         9600,
@@ -175,9 +177,9 @@ fn a_telegram_that_noise_took_is_said_again() {
 #[test]
 fn scans_are_found_between_noise() {
     let mut wire = ready(
-        Emulator {
+        Scanner {
             noisy: true,
-            ..Emulator::new()
+            ..Scanner::new()
         },
         9600,
         9600,
@@ -195,29 +197,29 @@ fn scans_are_found_between_noise() {
 #[test]
 fn what_it_will_not_do_is_named() {
     assert!(
-        refused(Emulator {
+        refused(Scanner {
             silent: true,
-            ..Emulator::new()
+            ..Scanner::new()
         })
         .contains("no scanner answers at any speed")
     );
     assert!(
-        refused(Emulator {
+        refused(Scanner {
             refuses: Some(0x3b),
-            ..Emulator::new()
+            ..Scanner::new()
         })
         .starts_with("it would not measure as many")
     );
     assert!(
-        refused(Emulator {
+        refused(Scanner {
             refuses: Some(0x77),
-            ..Emulator::new()
+            ..Scanner::new()
         })
         .starts_with("it would not take another")
     );
-    let speed = refused(Emulator {
+    let speed = refused(Scanner {
         refuses: Some(0x20),
-        ..Emulator::new()
+        ..Scanner::new()
     });
     assert!(
         speed.starts_with("it would not go at the speed `baud`") && speed.ends_with("it has a fault"),
@@ -227,7 +229,7 @@ fn what_it_will_not_do_is_named() {
 
 #[test]
 fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
-    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
     wire.now += SILENCE - Duration::from_nanos(1);
     wire.hear(&[]);
     assert_eq!(wire.lost(), None);
@@ -235,7 +237,7 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
     wire.hear(&[]);
     assert_eq!(wire.lost(), Some("no scan came for 3 s"));
 
-    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
     let words = wire.scanner.restart();
     wire.hear(&words);
     assert!(
@@ -243,7 +245,7 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
             .is_some_and(|reason| reason.contains("switched off and on"))
     );
 
-    let mut wire = ready(Emulator::new(), 9600, 9600, (181, 8));
+    let mut wire = ready(Scanner::new(), 9600, 9600, (181, 8));
     wire.scanner.status = 0x13;
     let turn = wire.scanner.turn();
     wire.hear(&turn);
@@ -254,9 +256,9 @@ fn silence_a_restart_and_a_fault_of_its_own_are_losses() {
 #[test]
 fn a_dirty_window_is_said_once_and_scans_go_on() {
     let mut wire = ready(
-        Emulator {
+        Scanner {
             status: 0x90,
-            ..Emulator::new()
+            ..Scanner::new()
         },
         9600,
         9600,

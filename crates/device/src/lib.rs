@@ -1,0 +1,134 @@
+//! What drivers of devices share: a [`Device`] holds a conversation to a port, a [`Report`] tells how the connection stands, and
+//! [`emulate`] plays the device in tests. It knows no device: what is said and what is published is the driver's.
+//!
+//! A driver for another device at a serial line or behind TCP starts from this one, of a thermometer that is asked with `?` and
+//! answers with a line:
+//!
+//! ```
+//! use core::time::Duration;
+//! use jde_device::emulate::{Emulated, Emulator, Trial};
+//! use jde_device::{Conversation, Device, Event};
+//! use jde_port::{Address, Backoff, Port};
+//! use jde_schema::prelude::*;
+//!
+//! /// A thermometer.
+//! #[derive(Describe)]
+//! #[schema(driver, period = "10ms")]
+//! struct Thermometer {
+//!     /// Where it is: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT".
+//!     #[modulation(default = "", fixed)]
+//!     port: Modulation<Text<256>>,
+//!     /// How warm it is, in degrees Celsius.
+//!     #[export]
+//!     temperature: Export<f64>,
+//!     /// Whether it is heard.
+//!     #[export]
+//!     connection: Export<Connection>,
+//!     device: Option<Device<Session>>,
+//! }
+//!
+//! impl Schema for Thermometer {
+//!     fn awake(&mut self, cx: &Context) -> Result {
+//!         cx.require_real_time()?;
+//!         let address = Address::parse(self.port.get(cx).as_str())?;
+//!         self.device = Some(Device::new(Port::new(address, Backoff::default()), ()));
+//!         Ok(())
+//!     }
+//!
+//!     fn iterate(&mut self, cx: &Context) -> Result {
+//!         let Some(device) = &mut self.device else {
+//!             return Err("it is not awake".into());
+//!         };
+//!         for celsius in device.step(cx) {
+//!             self.temperature.write(cx, celsius);
+//!         }
+//!         if !device.is_ready() {
+//!             self.temperature.retract(cx);
+//!         }
+//!         device.tell(cx, &mut self.connection);
+//!         Ok(())
+//!     }
+//!
+//!     fn sleep(&mut self, cx: &Context) {
+//!         if let Some(device) = self.device.take() {
+//!             device.rest(cx, &mut self.connection);
+//!             self.temperature.retract(cx);
+//!         }
+//!     }
+//! }
+//!
+//! /// What is said over the wire. It does no I/O, so that it can be tested without a wire.
+//! struct Session {
+//!     line: Vec<u8>,
+//!     ready: bool,
+//!     asked: Duration,
+//! }
+//!
+//! impl Conversation for Session {
+//!     const DEVICE: &'static str = "thermometer";
+//!     type Wanted = ();
+//!     type News = f64;
+//!
+//!     fn begin((): (), now: Duration, events: &mut Vec<Event<f64>>) -> Self {
+//!         events.push(Event::Send(b"?".to_vec()));
+//!         Self { line: Vec::new(), ready: false, asked: now }
+//!     }
+//!
+//!     fn hear(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<f64>>) {
+//!         self.line.extend_from_slice(bytes);
+//!         if let Some(end) = self.line.iter().position(|byte| *byte == b'\n') {
+//!             let line: Vec<u8> = self.line.drain(..=end).collect();
+//!             match String::from_utf8_lossy(&line).trim().parse() {
+//!                 Ok(celsius) => {
+//!                     if !self.ready {
+//!                         self.ready = true;
+//!                         events.push(Event::Ready("a thermometer".to_owned()));
+//!                     }
+//!                     events.push(Event::News(celsius));
+//!                 }
+//!                 Err(error) => events.push(Event::Warn(format!("no number came: {error}"))),
+//!             }
+//!             self.asked = now;
+//!             events.push(Event::Send(b"?".to_vec()));
+//!         } else if now > self.asked + Duration::from_secs(3) {
+//!             events.push(Event::Lose("no answer came for 3 s".to_owned()));
+//!         }
+//!     }
+//!
+//!     fn is_ready(&self) -> bool {
+//!         self.ready
+//!     }
+//!
+//!     fn farewell() -> Vec<u8> {
+//!         Vec::new()
+//!     }
+//! }
+//!
+//! // Its test, with a thermometer at the end of a pseudo-terminal.
+//! struct Warm(f64);
+//!
+//! impl Emulator for Warm {
+//!     fn hear(&mut self, bytes: &[u8], _baud: u32) -> Vec<u8> {
+//!         bytes.iter().flat_map(|_| format!("{}\n", self.0).into_bytes()).collect()
+//!     }
+//!
+//!     fn turn(&mut self) -> Vec<u8> {
+//!         Vec::new()
+//!     }
+//! }
+//!
+//! let (thermometer, path) = Emulated::at_line(Warm(21.5));
+//! let mut trial = Trial::<Thermometer>::at(&format!("serial:{}@9600", path.display()));
+//! trial.awake();
+//! trial.until(|bench| bench.exported("temperature") == Some(21.5));
+//! assert_eq!(trial.connection(), (Connection::CONNECTED, "a thermometer".to_owned()));
+//! drop(thermometer);
+//! trial.until(|bench| bench.exported::<f64>("temperature").is_none());
+//! ```
+
+mod device;
+pub mod emulate;
+mod report;
+
+pub use device::{Conversation, Device, Event};
+pub use report::{Report, Standing};
