@@ -367,17 +367,22 @@ fn look(pan: f64, tilt: f64, speed: f64) -> Wish {
     }
 }
 
-#[test]
-fn a_camera_that_answers_is_told_one_thing_after_another() {
+/// A robot with a camera that answers, and a session that knows of it.
+fn with_camera() -> Talk {
     let mut robot = p3dx();
     robot.camera = true;
-    let mut talk = Talk::new(
+    Talk::new(
         robot,
         Options {
             head: Head::VcC4,
             ..Options::default()
         },
-    );
+    )
+}
+
+#[test]
+fn a_camera_that_answers_is_told_one_thing_after_another() {
+    let mut talk = with_camera();
     let wish = look(45f64.to_radians(), -20f64.to_radians(), 90f64.to_radians());
     talk.run(&wish, 6.0);
     let expected = [
@@ -401,15 +406,7 @@ fn a_camera_that_answers_is_told_one_thing_after_another() {
 
 #[test]
 fn a_camera_is_asked_where_it_looks_no_oftener_than_a_slow_line_bears() {
-    let mut robot = p3dx();
-    robot.camera = true;
-    let mut talk = Talk::new(
-        robot,
-        Options {
-            head: Head::VcC4,
-            ..Options::default()
-        },
-    );
+    let mut talk = with_camera();
     talk.run(&Wish::default(), 5.0);
     talk.heard();
     talk.run(&Wish::default(), 2.0);
