@@ -3,6 +3,7 @@
 use core::f64::consts::PI;
 use std::any::Any;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use jde_board::value::Value;
 use jde_host::event::Outcome;
@@ -19,6 +20,9 @@ pub const START: Pose2D = Pose2D {
     y: 1.5,
     theta: 0.0,
 };
+
+/// The longest time between two looks at what is waited for.
+const LOOK: Duration = Duration::from_millis(20);
 
 static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
 
@@ -89,9 +93,12 @@ impl Rig {
     /// If the application ends before.
     #[track_caller]
     pub fn until(&self, so: impl Fn(&Self) -> bool) {
+        let odometry = self.handle.board().get("pioneer.odometry");
+        let odometry = odometry.expect("every base has one");
         while !so(self) {
             assert_eq!(self.handle.outcome(), None, "it ended before");
-            std::thread::yield_now();
+            // What is waited for mostly comes with the next odometry; what comes without is looked for all the same.
+            odometry.wait_newer(odometry.newest(), LOOK);
         }
     }
 
