@@ -1,7 +1,25 @@
 //! Recordings: the variables and decisions of a run in MCAP files that describe themselves by ROS 2 definitions, so that
 //! Foxglove, Rerun, PlotJuggler and ROS 2 read them as they are.
 //!
-//! A robot never waits for a recording: what cannot be kept is counted and said. Knows no schema and decides nothing.
+//! [`Recorder`] keeps what a running application publishes and decides; [`Recording`] reads it back, also what a power cut
+//! left. A robot never waits for a recording: what cannot be kept is counted and said. Decides nothing and prints nothing.
 
 pub mod cdr;
 pub mod definition;
+mod error;
+mod lane;
+mod origin;
+mod pattern;
+mod recorder;
+mod recording;
+mod scribe;
+mod story;
+mod tap;
+mod writer;
+
+pub use error::Error;
+pub use lane::{Stamps, Topic};
+pub use origin::Origin;
+pub use pattern::{Selection, UnknownPattern, variables};
+pub use recorder::{Clock, OnTrouble, Options, Recorder, Status};
+pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};

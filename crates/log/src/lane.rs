@@ -1,0 +1,228 @@
+//! The way of values from whoever publishes them to the thread that writes: preallocated slots that go round, full and empty.
+//! Nobody allocates, and nobody who publishes in real time ever waits.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::Thread;
+use std::time::Duration;
+
+use crossbeam_queue::ArrayQueue;
+use jde_abi::describe::Type;
+use jde_board::{Nanos, Variable};
+
+use crate::story::Told;
+
+/// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
+const ROOM: usize = 512 << 10;
+/// Even the largest get so many slots, the smallest no more than that.
+const SLOTS: (usize, usize) = (4, 1024);
+/// How long a lossless writer waits before it looks again by itself.
+const LOOK_AGAIN: Duration = Duration::from_millis(10);
+
+/// When a value was made, and which of its topic it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamps {
+    /// When it was published, ns of the application's clock: the order of messages in the recording.
+    pub published: Nanos,
+    /// When it was measured.
+    pub measured: Nanos,
+    /// Counts the values of the topic; a gap is a value that was lost.
+    pub sequence: u64,
+}
+
+/// A topic of a recording, to be written by anybody: variables of an application, or values that come from elsewhere.
+#[derive(Clone)]
+pub struct Topic {
+    pub(crate) lane: Arc<Lane>,
+    pub(crate) shared: Arc<Shared>,
+}
+
+/// A value on its way.
+pub(crate) struct Slot {
+    pub(crate) stamps: Stamps,
+    pub(crate) bytes: Box<[u8]>,
+}
+
+/// The two queues of a topic.
+pub(crate) struct Lane {
+    pub(crate) name: String,
+    pub(crate) value_type: Arc<Type>,
+    pub(crate) about: BTreeMap<String, String>,
+    pub(crate) free: ArrayQueue<Box<Slot>>,
+    pub(crate) full: ArrayQueue<Box<Slot>>,
+    /// Set for values that are too large to be copied by whoever publishes them.
+    pub(crate) note: Option<Note>,
+    pub(crate) lost: AtomicU64,
+}
+
+/// That there is something to be fetched.
+pub(crate) struct Note {
+    pub(crate) variable: Arc<Variable>,
+    /// Number of its newest value when it was first watched.
+    pub(crate) since: u64,
+    pub(crate) new: AtomicBool,
+    pub(crate) published: AtomicU64,
+}
+
+/// What publishers and the writing thread share.
+pub(crate) struct Shared {
+    pub(crate) lanes: Mutex<Vec<Arc<Lane>>>,
+    pub(crate) tell: SyncSender<Told>,
+    /// Whoever publishes waits rather than lose anything.
+    pub(crate) lossless: bool,
+    pub(crate) closed: AtomicBool,
+    pub(crate) scribe: OnceLock<Thread>,
+    pub(crate) lost_events: AtomicU64,
+    pub(crate) kept: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+    pub(crate) bytes: AtomicU64,
+    pub(crate) trouble: Mutex<Option<String>>,
+    waiting: Mutex<()>,
+    roomy: Condvar,
+}
+
+impl Lane {
+    pub(crate) fn new(
+        name: String,
+        value_type: Arc<Type>,
+        about: BTreeMap<String, String>,
+        note: Option<Note>,
+    ) -> Self {
+        let bytes = value_type.bytes;
+        let slots = if note.is_some() {
+            1
+        } else {
+            (ROOM / bytes).clamp(SLOTS.0, SLOTS.1)
+        };
+        let free = ArrayQueue::new(slots);
+        if note.is_none() {
+            for _ in 0..slots {
+                let slot = Slot {
+                    stamps: Stamps {
+                        published: 0,
+                        measured: 0,
+                        sequence: 0,
+                    },
+                    bytes: vec![0; bytes].into_boxed_slice(),
+                };
+                // As many as there is room for.
+                let _ = free.push(Box::new(slot));
+            }
+        }
+        Self {
+            name,
+            value_type,
+            about,
+            free,
+            full: ArrayQueue::new(slots),
+            note,
+            lost: AtomicU64::new(0),
+        }
+    }
+}
+
+impl Topic {
+    /// Keeps a value of this topic; answers whether there was room. Never waits and never allocates, except that a lossless
+    /// recording has the caller wait for room. Any thread may call it. Lost values are counted.
+    ///
+    /// # Panics
+    /// If there are not as many bytes as the type has.
+    pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
+        if self.shared.closed.load(Ordering::Acquire) {
+            return false;
+        }
+        let lane = &*self.lane;
+        let Some(mut slot) = lane.free.pop().or_else(|| self.shared.wait_for_room(lane)) else {
+            lane.lost.fetch_add(1, Ordering::Relaxed);
+            return false;
+        };
+        slot.stamps = stamps;
+        slot.bytes.copy_from_slice(bytes);
+        // There are no more slots than there is room.
+        let _ = lane.full.push(slot);
+        if lane.free.len() < lane.free.capacity() / 4 {
+            self.shared.wake();
+        }
+        true
+    }
+
+    /// Counts values that are known to have been lost on the way here.
+    pub fn lose(&self, count: u64) {
+        self.lane.lost.fetch_add(count, Ordering::Relaxed);
+    }
+}
+
+impl Shared {
+    pub(crate) fn new(tell: SyncSender<Told>, lossless: bool) -> Self {
+        Self {
+            lanes: Mutex::default(),
+            tell,
+            lossless,
+            closed: AtomicBool::new(false),
+            scribe: OnceLock::new(),
+            lost_events: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+            bytes: AtomicU64::new(0),
+            trouble: Mutex::default(),
+            waiting: Mutex::new(()),
+            roomy: Condvar::new(),
+        }
+    }
+
+    /// Tells the writing thread of something; what it has no room for is counted.
+    pub(crate) fn tell(&self, told: Told) {
+        if self.closed.load(Ordering::Acquire) {
+            return;
+        }
+        match self.tell.try_send(told) {
+            Ok(()) => {}
+            Err(TrySendError::Full(told)) if self.lossless => {
+                self.wake();
+                // Nobody listens any more once it is closed.
+                let _ = self.tell.send(told);
+            }
+            Err(TrySendError::Full(_)) => {
+                self.lost_events.fetch_add(1, Ordering::Relaxed);
+            }
+            Err(TrySendError::Disconnected(_)) => {}
+        }
+    }
+
+    pub(crate) fn wake(&self) {
+        if let Some(scribe) = self.scribe.get() {
+            scribe.unpark();
+        }
+    }
+
+    /// The writing thread has emptied slots.
+    pub(crate) fn made_room(&self) {
+        if self.lossless {
+            drop(lock(&self.waiting));
+            self.roomy.notify_all();
+        }
+    }
+
+    fn wait_for_room(&self, lane: &Lane) -> Option<Box<Slot>> {
+        let mut waiting = self.lossless.then(|| lock(&self.waiting))?;
+        loop {
+            if let Some(slot) = lane.free.pop() {
+                return Some(slot);
+            }
+            if self.closed.load(Ordering::Acquire) {
+                return None;
+            }
+            self.wake();
+            waiting = self
+                .roomy
+                .wait_timeout(waiting, LOOK_AGAIN)
+                .map_or_else(|poisoned| poisoned.into_inner().0, |(guard, _)| guard);
+        }
+    }
+}
+
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,49 @@
+//! What a recording says of where it comes from.
+
+use std::collections::BTreeMap;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use jde_host::app::Application;
+
+/// Where a recording comes from: kept in its metadata, and the application's file whole beside it.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    /// Name of the application.
+    pub application: String,
+    /// What its randomness starts from.
+    pub seed: u64,
+    /// When its clock was 0, on everybody's clock.
+    pub started: SystemTime,
+    /// Name and text of its file, if it has one that can be read.
+    pub file: Option<(String, Vec<u8>)>,
+}
+
+impl Origin {
+    /// What is known of an application that starts now.
+    #[must_use]
+    pub fn of(application: &Application) -> Self {
+        let name = application.path.file_name();
+        let name = name.map(|name| name.to_string_lossy().into_owned());
+        Self {
+            application: application.name.clone(),
+            seed: application.seed,
+            started: SystemTime::now(),
+            file: name.zip(std::fs::read(&application.path).ok()),
+        }
+    }
+
+    /// When its clock was 0, ns since 1970; 0 for times before.
+    pub(crate) fn start(&self) -> u64 {
+        let since = self.started.duration_since(UNIX_EPOCH).unwrap_or_default();
+        u64::try_from(since.as_nanos()).unwrap_or(0)
+    }
+
+    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
+        BTreeMap::from([
+            ("application".to_owned(), self.application.clone()),
+            ("jde".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("seed".to_owned(), self.seed.to_string()),
+            ("start_ns".to_owned(), self.start().to_string()),
+        ])
+    }
+}

@@ -1,0 +1,121 @@
+//! Which variables a recording keeps: names with `*` for any letters, such as `pioneer.*` and `*.laser`.
+
+use jde_abi::describe::Role;
+use jde_host::app::Application;
+
+/// A selection of variables; the empty one is all of them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    patterns: Vec<String>,
+}
+
+/// A pattern that no variable has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no variable is called `{pattern}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
+pub struct UnknownPattern {
+    /// The pattern.
+    pub pattern: String,
+    /// The nearest name there is.
+    pub nearest: Option<String>,
+}
+
+/// The full names of all variables that an application has once it runs.
+#[must_use]
+pub fn variables(application: &Application) -> Vec<String> {
+    let mut names = Vec::new();
+    for instance in &application.instances {
+        let own = instance.schema.ports.iter().filter(|port| match port.role {
+            Role::Export | Role::Modulation { .. } | Role::Command { .. } => true,
+            Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
+        });
+        names.extend(own.map(|port| format!("{}.{}", instance.name, port.name)));
+        names.push(format!("{}.period", instance.name));
+    }
+    names
+}
+
+impl Selection {
+    /// The variables among `names` that fit one of the patterns at least; all if there are no patterns.
+    ///
+    /// # Errors
+    /// The first pattern that fits none.
+    pub fn new(patterns: Vec<String>, names: &[String]) -> Result<Self, UnknownPattern> {
+        for pattern in &patterns {
+            if !names.iter().any(|name| fits(pattern, name)) {
+                return Err(UnknownPattern {
+                    pattern: pattern.clone(),
+                    nearest: nearest(pattern, names),
+                });
+            }
+        }
+        Ok(Self { patterns })
+    }
+
+    /// Whether it has a variable of that full name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.patterns.is_empty() || self.patterns.iter().any(|pattern| fits(pattern, name))
+    }
+}
+
+/// Each piece between stars is found as early as possible; that leaves most to those that follow.
+fn fits(pattern: &str, name: &str) -> bool {
+    let Some((first, rest)) = pattern.split_once('*') else {
+        return pattern == name;
+    };
+    let Some(mut name) = name.strip_prefix(first) else {
+        return false;
+    };
+    let mut pieces: Vec<&str> = rest.split('*').collect();
+    let last = pieces.pop().unwrap_or_default();
+    for piece in pieces {
+        let Some(found) = name.find(piece) else {
+            return false;
+        };
+        name = &name[found + piece.len()..];
+    }
+    name.ends_with(last)
+}
+
+/// The name that was probably meant: at most a third of the letters differ.
+fn nearest(pattern: &str, names: &[String]) -> Option<String> {
+    names
+        .iter()
+        .map(|name| (strsim::damerau_levenshtein(pattern, name), name))
+        .filter(|(distance, name)| distance * 3 <= pattern.len().max(name.len()))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_stands_for_any_letters() {
+        assert!(fits("pioneer.*", "pioneer.laser"));
+        assert!(fits("*.laser", "pioneer.laser"));
+        assert!(fits("*", "pioneer.laser"));
+        assert!(fits("p*n*.*r", "pioneer.laser"));
+        assert!(fits("pioneer.laser", "pioneer.laser"));
+        assert!(!fits("pioneer", "pioneer.laser"));
+        assert!(!fits("*.lase", "pioneer.laser"));
+        assert!(!fits("a*a", "a"), "no letter counts twice");
+        assert!(!fits("laser.*", "pioneer.laser"));
+    }
+
+    #[test]
+    fn a_pattern_that_fits_nothing_names_the_nearest() {
+        let names = ["pioneer.laser".to_owned(), "pioneer.sonar".to_owned()];
+        let unknown = Selection::new(vec!["pioneer.lasr".to_owned()], &names).unwrap_err();
+        assert_eq!(
+            unknown.to_string(),
+            "no variable is called `pioneer.lasr`; did you mean `pioneer.laser`?"
+        );
+        let unknown = Selection::new(vec!["*.camera".to_owned()], &names).unwrap_err();
+        assert_eq!(unknown.to_string(), "no variable is called `*.camera`");
+        let selection = Selection::new(vec!["*.sonar".to_owned()], &names).unwrap();
+        assert!(selection.has("pioneer.sonar") && !selection.has("pioneer.laser"));
+        assert!(Selection::default().has("anything"));
+    }
+}

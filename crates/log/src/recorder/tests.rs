@@ -1,0 +1,315 @@
+//! A recorder on variables that nobody but the test writes: nothing is torn, nothing is lost silently, and no disk stops it.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicU64;
+use std::sync::mpsc::channel;
+use std::time::SystemTime;
+
+use jde_board::{Access, Board, Declaration, Writer};
+use jde_types::{Image, LaserScan, Value};
+use tempfile::TempDir;
+
+use super::*;
+use crate::{Message, Recording, cdr};
+
+/// Variables, their time and a folder.
+struct Bench {
+    board: Board,
+    time: Arc<AtomicU64>,
+    folder: TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            board: Board::new(),
+            time: Arc::default(),
+            folder: tempfile::tempdir().unwrap(),
+        }
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("run.mcap")
+    }
+
+    fn clock(&self) -> Clock {
+        let time = Arc::clone(&self.time);
+        Arc::new(move || time.load(Ordering::Relaxed))
+    }
+
+    fn declare<T: Value>(&self, name: &str) -> Arc<Variable> {
+        self.board
+            .declare(Declaration {
+                owner: "robot".to_owned(),
+                name: name.to_owned(),
+                doc: "For a test.".to_owned(),
+                unit: String::new(),
+                value_type: Arc::new(T::describe()),
+                access: Access::Export,
+                initial: None,
+                writers: 1,
+                readers: 2,
+            })
+            .unwrap()
+    }
+
+    /// Publishes a value whose first bytes are the number.
+    fn publish(&self, writer: &mut Writer, number: u64) {
+        self.time.store(number * 1_000_000, Ordering::Relaxed);
+        let value = writer.loan();
+        value.fill(0);
+        value[..8].copy_from_slice(&number.to_ne_bytes());
+        writer.publish(number, number).unwrap();
+    }
+
+    fn messages(&self) -> Vec<Message> {
+        let recording = Recording::open(&self.file()).unwrap();
+        assert_eq!(recording.damage(), None);
+        recording.messages().unwrap().map(Result::unwrap).collect()
+    }
+}
+
+fn options(lossless: bool) -> Options<'static> {
+    Options {
+        origin: Origin {
+            application: "bench".to_owned(),
+            seed: 7,
+            started: SystemTime::UNIX_EPOCH,
+            file: None,
+        },
+        application: None,
+        overwrite: false,
+        lossless,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    }
+}
+
+#[test]
+fn lossless_keeps_every_value_of_every_size_in_the_order_of_time() {
+    let bench = Bench::new();
+    let variables = [
+        bench.declare::<u64>("count"),
+        bench.declare::<LaserScan>("laser"),
+        bench.declare::<Image>("camera"),
+    ];
+    let recorder = Recorder::create(&bench.file(), options(true)).unwrap();
+    let mut writers: Vec<_> = variables
+        .iter()
+        .map(|variable| {
+            recorder.watch(variable, bench.clock());
+            variable.writer(1, "test").unwrap()
+        })
+        .collect();
+    // More than the slots of any of them.
+    let rounds = 1500_u64;
+    for number in 1..=rounds {
+        bench.publish(&mut writers[0], number);
+        bench.publish(&mut writers[1], number);
+        if number % 50 == 0 {
+            bench.publish(&mut writers[2], number);
+        }
+    }
+    let status = recorder.finish();
+    assert_eq!((status.kept, status.lost), (rounds * 2 + rounds / 50, 0));
+    assert_eq!(
+        status.bytes,
+        bench.file().metadata().unwrap().len(),
+        "all that was counted is there"
+    );
+
+    let messages = bench.messages();
+    assert!(messages.is_sorted_by_key(|message| message.log_time));
+    for (variable, topic) in variables
+        .iter()
+        .zip(["/robot/count", "/robot/laser", "/robot/camera"])
+    {
+        let of_topic = messages.iter().filter(|message| message.channel.topic == topic);
+        for (place, message) in of_topic.enumerate() {
+            assert_eq!(message.sequence as usize, place + 1);
+            let value = cdr::decode(&variable.describe().value_type, &message.data).unwrap();
+            assert_eq!(value[..8], (message.log_time / 1_000_000).to_ne_bytes());
+            assert_eq!(
+                message.publish_time,
+                message.log_time / 1_000_000,
+                "its own stamp"
+            );
+        }
+    }
+}
+
+#[test]
+fn in_real_time_what_is_not_kept_is_counted() {
+    let bench = Bench::new();
+    let variables = [bench.declare::<u64>("count"), bench.declare::<Image>("camera")];
+    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
+    let mut writers: Vec<_> = variables
+        .iter()
+        .map(|variable| {
+            recorder.watch(variable, bench.clock());
+            variable.writer(1, "test").unwrap()
+        })
+        .collect();
+    for number in 1..=3000 {
+        bench.publish(&mut writers[0], number);
+    }
+    for number in 3001..=3100 {
+        bench.publish(&mut writers[1], number);
+    }
+    let status = recorder.finish();
+    assert_eq!(status.kept + status.lost, 3100, "{status:?}");
+    let messages = bench.messages();
+    assert_eq!(messages.len() as u64, status.kept);
+    let last = |topic: &str| {
+        let mut of_topic = messages.iter().filter(|message| message.channel.topic == topic);
+        of_topic.next_back().unwrap().sequence
+    };
+    assert_eq!(last("/robot/camera"), 100, "the newest picture is always kept");
+    let told = Recording::open(&bench.file()).unwrap();
+    let told: u64 = told
+        .metadata("jde/lost")
+        .unwrap()
+        .values()
+        .map(|lost| lost.parse::<u64>().unwrap())
+        .sum();
+    assert_eq!(told, status.lost, "and the file says so");
+}
+
+#[test]
+fn the_value_at_the_beginning_is_kept_too() {
+    let bench = Bench::new();
+    let count = bench.declare::<u64>("count");
+    let mut writer = count.writer(1, "test").unwrap();
+    bench.publish(&mut writer, 5);
+    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
+    recorder.watch(&count, bench.clock());
+    recorder.finish();
+    bench.publish(&mut writer, 6);
+    let messages = bench.messages();
+    assert_eq!(messages.len(), 1, "and none after the end");
+    assert_eq!(messages[0].data, b"\0\x01\0\0\x05\0\0\0\0\0\0\0");
+    assert_eq!(messages[0].channel.type_name, "std_msgs/msg/UInt64");
+    assert_eq!(messages[0].channel.about["access"], "export");
+}
+
+#[test]
+fn values_from_elsewhere_are_kept_as_they_are_stamped() {
+    let bench = Bench::new();
+    let recorder = Recorder::create(&bench.file(), options(false)).unwrap();
+    let topic = recorder.topic(
+        "/elsewhere/count",
+        Arc::new(u64::describe()),
+        BTreeMap::from([("from".to_owned(), "afar".to_owned())]),
+    );
+    for (published, measured, sequence) in [(20, 19, 2), (10, 9, 1)] {
+        let stamps = crate::Stamps {
+            published,
+            measured,
+            sequence,
+        };
+        assert!(topic.put(&published.to_ne_bytes(), stamps));
+    }
+    topic.lose(3);
+    assert_eq!(recorder.finish().lost_of["/elsewhere/count"], 3);
+    let messages = bench.messages();
+    let times: Vec<_> = messages
+        .iter()
+        .map(|message| (message.log_time, message.publish_time, message.sequence))
+        .collect();
+    assert_eq!(times, [(10, 9, 1), (20, 19, 2)]);
+    assert_eq!(messages[0].channel.about["from"], "afar");
+}
+
+/// A disk with so much room.
+struct Small {
+    file: File,
+    room: usize,
+}
+
+impl Write for Small {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.room == 0 {
+            return Err(io::Error::from_raw_os_error(28));
+        }
+        let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
+        self.room -= written;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+#[test]
+fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
+    let bench = Bench::new();
+    let laser = bench.declare::<LaserScan>("laser");
+    let (tell, told) = channel();
+    let disk = Small {
+        file: File::create(bench.file()).unwrap(),
+        room: 300_000,
+    };
+    let options = Options {
+        on_trouble: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        ..options(true)
+    };
+    let Ok(recorder) = Recorder::begin(Box::new(disk), None, options) else {
+        panic!("there is room for the beginning");
+    };
+    recorder.watch(&laser, bench.clock());
+    let mut writer = laser.writer(1, "test").unwrap();
+    // Numbers that do not compress, so that the disk does run full.
+    let mut noise = 1_u64;
+    for number in 1..=1000_u64 {
+        bench.time.store(number, Ordering::Relaxed);
+        let value = writer.loan();
+        value.fill(0);
+        // Lengths that lie are the capacity.
+        value.chunks_exact_mut(8).for_each(|bytes| {
+            noise = noise.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+            bytes.copy_from_slice(&noise.rotate_left(29).to_ne_bytes());
+        });
+        writer.publish(number, number).unwrap();
+    }
+    let status = recorder.finish();
+    assert_eq!(status.kept + status.lost, 1000);
+    assert!(status.trouble.unwrap().contains("space"));
+    assert_eq!(told.iter().count(), 1);
+    let recording = Recording::open(&bench.file()).unwrap();
+    let damage = recording.damage().unwrap();
+    assert!(damage.offset <= 300_000, "{damage:?}");
+    let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
+    assert!(read >= status.kept, "{read} of {}", status.kept);
+}
+
+#[test]
+fn a_file_that_exists_is_not_written_over_unless_asked() {
+    let bench = Bench::new();
+    std::fs::write(bench.file(), "precious").unwrap();
+    let refused = Recorder::create(&bench.file(), options(false)).err();
+    assert!(matches!(refused, Some(Error::Exists(_))), "{refused:?}");
+    assert_eq!(std::fs::read(bench.file()).unwrap(), b"precious");
+    let overwrite = Options {
+        overwrite: true,
+        ..options(false)
+    };
+    Recorder::create(&bench.file(), overwrite).unwrap().finish();
+    assert_eq!(bench.messages(), []);
+}
+
+#[test]
+fn where_nothing_can_be_written_no_recording_begins() {
+    let bench = Bench::new();
+    std::fs::write(bench.file(), "a file").unwrap();
+    let inside = bench.file().join("run.mcap");
+    // The last is a disk that is full, the one before a folder that even the superuser cannot write to.
+    for path in [inside.as_path(), "/sys/run.mcap".as_ref(), "/dev/full".as_ref()] {
+        let refused = Recorder::create(path, options(false)).err();
+        let Some(Error::Create { path: named, .. }) = &refused else {
+            panic!("{}: {refused:?}", path.display());
+        };
+        assert_eq!(named, path);
+    }
+}

@@ -1,0 +1,143 @@
+//! Messages in the order of their times. Chunks overlap in time, so those that begin before the next message are open at once;
+//! no more than that is in memory.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use mcap::read::ChunkReader;
+use mcap::records::Record;
+
+use super::{Channel, Chunk, Message, ReadError, Recording, scan};
+
+/// The messages of a recording in the order of their log times. Ends with the first error.
+pub struct Messages {
+    path: PathBuf,
+    file: File,
+    channels: BTreeMap<u16, Arc<Channel>>,
+    /// Those not opened yet, by their first time.
+    chunks: VecDeque<Chunk>,
+    waiting: BinaryHeap<Reverse<Waiting>>,
+    /// Messages taken from chunks so far: keeps those of one time in the order of the file.
+    count: u64,
+    /// Told behind all that could be read.
+    failed: Option<ReadError>,
+}
+
+struct Waiting {
+    key: (u64, u64),
+    message: Message,
+}
+
+impl Messages {
+    pub(super) fn new(recording: &Recording) -> Result<Self, ReadError> {
+        let file = File::open(&recording.path).map_err(|error| ReadError::File {
+            path: recording.path.clone(),
+            error,
+        })?;
+        Ok(Self {
+            path: recording.path.clone(),
+            file,
+            channels: recording.channels.clone(),
+            chunks: recording.chunks.iter().copied().collect(),
+            waiting: BinaryHeap::new(),
+            count: 0,
+            failed: None,
+        })
+    }
+
+    /// Opens all chunks that may have the next message.
+    fn open(&mut self) -> Result<(), ReadError> {
+        while let Some(chunk) = self.chunks.front().copied() {
+            let next = self.waiting.peek().map(|Reverse(waiting)| waiting.key.0);
+            if next.is_some_and(|next| next < chunk.start) {
+                return Ok(());
+            }
+            self.chunks.pop_front();
+            self.load(chunk)?;
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, chunk: Chunk) -> Result<(), ReadError> {
+        let damaged = |reason: String| ReadError::Damaged {
+            path: self.path.clone(),
+            offset: chunk.offset,
+            reason,
+        };
+        let read = scan::record(&mut self.file, chunk.offset).map_err(|error| ReadError::File {
+            path: self.path.clone(),
+            error,
+        })?;
+        let Some((opcode, body)) = read else {
+            return Err(damaged("it was cut off".to_owned()));
+        };
+        let Ok(Record::Chunk { header, data }) = mcap::parse_record(opcode, &body) else {
+            return Err(damaged("here is no chunk, though the index says so".to_owned()));
+        };
+        let records = ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))?;
+        // Nothing of a chunk counts before its checksum, which is at its end.
+        let mut messages = Vec::new();
+        for record in records {
+            let Record::Message { header, data } = record.map_err(|error| damaged(error.to_string()))? else {
+                continue;
+            };
+            let Some(channel) = self.channels.get(&header.channel_id) else {
+                return Err(damaged(format!(
+                    "a message is on channel {}, which is nowhere defined",
+                    header.channel_id
+                )));
+            };
+            messages.push(Message {
+                channel: Arc::clone(channel),
+                log_time: header.log_time,
+                publish_time: header.publish_time,
+                sequence: header.sequence,
+                data: data.into_owned(),
+            });
+        }
+        for message in messages {
+            self.count += 1;
+            let key = (message.log_time, self.count);
+            self.waiting.push(Reverse(Waiting { key, message }));
+        }
+        Ok(())
+    }
+}
+
+impl Iterator for Messages {
+    type Item = Result<Message, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Err(error) = self.open() {
+            self.chunks.clear();
+            self.failed = Some(error);
+        }
+        match self.waiting.pop() {
+            Some(Reverse(waiting)) => Some(Ok(waiting.message)),
+            None => self.failed.take().map(Err),
+        }
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}

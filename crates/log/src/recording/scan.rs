@@ -1,0 +1,126 @@
+//! A file without an index, read from its beginning as far as it is whole: every record, and every chunk against its checksum.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+
+use mcap::Summary;
+use mcap::read::{ChannelAccumulator, ChunkReader};
+use mcap::records::{ChunkHeader, ChunkIndex, Record, op};
+
+use super::Damage;
+
+/// Bytes of a record before its body: what it is, and how long.
+const HEAD: u64 = 9;
+
+/// What was found.
+pub(super) struct Found {
+    pub(super) summary: Summary,
+    pub(super) metadata: BTreeMap<String, BTreeMap<String, String>>,
+    pub(super) damage: Damage,
+}
+
+/// Reads a file as far as it is whole.
+///
+/// # Errors
+/// The disk's own.
+pub(super) fn scan(file: &mut File) -> io::Result<Found> {
+    let mut channels = ChannelAccumulator::default();
+    let mut summary = Summary::default();
+    let mut metadata = BTreeMap::new();
+    let mut offset = mcap::MAGIC.len() as u64;
+    let reason = loop {
+        let (opcode, body) = match record(file, offset)? {
+            Some((op::DATA_END | op::FOOTER, _)) => break "the index is missing or damaged".to_owned(),
+            Some(record) => record,
+            None if offset == file.seek(SeekFrom::End(0))? => break "it was cut off".to_owned(),
+            None => break "it was cut off within a record".to_owned(),
+        };
+        let length = HEAD + body.len() as u64;
+        let taken = match opcode {
+            op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA => mcap::parse_record(opcode, &body),
+            // Nothing that messages need.
+            _ => Ok(Record::Unknown {
+                opcode,
+                data: (&[][..]).into(),
+            }),
+        }
+        .and_then(|record| match record {
+            Record::Chunk { header, data } => {
+                names(&mut channels, header.clone(), &data)?;
+                summary.chunk_indexes.push(index(header, offset, length));
+                Ok(())
+            }
+            Record::Schema { header, data } => channels.add_schema(header, data.into_owned().into()),
+            Record::Channel(channel) => channels.add_channel(channel),
+            Record::Metadata(one) => {
+                metadata.insert(one.name, one.metadata);
+                Ok(())
+            }
+            _ => Ok(()),
+        });
+        if let Err(error) = taken {
+            break error.to_string();
+        }
+        offset += length;
+    };
+    Ok(Found {
+        summary,
+        metadata,
+        damage: Damage { offset, reason },
+    })
+}
+
+/// The record at an offset; none if the file ends before it does.
+pub(super) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec<u8>)>> {
+    let end = file.seek(SeekFrom::End(0))?;
+    file.seek(SeekFrom::Start(offset))?;
+    let mut head = [0; HEAD as usize];
+    match file.read_exact(&mut head) {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(None),
+        Err(error) => return Err(error),
+    }
+    let [opcode, length @ ..] = head;
+    let length = u64::from_le_bytes(length);
+    // Before so much memory is taken.
+    if offset.saturating_add(HEAD).saturating_add(length) > end {
+        return Ok(None);
+    }
+    let mut body = vec![0; length as usize];
+    match file.read_exact(&mut body) {
+        Ok(()) => Ok(Some((opcode, body))),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Learns the schemas and channels of a chunk, and that all of it is whole.
+fn names(
+    channels: &mut ChannelAccumulator<'static>,
+    header: ChunkHeader,
+    data: &[u8],
+) -> mcap::McapResult<()> {
+    for record in ChunkReader::new(header, data)? {
+        match record? {
+            Record::Schema { header, data } => channels.add_schema(header, data.into_owned().into())?,
+            Record::Channel(channel) => channels.add_channel(channel)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn index(header: ChunkHeader, offset: u64, length: u64) -> ChunkIndex {
+    ChunkIndex {
+        message_start_time: header.message_start_time,
+        message_end_time: header.message_end_time,
+        chunk_start_offset: offset,
+        chunk_length: length,
+        message_index_offsets: BTreeMap::new(),
+        message_index_length: 0,
+        compression: header.compression,
+        compressed_size: header.compressed_size,
+        uncompressed_size: header.uncompressed_size,
+    }
+}
