@@ -11,10 +11,13 @@ use crate::worlds;
 /// Bytes that an image has room for.
 const MOST: usize = 640 * 480 * 3;
 
+/// For how long it waits for its robot before it says so.
+const PATIENCE: Duration = Duration::from_secs(2);
+
 /// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
 ///
 /// It sees the world as it is at the time of its iteration, however seldom the robot's driver iterates: robots go on meanwhile as they
-/// were last commanded. It waits while the robot is not in the world. The robot's own body is not in the picture.
+/// were last commanded. It waits while the robot is not in the world, and says so after two seconds. The robot's own body is not in the picture.
 #[derive(Describe)]
 #[schema(driver, period = "33ms", budget = "33ms")]
 pub struct Camera {
@@ -52,8 +55,23 @@ pub struct Camera {
     /// world's time.
     #[export]
     image: Export<Image>,
-    /// The world's time in the picture that was published last, if it still stands.
-    shown: Option<u64>,
+    /// The world it looks into, once it has been awake.
+    key: Option<worlds::Key>,
+    sight: Sight,
+}
+
+/// What it has before it.
+#[derive(Clone, Copy, Debug, Default)]
+enum Sight {
+    /// Nothing yet: it has just woken.
+    #[default]
+    Woken,
+    /// No robot that carries it, since then.
+    Waiting(Duration),
+    /// No robot, and it has said so.
+    Told,
+    /// The world at that time, ns, which is in the picture that stands.
+    Shown(u64),
 }
 
 impl Schema for Camera {
@@ -76,14 +94,15 @@ impl Schema for Camera {
             )
             .into());
         }
+        self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // Whatever was shown before it slept is shown anew.
-        self.shown = None;
+        self.sight = Sight::Woken;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (path, name) = (self.world.get(cx), self.robot.get(cx));
-        let open = worlds::find(cx.application(), path.as_str());
+        let name = self.robot.get(cx);
+        let open = self.key.as_ref().and_then(worlds::find);
         let mut world = open.as_ref().map(worlds::Shared::lock);
         if let Some(world) = &mut world {
             // Who brings the world to a time makes no difference to it: commands count from when their driver gives them.
@@ -94,21 +113,41 @@ impl Schema for Camera {
             None => None,
         };
         let Some((world, robot)) = seen else {
-            if self.shown.take().is_some() {
-                self.image.retract(cx);
-            }
+            self.wait(cx);
             return Ok(());
         };
-        if self.shown == Some(world.now()) {
+        if matches!(self.sight, Sight::Shown(time) if time == world.now()) {
             return Ok(());
         }
         self.take(cx, world, robot)?;
-        self.shown = Some(world.now());
+        self.sight = Sight::Shown(world.now());
         Ok(())
     }
 }
 
 impl Camera {
+    /// Shows nothing, and says once why if that lasts.
+    fn wait(&mut self, cx: &Context) {
+        self.sight = match self.sight {
+            Sight::Woken => Sight::Waiting(cx.now()),
+            Sight::Shown(_) => {
+                self.image.retract(cx);
+                Sight::Waiting(cx.now())
+            }
+            Sight::Waiting(since) if cx.now().saturating_sub(since) >= PATIENCE => {
+                warn!(
+                    cx,
+                    "waits for robot `{}` in {}: a `sim/pioneer` with this `world` and `robot` puts it there, while \
+                     somebody imports or commands it",
+                    self.robot.get(cx),
+                    self.world.get(cx)
+                );
+                Sight::Told
+            }
+            waits @ (Sight::Waiting(_) | Sight::Told) => waits,
+        };
+    }
+
     fn take(&mut self, cx: &Context, world: &World, robot: RobotId) -> Result {
         let config = self.config(cx);
         let time = Duration::from_nanos(world.now());

@@ -1,6 +1,8 @@
 //! The worlds of this process, shared by the robots of one application. It opens, lends and keeps one driver to a robot; it
 //! steps nothing.
 
+use std::fs;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
@@ -9,7 +11,11 @@ use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
 static OPEN: Mutex<Vec<(Key, Weak<Shared>)>> = Mutex::new(Vec::new());
 
 /// Which application opened which file.
-type Key = (u64, String);
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Key {
+    application: u64,
+    file: PathBuf,
+}
 
 /// A world, and the robots in it that have a driver now.
 pub(crate) struct Shared {
@@ -43,7 +49,7 @@ impl Hold {
         name: &str,
         config: RobotConfig,
     ) -> Result<Self, HoldError> {
-        let shared = open(application, path, seed)?;
+        let shared = open(Key::new(application, path), path, seed)?;
         // Held until the end, so that of two who want one robot the second sees the first.
         let mut driven = lock(&shared.driven);
         let robot = enter(&mut lock(&shared.world), name, config)?;
@@ -81,13 +87,19 @@ impl Drop for Hold {
     }
 }
 
-/// The application's world of that file, if a robot's driver has opened it.
-pub(crate) fn find(application: u64, path: &str) -> Option<Arc<Shared>> {
+/// The world of that key, if a robot's driver has opened it.
+pub(crate) fn find(key: &Key) -> Option<Arc<Shared>> {
     let open = lock(&OPEN);
-    let known = open
-        .iter()
-        .find(|((of, file), _)| *of == application && file == path);
+    let known = open.iter().find(|(known, _)| known == key);
     known.and_then(|(_, shared)| shared.upgrade())
+}
+
+impl Key {
+    /// However the path of a file is written, its world is one; a file that is not there is known by the text.
+    pub(crate) fn new(application: u64, path: &str) -> Self {
+        let file = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+        Self { application, file }
+    }
 }
 
 impl Shared {
@@ -97,10 +109,9 @@ impl Shared {
     }
 }
 
-fn open(application: u64, path: &str, seed: u64) -> Result<Arc<Shared>, WorldError> {
+fn open(key: Key, path: &str, seed: u64) -> Result<Arc<Shared>, WorldError> {
     let mut open = lock(&OPEN);
     open.retain(|(_, shared)| shared.strong_count() > 0);
-    let key = (application, path.to_owned());
     let known = open.iter().find(|(known, _)| *known == key);
     if let Some(shared) = known.and_then(|(_, shared)| shared.upgrade()) {
         return Ok(shared);

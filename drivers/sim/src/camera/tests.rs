@@ -135,6 +135,43 @@ fn it_waits_for_the_robot_and_retracts_when_it_is_gone() {
 }
 
 #[test]
+fn it_says_once_for_whom_it_waits_so_long() {
+    let (_folder, path) = file(HALL);
+    let mut camera = awake(&path, "carrier");
+    let mut wait_until = |milliseconds| {
+        camera.set_now(Duration::from_millis(milliseconds));
+        camera.iterate().expect("it waits");
+        let said = camera.log().iter().map(|(_, text)| text.clone());
+        said.collect::<Vec<_>>()
+    };
+    assert!(wait_until(0).is_empty());
+    assert!(wait_until(1_990).is_empty(), "robots may take their time");
+    let said = wait_until(2_000);
+    assert_eq!(said.len(), 1, "{said:?}");
+    for words in ["`carrier`", &path, "sim/pioneer"] {
+        assert!(said[0].contains(words), "`{words}` is not in: {}", said[0]);
+    }
+    assert_eq!(wait_until(60_000), said, "once is enough");
+}
+
+#[test]
+fn a_path_written_in_another_way_is_the_same_world() {
+    let (folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    robot.idle(0.1);
+    let name = std::path::Path::new(&path).file_name().expect("it is a file");
+    let around = folder
+        .path()
+        .join(".")
+        .join("..")
+        .join(folder.path().file_name().expect("it is a folder"));
+    let around = around.join(name);
+    let mut camera = awake(around.to_str().expect("its name is a text"), "carrier");
+    camera.iterate().expect("it sees");
+    assert!(image(&camera).is_some());
+}
+
+#[test]
 fn it_opens_no_world_and_sees_the_one_there_is_at_its_own_time() {
     let (_folder, path) = file(HALL);
     let mut camera = awake(&path, "carrier");
