@@ -30,7 +30,8 @@ pub struct Follower {
     /// How long it stays at the ball before the mission is done.
     #[modulation(default = 3.0, unit = "s", min = 0.0)]
     stay: Modulation<f64>,
-    /// For how long it looks for a lost ball, or brakes before what is in the way, before the mission has failed; 0 for ever.
+    /// For how long it looks for a lost ball, is without pictures, or brakes before what is in the way, before the mission has
+    /// failed; 0 for ever.
     #[modulation(default = 120.0, unit = "s", min = 0.0)]
     give_up: Modulation<f64>,
     /// Whether the robot is at the ball.
@@ -63,6 +64,8 @@ pub struct Follower {
     progress: Progress,
     /// Since when `brake` has the base.
     braking: Option<Duration>,
+    /// Since when nothing says whether there is a ball.
+    blind: Option<Duration>,
     /// Where the ball was seen last.
     target: Pose2D,
 }
@@ -78,11 +81,19 @@ enum Progress {
     Done,
     /// The ball was not to be found.
     Lost,
+    /// There were no pictures.
+    Blind,
     /// Something stayed in the way.
     Blocked,
 }
 
 impl Schema for Follower {
+    fn awake(&mut self, _: &Context) -> Result {
+        // While it slept it looked for nothing.
+        self.blind = None;
+        Ok(())
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         let base = [&self.brake, &self.avoid, &self.turn, &self.approach, &self.roam];
         for child in base.into_iter().chain([&self.track, &self.search]) {
@@ -91,6 +102,10 @@ impl Schema for Follower {
         let brakes = self.brake.state(cx) == State::Winner;
         self.braking = brakes.then(|| self.braking.unwrap_or(cx.now()));
         let ball = Ball::read(&self.ball, cx);
+        self.blind = match ball {
+            Some(_) => None,
+            None => Some(self.blind.unwrap_or(cx.now())),
+        };
         let here = ball.filter(Ball::is_here);
         let next = self.next(cx, ball);
         if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
@@ -109,7 +124,7 @@ impl Schema for Follower {
                 state: match next {
                     Progress::Looking | Progress::Going | Progress::There(_) => Mission::RUNNING,
                     Progress::Done => Mission::DONE,
-                    Progress::Lost | Progress::Blocked => Mission::FAILED,
+                    Progress::Lost | Progress::Blind | Progress::Blocked => Mission::FAILED,
                 },
                 reached: (next == Progress::Done).into(),
                 total: 1,
@@ -119,6 +134,7 @@ impl Schema for Follower {
                     Progress::There(_) => "at the ball",
                     Progress::Done => "stayed at the ball",
                     Progress::Lost => "the ball was not to be found",
+                    Progress::Blind => "there were no pictures to find the ball in",
                     Progress::Blocked => "something stayed in the way to the ball",
                 }),
                 target: self.target,
@@ -134,7 +150,7 @@ impl Follower {
     fn next(&self, cx: &Context, ball: Option<Ball>) -> Progress {
         let since = match self.progress {
             // What is over stays over.
-            Progress::Done | Progress::Lost | Progress::Blocked => return self.progress,
+            Progress::Done | Progress::Lost | Progress::Blind | Progress::Blocked => return self.progress,
             Progress::There(since) => since,
             Progress::Looking | Progress::Going => cx.now(),
         };
@@ -142,7 +158,11 @@ impl Follower {
         let give_up = self.give_up.get(cx);
         let too_long = |time: f64| give_up > 0.0 && time > give_up;
         let Some(ball) = ball else {
-            return Progress::Looking;
+            return if self.blind.is_some_and(|since| too_long(seconds(since))) {
+                Progress::Blind
+            } else {
+                Progress::Looking
+            };
         };
         if !ball.is_here() {
             if too_long(ball.unseen) {
@@ -177,6 +197,7 @@ impl Follower {
             Progress::There(_) => info!(cx, "at the ball, {ahead:.2} m away"),
             Progress::Done => info!(cx, "stayed at the ball for {} s", self.stay.get(cx)),
             Progress::Lost => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
+            Progress::Blind => info!(cx, "had no pictures for {} s", self.give_up.get(cx)),
             Progress::Blocked => info!(cx, "stood {} s before what is in the way", self.give_up.get(cx)),
         }
     }

@@ -86,6 +86,37 @@ fn it_gives_up_a_ball_that_is_not_to_be_found_unless_told_not_to() {
 }
 
 #[test]
+fn it_gives_up_when_nothing_says_whether_there_is_a_ball_and_counts_anew_after_a_sleep() {
+    let mut bench = Bench::<Follower>::new();
+    let blind = |bench: &mut Bench<Follower>, now: f64| {
+        bench.set_now(seconds(now));
+        bench.iterate().expect("it waits");
+        bench
+            .exported::<Mission>("mission")
+            .expect("it says how far it is")
+    };
+    bench.awake().expect("it wakes");
+    blind(&mut bench, 1.0);
+    assert_eq!(blind(&mut bench, 120.9).state, Mission::RUNNING);
+    bench.awake().expect("it wakes again");
+    assert_eq!(blind(&mut bench, 300.0).state, Mission::RUNNING);
+    assert_eq!(look(&mut bench, 310.0, seen(0.0, 2.0)).state, Mission::RUNNING);
+    // The picture is too old to steer by a second later.
+    blind(&mut bench, 320.0);
+    assert_eq!(blind(&mut bench, 439.9).state, Mission::RUNNING);
+    let mission = blind(&mut bench, 440.1);
+    assert_eq!(
+        (mission.state, mission.note.as_str()),
+        (Mission::FAILED, "there were no pictures to find the ball in")
+    );
+
+    let mut bench = Bench::<Follower>::new();
+    bench.set("give_up", 0.0);
+    blind(&mut bench, 1.0);
+    assert_eq!(blind(&mut bench, 900.0).state, Mission::RUNNING);
+}
+
+#[test]
 fn it_gives_up_when_the_brake_holds_the_base_too_long_and_counts_anew_when_it_let_go() {
     let mut bench = Bench::<Follower>::new();
     bench.iterate().expect("it wakes its children");
