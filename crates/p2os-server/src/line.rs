@@ -125,30 +125,35 @@ impl Line {
         });
     }
 
-    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words.
-    pub(crate) fn read(&mut self, room: &mut [u8], free: bool) -> Result<usize, String> {
-        let read = match (&self.end, &self.peer) {
-            (
-                _,
-                Some(Peer {
-                    stream: Some(stream), ..
-                }),
-            ) => (&*stream).read(room),
-            (End::Terminal { pty, .. }, peer) if peer.is_some() || free => pty.master().read(room),
-            (End::Tcp(_) | End::Terminal { .. }, _) => return Ok(0),
+    /// Lets in who was heard on a terminal.
+    pub(crate) fn admit_heard(&mut self) {
+        self.peer = Some(Peer {
+            stream: None,
+            name: self.name(),
+            unsent: Vec::new(),
+        });
+    }
+
+    /// What whoever is heard on a terminal is called; TCP has a name for each.
+    pub(crate) fn name(&self) -> String {
+        match &self.end {
+            End::Tcp(_) => String::new(),
+            End::Terminal { pty, .. } => pty.path().display().to_string(),
+        }
+    }
+
+    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words. On a terminal a client may be
+    /// heard whom nobody has let in.
+    pub(crate) fn read(&mut self, room: &mut [u8]) -> Result<usize, String> {
+        let stream = self.peer.as_ref().and_then(|peer| peer.stream.as_ref());
+        let read = match (&self.end, stream) {
+            (_, Some(mut stream)) => stream.read(room),
+            (End::Terminal { pty, .. }, None) => pty.master().read(room),
+            (End::Tcp(_), None) => return Ok(0),
         };
         match read {
             Ok(0) => Err(self.hang_up("it closed the connection")),
-            Ok(count) => {
-                if let (End::Terminal { pty, .. }, None) = (&self.end, &self.peer) {
-                    self.peer = Some(Peer {
-                        stream: None,
-                        name: pty.path().display().to_string(),
-                        unsent: Vec::new(),
-                    });
-                }
-                Ok(count)
-            }
+            Ok(count) => Ok(count),
             Err(error) if is_wait(&error) => Ok(0),
             Err(error) => Err(self.hang_up(&error.to_string())),
         }

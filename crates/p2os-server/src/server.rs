@@ -284,48 +284,64 @@ impl Server {
 }
 
 impl Post {
-    /// Lets in who stands at a door. A client that has been silent until the motors stopped makes room for another.
+    /// Lets in who stands at a door, or turns him away.
     fn door(&mut self, now: Duration) {
         for number in 0..self.lines.len() {
             let Some(caller) = self.lines[number].caller() else {
                 continue;
             };
-            let taken = self.lines.iter_mut().find(|line| line.peer().is_some());
-            if let Some(taken) = taken {
-                if self.station.silence(now) <= WATCHDOG {
-                    self.station.note(What::TurnedAway(caller.name));
-                    continue;
-                }
-                let why = taken.hang_up("it was silent, and another came");
-                self.station.leave(What::Left(why));
+            if self.has_room(now) {
+                self.station.come(What::Came(caller.name.clone()), now);
+                self.lines[number].admit(caller);
+            } else {
+                self.station.note(What::TurnedAway(caller.name));
             }
-            self.station.come(What::Came(caller.name.clone()), now);
-            self.lines[number].admit(caller);
         }
     }
 
     fn hear(&mut self, number: usize, world: &mut World, now: Duration) {
-        let others = self.lines.iter().enumerate();
-        let free = others
-            .filter(|(other, _)| *other != number)
-            .all(|(_, line)| line.peer().is_none());
         let line = &mut self.lines[number];
         let known = line.peer().is_some();
         let mut room = [0; MOST_HEARD];
-        match line.read(&mut room, free) {
-            Err(why) => self.station.leave(What::Left(why)),
-            Ok(0) if known && line.is_terminal() && self.station.silence(now) > GONE => {
-                let why = line.hang_up("it has said nothing for long");
-                self.station.leave(What::Left(why));
-            }
-            Ok(0) => {}
-            Ok(count) => {
-                if !known && let Some(peer) = line.peer() {
-                    self.station.come(What::Came(peer.to_owned()), now);
-                }
+        let count = match line.read(&mut room) {
+            Ok(count) => count,
+            Err(why) => return self.station.leave(What::Left(why)),
+        };
+        if count > 0 {
+            // Who was heard on a terminal had no door to stand at. What he says who is turned away is not for later.
+            if known || self.answer(number, now) {
                 self.station.hear(world, &room[..count], now);
             }
+        } else if known && line.is_terminal() && self.station.silence(now) > GONE {
+            let why = line.hang_up("it has said nothing for long");
+            self.station.leave(What::Left(why));
         }
+    }
+
+    /// Lets in who was heard on a terminal, or turns him away.
+    fn answer(&mut self, number: usize, now: Duration) -> bool {
+        let has_room = self.has_room(now);
+        let name = self.lines[number].name();
+        if has_room {
+            self.station.come(What::Came(name), now);
+            self.lines[number].admit_heard();
+        } else {
+            self.station.note(What::TurnedAway(name));
+        }
+        has_room
+    }
+
+    /// Whether another may come. A client that has been silent until the motors stopped makes room.
+    fn has_room(&mut self, now: Duration) -> bool {
+        let Some(taken) = self.lines.iter_mut().find(|line| line.peer().is_some()) else {
+            return true;
+        };
+        if self.station.silence(now) <= WATCHDOG {
+            return false;
+        }
+        let why = taken.hang_up("it was silent, and another came");
+        self.station.leave(What::Left(why));
+        true
     }
 }
 

@@ -153,6 +153,56 @@ fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
     served.until("pioneer", |what| matches!(what, What::Left(_)));
 }
 
+/// A world whose robots can be reached by TCP and at a terminal each.
+fn served_twice(speed: f64) -> Served {
+    Served::start(
+        ROOM,
+        Options {
+            tcp: Some("127.0.0.1:0".parse().expect("an address")),
+            terminal: true,
+            speed,
+            ..Options::default()
+        },
+    )
+}
+
+#[test]
+fn what_a_client_said_that_was_turned_away_is_not_obeyed_later() {
+    let served = served_twice(1.0);
+    let mut first = Client::tcp(served.addresses[0]);
+    first.open();
+    let mut second = Client::serial(&served.terminals[0]);
+    for sync in [Sync::Zero, Sync::One, Sync::Two] {
+        second.send(&sync.to_packet().to_bytes());
+    }
+    second.say(&Command::Open(Form::One));
+    second.say(&Command::Enable(true));
+    second.say(&Command::Velocity(200));
+    served.until("pioneer", |what| matches!(what, What::TurnedAway(_)));
+    first.say(&Command::Pulse);
+    first.sip();
+    drop(first);
+    served.until("pioneer", |what| matches!(what, What::Left(_)));
+    let mut third = Client::tcp(served.addresses[0]);
+    third.open();
+    for _ in 0..5 {
+        third.say(&Command::Pulse);
+        assert!(!third.sip().moving);
+    }
+    assert_eq!(served.end()[0].sessions, 2);
+}
+
+#[test]
+fn a_silent_client_makes_room_on_a_serial_line_too() {
+    let served = served_twice(4.0);
+    let mut first = Client::tcp(served.addresses[0]);
+    first.open();
+    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    let mut second = Client::serial(&served.terminals[0]);
+    assert_eq!(second.open().name, "pioneer");
+    while first.try_packet().is_some() {}
+}
+
 #[test]
 fn a_client_that_reads_nothing_is_let_go() {
     let served = served();
