@@ -19,7 +19,8 @@ const TIMEOUT: Duration = Duration::from_secs(3);
 /// An attempt under way.
 #[derive(Debug)]
 pub(crate) struct Attempt {
-    result: Receiver<Result<Stream, String>>,
+    /// None once nobody waits for it.
+    result: Option<Receiver<Result<Stream, String>>>,
     thread: JoinHandle<()>,
 }
 
@@ -41,16 +42,24 @@ impl Attempt {
                 let _ = sender.send(open(&to));
             })
             .map_err(|error| format!("{}: no thread to connect with: {error}", address.device()))?;
-        Ok(Self { result, thread })
+        Ok(Self {
+            result: Some(result),
+            thread,
+        })
     }
 
     /// How it ended, once it has.
     pub(crate) fn result(&self) -> Option<Result<Stream, String>> {
-        match self.result.try_recv() {
+        match self.result.as_ref()?.try_recv() {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => Some(Err("the attempt to connect failed".to_owned())),
         }
+    }
+
+    /// Nobody waits for it any more: what it opens or has opened is closed, so that the device is free for others.
+    pub(crate) fn abandon(&mut self) {
+        self.result = None;
     }
 
     /// Whether its thread is gone.

@@ -277,6 +277,9 @@ impl Port {
     }
 
     fn disconnect(&mut self) {
+        if let Some(attempt) = &mut self.attempt {
+            attempt.abandon();
+        }
         self.stream = None;
         self.waiting.clear();
     }

@@ -37,6 +37,22 @@ fn nothing_is_opened_before_the_first_poll() {
 }
 
 #[test]
+fn who_closes_while_connecting_leaves_no_connection_behind() {
+    let (listener, address) = listen();
+    let mut port = port(&address);
+    assert!(matches!(port.poll(Duration::ZERO), Link::Connecting { .. }));
+    let (mut device, _) = listener.accept().expect("it connects");
+    port.close();
+    device
+        .set_read_timeout(Some(Duration::from_secs(60)))
+        .expect("an option of TCP");
+    assert_eq!(device.read(&mut [0; 1]).expect("it is closed"), 0);
+    // And the same port connects anew, once the old attempt has ended.
+    until(&mut port, Link::is_connected);
+    listener.accept().expect("it has connected");
+}
+
+#[test]
 fn bytes_go_both_ways_however_they_are_cut() {
     let (mut port, mut device) = pair();
     let said: Vec<u8> = (0..=255).cycle().take(3000).collect();
