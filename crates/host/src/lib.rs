@@ -17,4 +17,4 @@ mod running;
 pub mod snapshot;
 
 pub use engine::{decider_name, policy_name};
-pub use running::{Handle, Lockstep, Options, Running, StartError};
+pub use running::{BeforeStart, Handle, Lockstep, Options, Running, StartError};

@@ -20,10 +20,15 @@ use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
 
+/// Is shown an application that is about to start.
+pub type BeforeStart = Box<dyn FnOnce(&Handle)>;
+
 /// How to run an application.
 pub struct Options {
     /// Hear every event, in order.
     pub observers: Vec<Box<dyn Observer>>,
+    /// Called once all variables are declared and before anybody writes one, to watch them from the first value on.
+    pub before_start: Option<BeforeStart>,
     /// End when the application's time is this, ns.
     pub limit: Option<Nanos>,
     /// Seconds of the application in a second of the machine; real time only.
@@ -82,6 +87,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             observers: Vec::new(),
+            before_start: None,
             limit: None,
             speed: 1.0,
         }
@@ -114,6 +120,7 @@ impl Running {
         };
         engine.attach(&bells);
         mission::follow(&engine);
+        show(&engine, options.before_start);
         let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
         let watch = move || {
             supervisor::guarded(&watched, || {
@@ -180,6 +187,7 @@ impl Lockstep {
         let (engine, runners) = prepare(application, plugins, Clock::standing(), options.observers)?;
         let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
         mission::follow(&engine);
+        show(&engine, options.before_start);
         executor.start();
         Ok(Self {
             engine,
@@ -343,6 +351,14 @@ impl Handle {
     /// When there is none of that name, or the value does not fit.
     pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
         self.engine.modulate(schema, name, value)
+    }
+}
+
+fn show(engine: &Arc<Engine>, before_start: Option<BeforeStart>) {
+    if let Some(before_start) = before_start {
+        before_start(&Handle {
+            engine: Arc::clone(engine),
+        });
     }
 }
 

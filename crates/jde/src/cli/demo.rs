@@ -90,6 +90,7 @@ impl Demo {
             words,
             decisions: Some(self.out.join("decisions.jsonl")),
             picture: Some(self.out.join("path.png")),
+            record: None,
         };
         let finished = session::run(loaded, how, &log)?;
         let Summary {

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
 use crate::report::Summary;
-use crate::session::{self, How, Telling, View};
+use crate::session::{self, How, Record, Telling, View};
 use crate::terminal;
 
 /// Run an application: on a terminal under the oscilloscope, in a pipe with a line for every takeover and its reason.
@@ -23,6 +23,7 @@ use crate::terminal;
 #[command(after_help = "Examples:
   jde run apps/safe-navigation.toml
   jde run safe-navigation --lockstep --for 60s --picture path.png
+  jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
@@ -49,6 +50,22 @@ pub(super) struct Run {
     /// Draw the drive, coloured by who won, to this PNG file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     picture: Option<PathBuf>,
+    #[command(flatten)]
+    record: Recording,
+}
+
+/// What is recorded.
+#[derive(Args)]
+struct Recording {
+    /// Record every variable, selection, change of state and fault to this MCAP file, for Foxglove, Rerun and PlotJuggler.
+    #[arg(long = "record", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: Option<PathBuf>,
+    /// Record only variables like these: full names with * for any letters, as in `pioneer.*` and `*.laser`.
+    #[arg(long = "record-only", value_name = "PATTERN", num_args = 1.., requires = "file")]
+    only: Vec<String>,
+    /// Write over a recording that is there.
+    #[arg(long, requires = "file")]
+    overwrite: bool,
 }
 
 /// How time passes, and what chance starts from.
@@ -90,6 +107,11 @@ impl Run {
             },
             decisions: self.decisions,
             picture: self.picture,
+            record: self.record.file.map(|file| Record {
+                file,
+                only: self.record.only,
+                overwrite: self.record.overwrite,
+            }),
         };
         let finished = session::run(loaded, how, &log)?;
         conclude(finished, "", self.json, Summary::is_fulfilled)

@@ -6,7 +6,7 @@ use jde_host::Handle;
 use jde_host::event::Outcome;
 use serde::Serialize;
 
-use crate::session::Kept;
+use crate::session::{Kept, Recorded};
 
 /// What came of a run. Times are in seconds unless a key says otherwise.
 #[derive(Debug, Serialize)]
@@ -44,6 +44,9 @@ pub(crate) struct Summary {
     pub(crate) wall_seconds: f64,
     /// SHA-256 of the decisions, a line of JSON each.
     pub(crate) decisions_sha256: String,
+    /// What was recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) recording: Option<Recorded>,
     /// Who won how much.
     pub(crate) groups: Vec<GroupSummary>,
     /// How every schema did.
@@ -117,6 +120,7 @@ impl Summary {
         outcome: &Outcome,
         wall: Duration,
         decisions_sha256: String,
+        recording: Option<Recorded>,
     ) -> Self {
         let application = handle.application();
         let mission = kept.seen.mission.as_ref();
@@ -159,6 +163,7 @@ impl Summary {
             sim_seconds: seconds(kept.ended),
             wall_seconds: wall.as_secs_f64(),
             decisions_sha256,
+            recording,
             groups,
             schemas: schemas
                 .map(|schema| SchemaSummary {

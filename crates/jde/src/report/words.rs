@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::Summary;
 use super::summary::{Ending, GroupSummary, SchemaSummary};
-use crate::session::of;
+use crate::session::{Recorded, of};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 /// Tells what came of a run.
@@ -18,6 +18,9 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
         tell_group(group, words)?;
     }
     writeln!(words)?;
+    if let Some(recorded) = &summary.recording {
+        tell_recording(recorded, words)?;
+    }
     let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
     let mut troubled = summary.schemas.iter().filter(troubled).peekable();
     if troubled.peek().is_none() {
@@ -40,6 +43,29 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
         )?;
     }
     Ok(())
+}
+
+fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
+    let Recorded {
+        file,
+        kept,
+        lost,
+        bytes,
+        trouble,
+    } = recorded;
+    let (kept, megabytes) = (counted(*kept, "message"), *bytes as f64 / 1e6);
+    write!(
+        words,
+        "recorded {TITLE}{file}{TITLE:#}: {kept}, {megabytes:.1} MB, "
+    )?;
+    match lost {
+        0 => write!(words, "nothing lost")?,
+        lost => write!(words, "{WARN}{lost} lost{WARN:#}")?,
+    }
+    match trouble {
+        None => writeln!(words),
+        Some(trouble) => writeln!(words, "; {BAD}it ends early{BAD:#}: {trouble}"),
+    }
 }
 
 fn counted(count: u64, what: &str) -> String {

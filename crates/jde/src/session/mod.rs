@@ -3,6 +3,7 @@
 mod digest;
 mod live;
 mod progress;
+mod record;
 mod recorder;
 mod sight;
 mod tally;
@@ -30,9 +31,11 @@ use crate::{report, top};
 use digest::Digested;
 use live::Live;
 use progress::Progress;
+use record::Recording;
 use recorder::{Recorder, SAMPLE};
 
 pub(crate) use progress::{Millis, Telling, of};
+pub(crate) use record::{Record, Recorded};
 pub(crate) use recorder::Kept;
 pub(crate) use trace::{Sample, Trace};
 
@@ -52,6 +55,8 @@ pub(crate) struct How {
     pub(crate) decisions: Option<PathBuf>,
     /// Where to draw the drive.
     pub(crate) picture: Option<PathBuf>,
+    /// What to record, and where.
+    pub(crate) record: Option<Record>,
 }
 
 /// What is shown while an application runs.
@@ -88,11 +93,20 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     };
     let progress = Progress::new(&application, how.words, telling);
     let (mut recorder, tell) = Recorder::new(&application, Digested::new(decisions), trace, progress);
-    let options = Options {
+    let recording = how
+        .record
+        .as_ref()
+        .map(|record| Recording::begin(record, &application, how.lockstep))
+        .transpose()?;
+    let mut options = Options {
         observers: vec![observer(tell)],
+        before_start: recording.as_ref().map(Recording::before_start),
         limit: how.limit,
         speed: how.speed,
     };
+    options
+        .observers
+        .extend(recording.as_ref().map(Recording::observer));
 
     let started = Instant::now();
     let (outcome, handle) = if how.lockstep {
@@ -101,6 +115,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         in_real_time(application, &plugins, options, how.view, &mut recorder, log)
     }?;
     let wall = started.elapsed();
+    let recorded = recording.as_ref().map(Recording::finish);
     log.forget();
 
     let (kept, digest) = recorder.finish();
@@ -109,7 +124,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .as_deref()
         .unwrap_or_else(|| "the decisions".as_ref());
     let digest = digest.map_err(Failure::file(file))?;
-    let summary = Summary::new(&handle, &kept, &outcome, wall, digest);
+    let summary = Summary::new(&handle, &kept, &outcome, wall, digest, recorded);
     if let Some(file) = &how.picture {
         report::draw(&handle, &kept, world.as_deref(), file)?;
     }

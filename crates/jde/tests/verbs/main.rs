@@ -3,6 +3,7 @@
 mod demo;
 mod inspecting;
 mod new;
+mod recording;
 mod running;
 mod screen;
 mod serving;
