@@ -210,7 +210,13 @@ impl Mover {
                 there <= mark && mark < here
             }
         };
-        let mark = self.marks.iter().copied().find(|&mark| between(mark))?;
+        let mut marks = self.marks.iter().copied();
+        // The one it comes to first, where a stride goes past several.
+        let mark = if self.direction > 0.0 {
+            marks.find(|&mark| between(mark))?
+        } else {
+            marks.rfind(|&mark| between(mark))?
+        };
         // The end of a loop is its beginning.
         let start = self.plan.at_end == AtEnd::Loop && mark == self.length();
         Some((if start { 0.0 } else { mark }, self.direction, self.plan.pause))

@@ -213,6 +213,22 @@ fn a_person_rests_at_every_way_point() {
 }
 
 #[test]
+fn a_person_rests_at_way_points_closer_than_a_stride_one_by_one_either_way() {
+    let mut world = world(
+        "people = [{ name = 'm', way = [[0, 0], [1, 0], [1.004, 0], [1.008, 0], [2, 0]], speed = 1, pause = 3 }]",
+    );
+    // A second of way, three rests of 3 s, a second of way and a rest, and the same back.
+    for (seconds, place) in [(3, 1.0), (6, 1.004), (9, 1.008)] {
+        world.advance_to(seconds * SECOND);
+        assert_at(&world, [place, 0.0]);
+    }
+    for (seconds, place) in [(13, 2.0), (17, 1.008), (20, 1.004), (23, 1.0)] {
+        world.advance_to(seconds * SECOND);
+        assert_at(&world, [place, 0.0]);
+    }
+}
+
+#[test]
 fn a_person_is_two_legs_to_a_laser_and_a_body_to_a_sonar() {
     let mut world = world(
         "people = [{ name = 'm', way = [[2, 3], [2, -3]], speed = 0.5 }]
