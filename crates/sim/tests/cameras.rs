@@ -324,10 +324,10 @@ fn numbers_that_cannot_work_are_named() {
         (CameraConfig { width: 0, ..camera() }, "width"),
         (
             CameraConfig {
-                field_of_view: 3.2,
+                field_of_view: 3.11,
                 ..camera()
             },
-            "field_of_view",
+            "field_of_view is 3.11: expected 0.01 to 3.1 rad",
         ),
         (
             CameraConfig {

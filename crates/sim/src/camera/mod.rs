@@ -18,8 +18,6 @@ mod view;
 pub(crate) use light::Light;
 pub(crate) use stage::Stage;
 
-use std::f64::consts::PI;
-
 use crate::error::{WorldError, check};
 use crate::geometry::Pose2;
 use crate::head::{Head, HeadConfig};
@@ -87,8 +85,8 @@ impl CameraConfig {
         check(
             "camera field_of_view",
             self.field_of_view,
-            "0.01 rad to less than π",
-            |value| (0.01..PI * 0.99).contains(&value),
+            "0.01 to 3.1 rad",
+            |value| (0.01..=3.1).contains(&value),
         )?;
         for (what, value) in ["camera place.x", "camera place.y", "camera place.z"]
             .into_iter()
