@@ -45,7 +45,7 @@ pub enum WorldError {
     },
     /// The robot does not fit where it should start.
     #[error(
-        "{place}: robot `{robot}` of radius {radius} m starts on `{by}`: move its start {need:.3} m away from it"
+        "{place}: robot `{robot}` of radius {radius} m starts on `{by}`: move its start at least {need:.3} m away from it"
     )]
     StartBlocked {
         /// File and line of the start, or the time when the place was found taken.
@@ -56,7 +56,7 @@ pub enum WorldError {
         radius: f64,
         /// What stands there.
         by: String,
-        /// How much farther away it must be, in metres.
+        /// How much farther away it must be at least, in metres; more if it is in the middle of what stands there.
         need: f64,
     },
     /// A number in a configuration that cannot work.
@@ -89,8 +89,8 @@ pub enum WorldError {
     },
     /// A robot cannot stand where it should be put; it stays where it is.
     #[error(
-        "robot `{robot}` of radius {radius} m cannot be put at ({:.3}, {:.3}): `{by}` is there; choose a place {need:.3} m \
-         farther from it", .pose.x, .pose.y
+        "robot `{robot}` of radius {radius} m cannot be put at ({:.3}, {:.3}): `{by}` is there; choose a place at \
+         least {need:.3} m farther from it", .pose.x, .pose.y
     )]
     PlaceBlocked {
         /// The robot.
@@ -101,7 +101,7 @@ pub enum WorldError {
         pose: Pose2,
         /// What stands there.
         by: String,
-        /// How much farther away it must be, in metres.
+        /// How much farther away it must be at least, in metres; more if it is in the middle of what stands there.
         need: f64,
     },
     /// A place that is not in this world; the robot stays where it is.

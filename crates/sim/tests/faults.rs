@@ -59,6 +59,10 @@ fn unknown_keys_get_the_nearest_known_one() {
         "[robots.r]\nstrt = 1 # here\nstart = { x = 1, y = 2 }",
         &["robot `r`", "did you mean `start`?"],
     );
+    check(
+        "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = 2 # here",
+        &["unknown key `pause`; expected one of `name`"],
+    );
 }
 
 #[test]
@@ -138,6 +142,10 @@ fn movers_need_a_body_a_way_and_a_speed() {
     check(
         "[[movers]]\nradius = 1\nway = [[0, 0], [1, 0]]\nspeed = 0 # here",
         &["`speed` is 0"],
+    );
+    check(
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 20.1 # here",
+        &["`speed` is 20.1: expected at most 20 m/s"],
     );
     check(
         "[[movers]] # here\nradius = 1\nway = [[0, 0], [1, 0]]",
@@ -258,7 +266,7 @@ fn robots_are_refused_with_what_would_do() {
     let error = refusal(&mut world, "pioneer", RobotConfig::default());
     assert_eq!(
         error,
-        "w.toml:3: robot `pioneer` of radius 0.25 m starts on `pillar`: move its start 0.050 m away from it"
+        "w.toml:3: robot `pioneer` of radius 0.25 m starts on `pillar`: move its start at least 0.050 m away from it"
     );
     let error = refusal(
         &mut world,

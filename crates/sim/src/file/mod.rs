@@ -77,7 +77,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
 /// The known name most like a wrong one, if it is like it at all.
 pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // Below this likeness a suggestion misleads more often than it helps.
-    const LIKENESS: f64 = 0.7;
+    const LIKENESS: f64 = 0.75;
     known
         .map(|name| (strsim::jaro_winkler(wrong, name), name))
         .filter(|(likeness, _)| *likeness >= LIKENESS)

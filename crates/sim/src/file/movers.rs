@@ -99,7 +99,7 @@ fn walk(
     pause: f64,
 ) -> Option<mover::Plan> {
     let way = table.required("way", values::points);
-    let speed = table.required("speed", values::positive);
+    let speed = table.required("speed", values::speed);
     let closed = table.optional("loop", false, values::flag);
     let clearance = table.optional("clearance", CLEARANCE, values::positive);
     let patience = table.optional("wait", WAIT, values::not_negative);

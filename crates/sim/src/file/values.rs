@@ -15,6 +15,9 @@ pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
 /// Greatest coordinate or length, in metres: what is farther in a world of robots is a slip of the pen.
 const FAR: f64 = 1e5;
 
+/// Greatest speed of what moves on its own, in m/s, as that of robots.
+const FASTEST: f64 = 20.0;
+
 /// A number within [`FAR`].
 pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
     let parsed = match item.get_ref() {
@@ -47,6 +50,14 @@ pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
     match number(item)? {
         number if number >= 0.0 => Ok(number),
         number => Err((item.span(), format!("is {number}: expected 0 or more"))),
+    }
+}
+
+/// A speed in m/s: in one step at the greatest a thing goes 0.2 m, and does not get past a robot that it must halt for.
+pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
+    match positive(item)? {
+        speed if speed <= FASTEST => Ok(speed),
+        speed => Err((item.span(), format!("is {speed}: expected at most {FASTEST} m/s"))),
     }
 }
 
