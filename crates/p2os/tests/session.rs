@@ -342,6 +342,27 @@ fn sweeps_and_ticks_come_whole_and_without_wrapping() {
     );
 }
 
+#[test]
+fn ticks_go_on_where_they_were_with_a_robot_that_counts_anew() {
+    let mut talk = Talk::connected(p3dx(), Options::default());
+    talk.events();
+    let count = |talk: &mut Talk, left, right| {
+        let encoders = Encoders { left, right };
+        talk.session.receive(&encoders.to_packet().to_bytes(), talk.now);
+    };
+    count(&mut talk, 100_000, 90_000);
+    count(&mut talk, 100_500, 90_600);
+    talk.session.lost("its connection is gone");
+    talk.robot = p3dx();
+    talk.session.connected(talk.now);
+    talk.run(&Wish::default(), 2.0);
+    talk.events();
+    count(&mut talk, 3, 4);
+    count(&mut talk, 13, 24);
+    let ticks = |left, right| Event::Encoders { left, right };
+    assert_eq!(talk.events(), [ticks(500, 600), ticks(510, 620)]);
+}
+
 /// What the camera was told, without questions.
 fn camera(heard: &[Command]) -> Vec<HeadCommand> {
     let command = |command: &Command| match command {

@@ -50,7 +50,10 @@ pub struct Session {
     asking: Asking,
     assembler: Assembler,
     head: Option<HeadLine>,
-    ticks: Option<(Encoders, [i64; 2])>,
+    /// The last counts over this connection.
+    counts: Option<Encoders>,
+    /// What the wheels have turned, over all connections.
+    ticks: [i64; 2],
 }
 
 impl Session {
@@ -72,7 +75,8 @@ impl Session {
             asking: Asking::Done,
             assembler: Assembler::default(),
             head: None,
-            ticks: None,
+            counts: None,
+            ticks: [0; 2],
             options,
         }
     }
@@ -87,6 +91,8 @@ impl Session {
         self.asking = Asking::Done;
         self.assembler = Assembler::default();
         self.head = None;
+        // The robot may count anew from here, so nothing is known of what it rolled meanwhile.
+        self.counts = None;
         self.odometer.rebase();
         self.heard = now;
         self.state = State::Syncing;
@@ -243,10 +249,10 @@ impl Session {
             let Ok(heard) = Encoders::from_packet(packet) else {
                 return;
             };
-            let (last, [left, right]) = self.ticks.unwrap_or((heard, [0; 2]));
-            let left = left + i64::from(heard.left.wrapping_sub(last.left));
-            let right = right + i64::from(heard.right.wrapping_sub(last.right));
-            self.ticks = Some((heard, [left, right]));
+            let last = self.counts.replace(heard).unwrap_or(heard);
+            self.ticks[0] += i64::from(heard.left.wrapping_sub(last.left));
+            self.ticks[1] += i64::from(heard.right.wrapping_sub(last.right));
+            let [left, right] = self.ticks;
             self.tell(Event::Encoders { left, right });
         } else if let Ok(config) = Config::from_packet(packet) {
             self.set_to(config);
