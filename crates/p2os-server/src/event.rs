@@ -37,6 +37,8 @@ pub enum What {
     Said(String),
     /// The body began to touch something.
     Touched,
+    /// So many more things happened within a second than anybody reads.
+    LeftOut(u64),
 }
 
 impl fmt::Display for Event {
@@ -68,6 +70,7 @@ impl fmt::Display for What {
             Self::Refused(why) => write!(f, "refused: {why}"),
             Self::Said(words) => write!(f, "the client says: {words}"),
             Self::Touched => write!(f, "it touches something"),
+            Self::LeftOut(count) => write!(f, "{count} more events within a second are not told"),
         }
     }
 }

@@ -15,6 +15,7 @@
 mod event;
 mod line;
 mod pace;
+mod quota;
 mod server;
 mod station;
 

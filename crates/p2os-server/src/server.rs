@@ -13,6 +13,7 @@ use rustix::event::{PollFd, Timespec, poll};
 use crate::event::{Event, What};
 use crate::line::{Line, Place};
 use crate::pace::Pace;
+use crate::quota::Quota;
 use crate::station::{Station, WATCHDOG};
 
 /// Most bytes heard from one client in a round; who sends more waits for the others' turn.
@@ -118,6 +119,7 @@ struct Post {
     station: Station,
     lines: Vec<Line>,
     sessions: u64,
+    quota: Quota,
 }
 
 impl Server {
@@ -149,6 +151,7 @@ impl Server {
                 station: Station::new(&world, robot, model),
                 lines: lines(&name, number, options)?,
                 sessions: 0,
+                quota: Quota::default(),
                 name,
             });
         }
@@ -187,8 +190,8 @@ impl Server {
         self.posts.iter().map(tally).collect()
     }
 
-    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens. It looks at `stop` after every
-    /// step of the world.
+    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens, of each robot at most twenty
+    /// things a second. It looks at `stop` whenever the world has come up with the machine.
     ///
     /// # Errors
     /// If the system cannot wait for several lines at once.
@@ -205,9 +208,15 @@ impl Server {
             self.pass(now);
             self.listen(now);
             self.speak();
-            self.report(now, &mut hear);
+            self.report(now, begun.elapsed(), &mut hear);
             let next = Duration::from_nanos(self.world.now()) + STEP;
             self.wait(pace.until(next))?;
+        }
+        let time = pace.now();
+        for post in &mut self.posts {
+            if let Some(count) = post.quota.rest() {
+                hear(&post.event(time, What::LeftOut(count)));
+            }
         }
         Ok(())
     }
@@ -250,15 +259,16 @@ impl Server {
         }
     }
 
-    fn report(&mut self, now: Duration, hear: &mut impl FnMut(&Event)) {
+    fn report(&mut self, now: Duration, clock: Duration, hear: &mut impl FnMut(&Event)) {
         for post in &mut self.posts {
+            if let Some(count) = post.quota.renew(clock) {
+                hear(&post.event(now, What::LeftOut(count)));
+            }
             for what in post.station.take_happened() {
                 post.sessions += u64::from(what == What::Connected);
-                hear(&Event {
-                    time: now,
-                    robot: post.name.clone(),
-                    what,
-                });
+                if post.quota.take() {
+                    hear(&post.event(now, what));
+                }
             }
         }
     }
@@ -284,6 +294,11 @@ impl Server {
 }
 
 impl Post {
+    fn event(&self, time: Duration, what: What) -> Event {
+        let robot = self.name.clone();
+        Event { time, robot, what }
+    }
+
     /// Lets in who stands at a door, or turns him away.
     fn door(&mut self, now: Duration) {
         for number in 0..self.lines.len() {

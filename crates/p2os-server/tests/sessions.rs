@@ -204,6 +204,19 @@ fn a_silent_client_makes_room_on_a_serial_line_too() {
 }
 
 #[test]
+fn a_client_that_says_much_is_told_of_little() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    client.open();
+    for _ in 0..500 {
+        client.say(&Command::Message(b"look at me".to_vec()));
+    }
+    served.until("pioneer", |what| matches!(what, What::LeftOut(_)));
+    let told = served.count(|what| matches!(what, What::Said(_)));
+    assert!((1..500).contains(&told), "{told}");
+}
+
+#[test]
 fn a_client_that_reads_nothing_is_let_go() {
     let served = served();
     let mut deaf = Client::tcp(served.addresses[0]);
