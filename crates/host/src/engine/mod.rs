@@ -185,7 +185,8 @@ impl Engine {
         self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
     }
 
-    /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the application: nothing can be done without it.
+    /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the
+    /// application: nothing can be done without it.
     pub(crate) fn faulted(&self, instance: usize, reason: String) {
         let meter = &self.meters[instance];
         meter.faults.fetch_add(1, Ordering::Relaxed);
@@ -197,9 +198,9 @@ impl Engine {
                 "driver `{name}` could not start: {reason}"
             )));
         }
-        self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
-        // Watchers are called, so no lock may be held.
+        // Watchers are called, so no lock may be held; and before it can be restarted, so that nothing newer is taken back.
         self.variables.retract_exports(instance);
+        self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
     }
 
     /// A call does not return: the level selects again as if it had failed. A restart that finds it there still fails too.
