@@ -7,8 +7,7 @@ use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use mcap::read::ChunkReader;
-use mcap::records::Record;
+use mcap::records::{Record, op};
 
 use super::{Channel, Chunk, Message, ReadError, Recording, scan};
 
@@ -74,29 +73,31 @@ impl Messages {
         let Some((opcode, body)) = read else {
             return Err(damaged("it was cut off".to_owned()));
         };
-        let Ok(Record::Chunk { header, data }) = mcap::parse_record(opcode, &body) else {
+        if opcode != op::CHUNK {
             return Err(damaged("here is no chunk, though the index says so".to_owned()));
-        };
-        let records = ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))?;
-        // Nothing of a chunk counts before its checksum, which is at its end.
+        }
         let mut messages = Vec::new();
-        for record in records {
-            let Record::Message { header, data } = record.map_err(|error| damaged(error.to_string()))? else {
-                continue;
-            };
-            let Some(channel) = self.channels.get(&header.channel_id) else {
-                return Err(damaged(format!(
-                    "a message is on channel {}, which is nowhere defined",
-                    header.channel_id
-                )));
-            };
-            messages.push(Message {
-                channel: Arc::clone(channel),
-                log_time: header.log_time,
-                publish_time: header.publish_time,
-                sequence: header.sequence,
-                data: data.into_owned(),
-            });
+        let mut stray = None;
+        let unpacked = scan::each(&body, |record| {
+            if let Record::Message { header, data } = record {
+                match self.channels.get(&header.channel_id) {
+                    Some(channel) => messages.push(Message {
+                        channel: Arc::clone(channel),
+                        log_time: header.log_time,
+                        publish_time: header.publish_time,
+                        sequence: header.sequence,
+                        data: data.into_owned(),
+                    }),
+                    None => stray = Some(header.channel_id),
+                }
+            }
+            Ok(())
+        });
+        unpacked.map_err(|error| damaged(error.to_string()))?;
+        if let Some(channel) = stray {
+            return Err(damaged(format!(
+                "a message is on channel {channel}, which is nowhere defined"
+            )));
         }
         for message in messages {
             self.count += 1;

@@ -1,17 +1,21 @@
 //! A file without an index, read from its beginning as far as it is whole: every record, and every chunk against its checksum.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
-use mcap::Summary;
-use mcap::read::{ChannelAccumulator, ChunkReader};
+use mcap::read::ChannelAccumulator;
 use mcap::records::{ChunkHeader, ChunkIndex, Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{Channel, McapResult, Summary};
 
 use super::Damage;
 
 /// Bytes of a record before its body: what it is, and how long.
 const HEAD: u64 = 9;
+/// The most that a chunk may grow when it is unpacked: LZ4 cannot do more, whatever a spoilt length says.
+const MOST_EXPANSION: usize = 256;
 
 /// What was found.
 pub(super) struct Found {
@@ -20,12 +24,19 @@ pub(super) struct Found {
     pub(super) damage: Damage,
 }
 
+/// The channels met so far, with their schemas.
+#[derive(Default)]
+struct Names {
+    known: ChannelAccumulator<'static>,
+    ids: BTreeSet<u16>,
+}
+
 /// Reads a file as far as it is whole.
 ///
 /// # Errors
 /// The disk's own.
 pub(super) fn scan(file: &mut File) -> io::Result<Found> {
-    let mut channels = ChannelAccumulator::default();
+    let mut names = Names::default();
     let mut summary = Summary::default();
     let mut metadata = BTreeMap::new();
     let mut offset = mcap::MAGIC.len() as u64;
@@ -46,24 +57,23 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             }),
         }
         .and_then(|record| match record {
-            Record::Chunk { header, data } => {
-                names(&mut channels, header.clone(), &data)?;
+            Record::Chunk { header, .. } => {
+                each(&body, |record| names.learn(record))?;
                 summary.chunk_indexes.push(index(header, offset, length));
                 Ok(())
             }
-            Record::Schema { header, data } => channels.add_schema(header, data.into_owned().into()),
-            Record::Channel(channel) => channels.add_channel(channel),
             Record::Metadata(one) => {
                 metadata.insert(one.name, one.metadata);
                 Ok(())
             }
-            _ => Ok(()),
+            other => names.learn(other),
         });
         if let Err(error) = taken {
             break error.to_string();
         }
         offset += length;
     };
+    summary.channels = names.channels();
     Ok(Found {
         summary,
         metadata,
@@ -95,20 +105,48 @@ pub(super) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec
     }
 }
 
-/// Learns the schemas and channels of a chunk, and that all of it is whole.
-fn names(
-    channels: &mut ChannelAccumulator<'static>,
-    header: ChunkHeader,
-    data: &[u8],
-) -> mcap::McapResult<()> {
-    for record in ChunkReader::new(header, data)? {
-        match record? {
-            Record::Schema { header, data } => channels.add_schema(header, data.into_owned().into())?,
-            Record::Channel(channel) => channels.add_channel(channel)?,
-            _ => {}
+/// Goes through the records of a chunk, given its record's body, once all of it has been held against its checksum.
+///
+/// # Errors
+/// What is wrong with the chunk, or what `take` says.
+pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<()>) -> McapResult<()> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(body.len().saturating_mul(MOST_EXPANSION));
+    let mut reader = LinearReader::new_with_options(options);
+    let mut head = vec![op::CHUNK];
+    head.extend((body.len() as u64).to_le_bytes());
+    let mut rest = head.chain(body);
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
+                let read = rest.read(reader.insert(need))?;
+                reader.notify_read(read);
+            }
+            LinearReadEvent::Record { data, opcode } => take(mcap::parse_record(opcode, data)?)?,
         }
     }
     Ok(())
+}
+
+impl Names {
+    fn learn(&mut self, record: Record<'_>) -> McapResult<()> {
+        match record {
+            Record::Schema { header, data } => self.known.add_schema(header, data.into_owned().into()),
+            Record::Channel(channel) => {
+                self.ids.insert(channel.id);
+                self.known.add_channel(channel)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn channels(&self) -> HashMap<u16, Arc<Channel<'static>>> {
+        let known = self.ids.iter().copied();
+        known.filter_map(|id| Some((id, self.known.get(id)?))).collect()
+    }
 }
 
 fn index(header: ChunkHeader, offset: u64, length: u64) -> ChunkIndex {

@@ -1,0 +1,86 @@
+//! A process that is killed without a word leaves a recording that reads up to the last flush.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use jde_log::{Options, Origin, Recorder, Recording, Stamps};
+use jde_types::Value;
+
+/// Where the child records; set only in the child.
+const FILE: &str = "JDE_LOG_TEST_FILE";
+
+/// Records until it is killed, and prints how many messages have reached the file whenever that has changed.
+#[test]
+#[ignore = "the process that another test kills"]
+fn records_until_it_is_killed() {
+    let Some(file) = std::env::var_os(FILE) else {
+        return;
+    };
+    let options = Options {
+        origin: Origin {
+            application: "victim".to_owned(),
+            seed: 0,
+            started: SystemTime::UNIX_EPOCH,
+            file: None,
+        },
+        application: None,
+        overwrite: false,
+        lossless: true,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    };
+    let recorder = Recorder::create(file.as_ref(), options).unwrap();
+    let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());
+    let mut told = 0;
+    for number in 1.. {
+        let stamps = Stamps {
+            published: number,
+            measured: number,
+            sequence: number,
+        };
+        topic.put(&number.to_ne_bytes(), stamps);
+        let kept = recorder.status().kept;
+        if kept > told {
+            told = kept;
+            // The parent has gone if this fails, and so should this process.
+            writeln!(std::io::stdout(), "\nkept {told}").unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args([
+            "--exact",
+            "records_until_it_is_killed",
+            "--ignored",
+            "--nocapture",
+        ])
+        .env(FILE, &file)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    // The second flush comes half a second after the first.
+    let kept = lines
+        .filter_map(|line| line.unwrap().strip_prefix("kept ")?.parse::<u64>().ok())
+        .nth(1)
+        .expect("it says what it has kept");
+    // SIGKILL: nothing of it runs any more.
+    child.kill().unwrap();
+    child.wait().unwrap();
+
+    let recording = Recording::open(&file).unwrap();
+    assert!(recording.damage().is_some(), "it had no time to write an index");
+    assert_eq!(recording.metadata("jde").unwrap()["application"], "victim");
+    let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
+    assert!(messages.len() as u64 >= kept, "{} of {kept}", messages.len());
+    for (place, message) in messages.iter().enumerate() {
+        assert_eq!(message.log_time, place as u64 + 1, "and none is missing before");
+    }
+}
