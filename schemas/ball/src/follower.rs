@@ -134,7 +134,7 @@ impl Schema for Follower {
                     Progress::There(_) => "at the ball",
                     Progress::Done => "stayed at the ball",
                     Progress::Lost => "the ball was not to be found",
-                    Progress::Blind => "there were no pictures to find the ball in",
+                    Progress::Blind => "there were no pictures",
                     Progress::Blocked => "something stayed in the way to the ball",
                 }),
                 target: self.target,
