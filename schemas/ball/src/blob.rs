@@ -1,7 +1,9 @@
 //! Connected masses of pixels, by runs: the pixels of a row that touch one another are one run, and runs of neighbouring rows
 //! that touch, also by a corner, are one mass. It knows no colours and no distances.
 //!
-//! One pass over the pixels, then one over the runs, of which a picture has few.
+//! One pass over the pixels, then one over the runs: a picture that is all noise costs little more than one of few masses.
+
+use core::ops::Range;
 
 /// Finds masses, and keeps its memory from picture to picture.
 #[derive(Debug, Default)]
@@ -64,10 +66,11 @@ impl Blobs {
         good: impl Fn(&Mass) -> bool,
     ) -> Option<(Mass, impl Iterator<Item = &Run>)> {
         self.runs.clear();
-        // The runs of the row above begin here.
-        let mut above = 0;
+        // Where the runs of the row above begin.
+        let mut begin = 0;
         for row in 0..height {
-            let first = self.runs.len();
+            let mut above = begin..self.runs.len();
+            begin = above.end;
             let mut column = 0;
             while column < width {
                 if !wanted(row, column) {
@@ -78,48 +81,53 @@ impl Blobs {
                 while column < width && wanted(row, column) {
                     column += 1;
                 }
-                self.add(row, [from, column], above..first);
+                self.add(row, [from, column], &mut above);
             }
-            above = first;
         }
         self.masses.clear();
         self.masses.resize(self.runs.len(), Mass::default());
         for index in 0..self.runs.len() {
-            let root = self.root(index);
+            // The parent is an earlier run, so that it is, or has by now, the root itself.
+            let root = self.runs[self.runs[index].parent].parent;
+            self.runs[index].parent = root;
             self.masses[root].add(&self.runs[index]);
         }
-        let this = &*self;
-        let masses = this.masses.iter().enumerate();
+        let masses = self.masses.iter().enumerate();
         let (best, mass) = masses
             .filter(|(_, mass)| mass.count > 0 && good(mass))
             .max_by_key(|(_, mass)| mass.count)?;
-        let runs = this.runs.iter().enumerate();
-        let best = runs.filter(move |(index, _)| this.root(*index) == best);
-        Some((*mass, best.map(|(_, run)| run)))
+        Some((*mass, self.runs.iter().filter(move |run| run.parent == best)))
     }
 
-    /// Adds a run, and joins it with those of the row above that touch it.
-    fn add(&mut self, row: usize, columns: [usize; 2], above: core::ops::Range<usize>) {
+    /// Adds a run to the right of those before it, and joins it with those of the row above that touch it; drops those of
+    /// `above` that no later one can touch.
+    fn add(&mut self, row: usize, columns: [usize; 2], above: &mut Range<usize>) {
         let new = self.runs.len();
         self.runs.push(Run {
             row,
             columns,
             parent: new,
         });
-        for other in above {
-            let [from, to] = self.runs[other].columns;
-            if from <= columns[1] && columns[0] <= to {
-                let (one, two) = (self.root(other), self.root(new));
-                // The earlier is the root, so that every chain ends.
-                self.runs[one.max(two)].parent = one.min(two);
+        above.start += self.runs[above.clone()]
+            .iter()
+            .take_while(|run| run.columns[1] < columns[0])
+            .count();
+        for other in above.clone() {
+            if self.runs[other].columns[0] > columns[1] {
+                break;
             }
+            let (one, two) = (self.root(other), self.root(new));
+            // The earlier is the root, so that every chain ends.
+            self.runs[one.max(two)].parent = one.min(two);
         }
     }
 
-    /// The first run of the mass that a run belongs to.
-    fn root(&self, mut run: usize) -> usize {
+    /// The first run of the mass that a run belongs to; makes the way there shorter.
+    fn root(&mut self, mut run: usize) -> usize {
         while self.runs[run].parent != run {
-            run = self.runs[run].parent;
+            let parent = self.runs[run].parent;
+            self.runs[run].parent = self.runs[parent].parent;
+            run = parent;
         }
         run
     }

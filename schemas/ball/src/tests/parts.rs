@@ -98,6 +98,62 @@ fn branches_that_meet_further_down_are_one_mass() {
     assert_eq!(largest(&spiral, 0.0), Some(17));
 }
 
+/// The pixels of the largest mass, found by walking from neighbour to neighbour.
+fn walked(wanted: &[bool], width: usize) -> usize {
+    let height = wanted.len() / width;
+    let mut left = wanted.to_vec();
+    let mut largest = 0;
+    for start in 0..left.len() {
+        let (mut count, mut next) = (0, vec![start]);
+        while let Some(place) = next.pop() {
+            if !core::mem::take(&mut left[place]) {
+                continue;
+            }
+            count += 1;
+            let (row, column) = (place / width, place % width);
+            for row in row.saturating_sub(1)..=(row + 1).min(height - 1) {
+                let columns = column.saturating_sub(1)..=(column + 1).min(width - 1);
+                next.extend(columns.map(|column| row * width + column));
+            }
+        }
+        largest = largest.max(count);
+    }
+    largest
+}
+
+#[test]
+fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds() {
+    let mut random = 88_172_645_463_325_252_u64;
+    let mut blobs = Blobs::default();
+    for percent in (5..100).step_by(5) {
+        for (width, height) in [(1, 40), (40, 1), (37, 23), (64, 48)] {
+            let wanted: Vec<bool> = (0..width * height)
+                .map(|_| {
+                    random ^= random << 13;
+                    random ^= random >> 7;
+                    random ^= random << 17;
+                    random % 100 < percent
+                })
+                .collect();
+            let found = blobs.largest(
+                [width, height],
+                |row, column| wanted[row * width + column],
+                |_| true,
+            );
+            let found = found.map(|(mass, runs)| {
+                let pixels: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
+                assert_eq!(pixels, mass.count, "its runs are all of it");
+                pixels
+            });
+            assert_eq!(
+                found.unwrap_or(0),
+                walked(&wanted, width),
+                "{percent} % of {width} x {height}"
+            );
+        }
+    }
+}
+
 #[test]
 fn the_last_column_belongs_to_its_row_alone() {
     assert_eq!(largest(&["...#", "#...", "...."], 0.0), Some(1));
