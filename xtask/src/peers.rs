@@ -1,4 +1,5 @@
-//! Programs of others drive our simulated robot: clients of the Pioneer protocol that know nothing of jde.
+//! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, and the libraries of
+//! MCAP and ROS 2 read what we have recorded.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,11 @@ use crate::step::Done;
 use crate::test::Context;
 
 /// What is installed into a Python environment of its own.
-const PACKAGES: &[&str] = &["Soar==1.5.2"];
+const PACKAGES: &[&str] = &["Soar==1.5.2", "mcap==1.6.0", "mcap-ros2-support==0.6.0"];
+/// What of these is imported, to see whether it is there.
+const IMPORTS: &str = "import soar.robot.arcos, mcap.reader, mcap_ros2.decoder";
+/// Reads a recording of the demonstration and compares its numbers with ours.
+const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Drives ahead, turns and stops, and fails if the robot does not.
 const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
 /// A client written elsewhere, where it is at hand; it drives ahead and prints.
@@ -36,14 +41,50 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
             "the client at {ELSEWHERE} did not connect: {said}"
         );
     }
+    read_recording(context, &python)?;
     Ok(Done::Passed)
+}
+
+/// Records the demonstration in lockstep, and has it read by the libraries of others.
+fn read_recording(context: &Context, python: &Path) -> Result<()> {
+    let folder = context.target.join("peers");
+    let (recording, numbers) = (folder.join("demo.mcap"), folder.join("numbers.jsonl"));
+    let mut record = Command::new(context.target.join("debug/jde"));
+    record
+        .args(["run", "safe-navigation", "--lockstep"])
+        .args(["--seed", "1", "--for", "30s", "--overwrite", "--record"])
+        .arg(&recording)
+        .current_dir(&context.root);
+    shell::show(&record, context.paint);
+    // Half a minute is not enough for its mission, so its exit status is 1; the reader sees whether it was recorded.
+    let output = record.output().context("cannot start `jde run`")?;
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    ensure!(
+        said.contains("nothing lost"),
+        "the run was not recorded whole: {said}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let mut printer = shell::cargo();
+    printer
+        .args(["run", "--quiet", "-p", "jde-log", "--example", "numbers", "--"])
+        .arg(&recording)
+        .current_dir(&context.root);
+    std::fs::write(&numbers, shell::read(&mut printer)?)?;
+    let mut reader = Command::new(python);
+    reader
+        .arg(context.root.join(READER))
+        .arg(&recording)
+        .arg(&numbers);
+    shell::show(&reader, context.paint);
+    print!("{}", shell::read(&mut reader).context("the reader failed")?);
+    Ok(())
 }
 
 /// The Python that has the clients.
 fn environment(context: &Context) -> Result<PathBuf> {
     let folder = context.target.join("peers");
     let python = folder.join("bin/python");
-    if !shell::succeeds(Command::new(&python).args(["-c", "import soar.robot.arcos"])) {
+    if !shell::succeeds(Command::new(&python).args(["-c", IMPORTS])) {
         shell::run(
             Command::new("python3")
                 .args(["-m", "venv", "--clear"])

@@ -95,7 +95,7 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "peers",
-        title: "programs of others drive the simulated robot",
+        title: "programs of others drive the simulated robot and read recordings",
         help: "see what the client and the server say above",
         needs: &["build"],
         run: peers::run,

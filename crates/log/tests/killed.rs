@@ -1,7 +1,8 @@
 //! A process that is killed without a word leaves a recording that reads up to the last flush.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -9,16 +10,11 @@ use std::time::SystemTime;
 use jde_log::{Options, Origin, Recorder, Recording, Stamps};
 use jde_types::Value;
 
-/// Where the child records; set only in the child.
+/// Where the process that is to be killed records; set in that one only.
 const FILE: &str = "JDE_LOG_TEST_FILE";
 
 /// Records until it is killed, and prints how many messages have reached the file whenever that has changed.
-#[test]
-#[ignore = "the process that another test kills"]
-fn records_until_it_is_killed() {
-    let Some(file) = std::env::var_os(FILE) else {
-        return;
-    };
+fn record_until_killed(file: &Path) {
     let options = Options {
         origin: Origin {
             application: "victim".to_owned(),
@@ -31,7 +27,7 @@ fn records_until_it_is_killed() {
         lossless: true,
         on_trouble: Box::new(|trouble| panic!("{trouble}")),
     };
-    let recorder = Recorder::create(file.as_ref(), options).unwrap();
+    let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());
     let mut told = 0;
     for number in 1.. {
@@ -45,20 +41,22 @@ fn records_until_it_is_killed() {
         if kept > told {
             told = kept;
             // The parent has gone if this fails, and so should this process.
-            writeln!(std::io::stdout(), "\nkept {told}").unwrap();
+            println!("\nkept {told}");
         }
     }
 }
 
 #[test]
 fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
+    if let Some(file) = std::env::var_os(FILE) {
+        return record_until_killed(file.as_ref());
+    }
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "records_until_it_is_killed",
-            "--ignored",
+            "a_recording_of_a_killed_process_reads_up_to_its_last_flush",
             "--nocapture",
         ])
         .env(FILE, &file)
