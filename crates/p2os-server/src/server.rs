@@ -68,6 +68,16 @@ pub enum ServerError {
         /// What there is.
         known: Vec<String>,
     },
+    /// A robot's name, or those of its model, are longer than a packet.
+    #[error(
+        "robot `{robot}` cannot introduce itself to clients: {error}; give it or its model a shorter name"
+    )]
+    Names {
+        /// Whose.
+        robot: String,
+        /// Why.
+        error: jde_p2os::Error,
+    },
     /// More robots than ports.
     #[error("there is no port after 65535 for robot `{0}`: begin at a smaller one")]
     NoPort(String),
@@ -147,8 +157,12 @@ impl Server {
             let model = options.models.iter().find(|(robot, _)| *robot == name);
             let model = model.map_or(&p3dx, |(_, model)| model).clone();
             let robot = world.add_robot(&name, crate::station::body(&model))?;
+            let station = Station::new(&world, robot, model);
+            if let Err(error) = station.check_names(&world) {
+                return Err(ServerError::Names { robot: name, error });
+            }
             posts.push(Post {
-                station: Station::new(&world, robot, model),
+                station,
                 lines: lines(&name, number, options)?,
                 sessions: 0,
                 quota: Quota::default(),

@@ -333,6 +333,15 @@ fn what_cannot_be_served_is_refused_in_words() {
         },
     );
     assert!(said.contains("no robot"), "{said}");
+    let long = ROOM.replace("second", &"a".repeat(150));
+    let said = open(
+        World::parse(&long, "long.toml", 1).expect("a world"),
+        &Options {
+            terminal: true,
+            ..Options::default()
+        },
+    );
+    assert!(said.contains("shorter name"), "{said}");
     let last = Some("127.0.0.1:65535".parse().expect("an address"));
     // It may be taken; if not, the second robot has none.
     match Server::open(

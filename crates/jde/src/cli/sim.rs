@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Args, ValueHint};
+use clap::{ArgGroup, Args, ValueHint};
 use jde_core::Nanos;
 use jde_p2os::Model;
 use jde_p2os_server::{Options, Place, Server, ServerError, Tally};
@@ -26,21 +26,22 @@ const PORT: u16 = 8101;
 /// Serve a simulated world: each of its robots speaks the Pioneer protocol to one client at a time.
 ///
 /// Any program for Pioneer robots can drive them: ARIA, Player, Soar, and applications with the driver p2os/pioneer. Runs until
-/// Ctrl-C and tells who comes and goes; a robot that is not spoken to for two seconds stops.
+/// Ctrl-C and tells who comes and goes; a robot that is not spoken to for two seconds of the world's time stops.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde sim office --p2os                      on 127.0.0.1:8101, for this machine alone
   jde sim worlds/two-robots.toml --p2os 8101 its robots on 8101 and 8102
   jde sim office --pty                       on a pseudo-terminal, for clients that want a serial line
   jde sim office --p2os 0.0.0.0:8101         for the whole network: the protocol knows no password
-  jde sim hall --p2os --model second=amigo --speed 2x --for 10min")]
+  jde sim hall --p2os --model second=amigo --speed 2x --for 10min",
+    group = ArgGroup::new("lines").args(["p2os", "pty"]).required(true).multiple(true))]
 pub(super) struct Sim {
     /// The world's file, or the name of one in worlds.
     #[arg(value_name = "WORLD", value_hint = ValueHint::FilePath)]
     world: PathBuf,
     /// Serve the first robot at this TCP address or port, and the others at the next ones.
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8101",
-        value_parser = address, required_unless_present = "pty")]
+        value_parser = address)]
     p2os: Option<SocketAddr>,
     /// Serve each robot at a pseudo-terminal; their paths are told at the start.
     #[arg(long)]
@@ -200,6 +201,7 @@ fn refused(error: ServerError) -> Failure {
         ServerError::Line { .. } => "give an address of this machine, such as 127.0.0.1:8101",
         ServerError::NoRobots(_)
         | ServerError::NoSuchRobot { .. }
+        | ServerError::Names { .. }
         | ServerError::World(_)
         | ServerError::Model(_) => "mend the world's file or the options",
         ServerError::NoLines | ServerError::NoPort(_) | ServerError::Wait(_) => "see jde sim --help",
@@ -219,7 +221,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     let text = text.replace("localhost", "127.0.0.1");
     let alone = text.parse().map(|address| SocketAddr::new(address, PORT));
     text.parse().or(alone).map_err(|_| {
-        format!("`{text}` is no address; write 8101, or one with a port, such as 127.0.0.1:8101")
+        format!("`{text}` is no address; write 8101, or one with a port, such as 127.0.0.1:8101; a world stands before --p2os")
     })
 }
 

@@ -118,6 +118,16 @@ impl Station {
         }
     }
 
+    /// Whether its names, which a world or a model gives, fit into the packets that tell them.
+    ///
+    /// # Errors
+    /// If they do not.
+    pub(crate) fn check_names(&self, world: &World) -> Result<(), jde_p2os::Error> {
+        self.names(world).to_packet()?;
+        self.configuration(world).to_packet()?;
+        Ok(())
+    }
+
     /// Hears bytes at a time of the world.
     pub(crate) fn hear(&mut self, world: &mut World, bytes: &[u8], now: Duration) {
         let mut receiver = std::mem::take(&mut self.receiver);
@@ -231,18 +241,21 @@ impl Station {
             (Phase::Waiting(_), Some(Sync::Zero)) => self.echo(Sync::Zero, Sync::One),
             (Phase::Waiting(Sync::One | Sync::Two), Some(Sync::One)) => self.echo(Sync::One, Sync::Two),
             (Phase::Waiting(Sync::Two), Some(Sync::Two)) => {
-                let names = Names {
-                    name: world.robot_name(self.robot).to_owned(),
-                    class: self.model.class.clone(),
-                    subclass: subclass(&self.model),
-                };
-                self.send(names.to_packet());
+                self.send(self.names(world).to_packet());
                 self.phase = Phase::Ready;
                 self.note(What::Connected);
             }
             // Whatever else a client says before it has shaken hands is of an older session.
             (Phase::Waiting(_), _) => {}
             (Phase::Ready | Phase::Open, _) => self.obey(world, Command::from_packet(packet), now),
+        }
+    }
+
+    fn names(&self, world: &World) -> Names {
+        Names {
+            name: world.robot_name(self.robot).to_owned(),
+            class: self.model.class.clone(),
+            subclass: subclass(&self.model),
         }
     }
 
@@ -272,7 +285,7 @@ impl Station {
     }
 
     fn send(&mut self, packet: Result<Packet, jde_p2os::Error>) {
-        // Longer than a packet are only names from a world's file, which the server has refused before.
+        // Longer than a packet can only be names, which `check_names` has refused before.
         if let Ok(packet) = packet {
             self.out.extend(packet.to_bytes());
         }
