@@ -108,10 +108,8 @@ impl Line {
         };
         // Whoever hung up before he was asked, or cannot be spoken to: the next one is asked in the next round.
         let (stream, address) = listener.accept().ok()?;
-        stream.set_nonblocking(true).ok()?;
-        stream.set_nodelay(true).ok()?;
         Some(Caller {
-            stream,
+            stream: jde_port::prepared(stream).ok()?,
             name: address.to_string(),
         })
     }

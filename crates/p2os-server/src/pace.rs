@@ -33,6 +33,11 @@ impl Pace {
         self.world
     }
 
+    /// A world that has only come this far is not driven on by more than [`LONGEST`] of the machine's time.
+    pub(crate) fn hold_to(&mut self, world: Duration) {
+        self.world = self.world.min(world + LONGEST.mul_f64(self.speed));
+    }
+
     /// How long to wait on this machine until a time of the world.
     pub(crate) fn until(&self, then: Duration) -> Duration {
         then.saturating_sub(self.world).div_f64(self.speed)
@@ -50,6 +55,15 @@ mod tests {
             .checked_sub(Duration::from_secs(60))
             .expect("the machine runs for a minute");
         assert_eq!(pace.now(), Duration::from_secs(5) + LONGEST);
+    }
+
+    #[test]
+    fn a_world_that_cannot_keep_up_is_not_driven_ever_faster() {
+        let mut pace = Pace::new(Duration::from_secs(100), 2.0);
+        pace.hold_to(Duration::from_secs(40));
+        assert_eq!(pace.world, Duration::from_secs(40) + 2 * LONGEST);
+        pace.hold_to(Duration::from_secs(40));
+        assert_eq!(pace.world, Duration::from_secs(40) + 2 * LONGEST);
     }
 
     #[test]

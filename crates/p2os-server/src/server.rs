@@ -22,6 +22,8 @@ const MOST_HEARD: usize = 4096;
 const GONE: Duration = Duration::from_secs(8);
 /// What a robot is unless it is said to be another.
 const P3DX: &str = "p3dx";
+/// Most steps of the world between two looks at the lines: half of the time between two packets of information.
+const MOST_STEPS: usize = 5;
 const STEP: Duration = Duration::from_nanos(STEP_NS);
 
 /// How a world is served.
@@ -218,8 +220,8 @@ impl Server {
         let begun = Instant::now();
         let mut pace = Pace::new(Duration::from_nanos(self.world.now()), self.speed);
         while !stop.load(Ordering::Relaxed) && limit.is_none_or(|limit| begun.elapsed() < limit) {
-            let now = pace.now();
-            self.pass(now);
+            let now = self.pass(pace.now());
+            pace.hold_to(now);
             self.listen(now);
             self.speak();
             self.report(now, begun.elapsed(), &mut hear);
@@ -235,12 +237,13 @@ impl Server {
         Ok(())
     }
 
-    /// Lets the world's time pass, step by step.
-    fn pass(&mut self, now: Duration) {
-        loop {
+    /// Lets the world's time pass up to `now`, step by step, and gives the time that it has come to: a machine that is too slow for
+    /// the speed hears its clients in between.
+    fn pass(&mut self, now: Duration) -> Duration {
+        for _ in 0..MOST_STEPS {
             let time = Duration::from_nanos(self.world.now());
             if time + STEP > now {
-                return;
+                break;
             }
             for post in &mut self.posts {
                 post.station.step(&mut self.world, time);
@@ -250,6 +253,7 @@ impl Server {
                 post.station.tell(&self.world, time + STEP);
             }
         }
+        Duration::from_nanos(self.world.now())
     }
 
     fn listen(&mut self, now: Duration) {

@@ -65,6 +65,20 @@ fn a_client_that_closes_keeps_the_line_and_may_open_again() {
 }
 
 #[test]
+fn each_session_counts_from_where_it_was_opened() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    for _ in 0..2 {
+        client.open();
+        let [x, y, _] = pose(&client.sip());
+        assert!(x.abs() < 0.01 && y.abs() < 0.01, "{x} {y}");
+        client.say(&Command::Move(300));
+        client.sip_with(|sip| pose(sip)[0] > 0.28 && sip.left_velocity == 0);
+        client.say(&Command::Close(Form::Bare));
+    }
+}
+
+#[test]
 fn a_client_that_leaves_stops_the_robot_and_another_may_come() {
     let served = served();
     for _ in 0..3 {

@@ -90,7 +90,12 @@ fn open(address: &Address) -> Result<Stream, String> {
     }
 }
 
-fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
+/// A connection that never blocks, sends at once, and is given up when its peer has said nothing for some seconds, not even that it
+/// is there.
+///
+/// # Errors
+/// If the system takes one of its options back.
+pub fn prepared(stream: TcpStream) -> io::Result<TcpStream> {
     stream.set_nonblocking(true)?;
     // Commands are small and urgent.
     stream.set_nodelay(true)?;

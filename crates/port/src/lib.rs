@@ -30,5 +30,6 @@ mod serial;
 
 pub use address::{Address, AddressError, Framing, Parity};
 pub use backoff::Backoff;
+pub use connect::prepared;
 pub use port::{Link, Port};
 pub use pty::Pty;

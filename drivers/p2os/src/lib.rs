@@ -115,14 +115,15 @@ impl Schema for Pioneer {
             },
         };
         let stepped = robot.step(&wish);
-        if robot.is_up() {
-            self.sense(cx, &mut robot)?;
+        let sensed = if robot.is_up() {
+            self.sense(cx, &mut robot)
         } else {
             self.take_back(cx);
-        }
+            Ok(())
+        };
         robot.tell(cx, &mut self.connection);
         self.robot = Some(robot);
-        stepped
+        stepped.and(sensed)
     }
 
     fn sleep(&mut self, cx: &Context) {

@@ -30,9 +30,7 @@ pub(super) fn speed(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
     match number {
         Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),
-        Ok(_) => Err(format!(
-            "`{text}` must be from 0.01x to 100x; --lockstep goes as fast as the machine"
-        )),
+        Ok(_) => Err(format!("`{text}` must be from 0.01x to 100x")),
         Err(_) => Err(format!("`{text}` is no speed; write a number such as 4x or 0.5x")),
     }
 }

@@ -17,6 +17,8 @@ impl Station {
             Command::Open(_) => {
                 if self.phase == Phase::Ready {
                     self.phase = Phase::Open;
+                    // A robot counts from where its servers are opened.
+                    self.rename(world, Pose2::default());
                     self.next_sip = now + CYCLE;
                 }
             }
