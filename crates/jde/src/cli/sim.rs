@@ -18,6 +18,7 @@ use super::{print_json, quantity};
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::places;
+use crate::report::counted;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, WARN, Words};
 
 /// Where clients of the protocol look for a robot.
@@ -181,12 +182,12 @@ fn tell(robot: &Tally, words: &mut Words) -> std::io::Result<()> {
     let style = if robot.collisions == 0 { GOOD } else { BAD };
     writeln!(
         words,
-        "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{} collisions{style:#}, never nearer than {:.2} m to anything, {} sessions",
+        "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{}{style:#}, never nearer than {:.2} m to anything, {}",
         robot.robot,
         robot.travelled,
-        robot.collisions,
+        counted(robot.collisions, "collision"),
         robot.min_clearance.max(0.0),
-        robot.sessions
+        counted(robot.sessions, "session")
     )
 }
 

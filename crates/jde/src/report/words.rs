@@ -68,7 +68,8 @@ fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> 
     }
 }
 
-fn counted(count: u64, what: &str) -> String {
+/// So many of something, in words.
+pub(crate) fn counted(count: u64, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {what}{plural}")
 }
