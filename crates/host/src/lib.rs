@@ -15,6 +15,7 @@ pub mod plugin;
 mod runner;
 mod running;
 pub mod snapshot;
+pub mod story;
 
 pub use engine::{decider_name, policy_name};
 pub use running::{BeforeStart, Handle, Lockstep, Options, Running, StartError};

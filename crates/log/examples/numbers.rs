@@ -15,7 +15,8 @@
 use std::error::Error;
 use std::io::Write;
 
-use jde_log::{Recording, cdr};
+use jde_log::Recording;
+use jde_ros::cdr;
 use jde_types::{LaserScan, Odometry, Value};
 
 fn main() -> Result<(), Box<dyn Error>> {

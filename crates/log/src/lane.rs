@@ -11,8 +11,7 @@ use std::time::Duration;
 use crossbeam_queue::ArrayQueue;
 use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
-
-use crate::story::Told;
+use jde_host::event::Event;
 
 /// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
 const ROOM: usize = 512 << 10;
@@ -64,6 +63,19 @@ pub(crate) struct Note {
     pub(crate) since: u64,
     pub(crate) new: AtomicBool,
     pub(crate) published: AtomicU64,
+}
+
+/// What the writing thread is told besides values.
+pub(crate) enum Told {
+    /// Something happened.
+    Event(Event),
+    /// The value of a variable was taken back.
+    Retracted {
+        /// When.
+        time: Nanos,
+        /// Which, by its full name.
+        variable: String,
+    },
 }
 
 /// What publishers and the writing thread share.

@@ -4,8 +4,6 @@
 //! [`Recorder`] keeps what a running application publishes and decides; [`Recording`] reads it back, also what a power cut
 //! left. A robot never waits for a recording: what cannot be kept is counted and said. Decides nothing and prints nothing.
 
-pub mod cdr;
-pub mod definition;
 mod error;
 mod lane;
 mod origin;
@@ -13,7 +11,6 @@ mod pattern;
 mod recorder;
 mod recording;
 mod scribe;
-mod story;
 mod tap;
 mod writer;
 

@@ -12,10 +12,10 @@ use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
 use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
+use jde_host::story::Story;
 
-use crate::lane::{Lane, Shared, Topic, lock};
+use crate::lane::{Lane, Shared, Told, Topic, lock};
 use crate::scribe::{Scribe, Syncer};
-use crate::story::{Story, Told};
 use crate::tap;
 use crate::writer::{self, Output, Writer};
 use crate::{Error, Origin};

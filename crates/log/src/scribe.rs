@@ -10,11 +10,11 @@ use std::thread::{self, Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use jde_board::Reader;
+use jde_host::story::{Kind, Line, Story};
+use jde_ros::cdr;
 
-use crate::cdr;
-use crate::lane::{Lane, Shared, Slot, lock};
+use crate::lane::{Lane, Shared, Slot, Told, lock};
 use crate::recorder::OnTrouble;
-use crate::story::{CHANNELS, Line, Story, Told};
 use crate::tap::{News, Seen, retracted};
 use crate::writer::{Times, Writer};
 
@@ -122,8 +122,9 @@ impl Scribe {
         if self.story.is_none() {
             return;
         }
-        for (topic, name, schema) in CHANNELS {
-            if let Some(channel) = self.write(|writer| writer.json(topic, name, schema)) {
+        for kind in Kind::ALL {
+            let (name, schema) = kind.schema();
+            if let Some(channel) = self.write(|writer| writer.json(kind.topic(), name, schema)) {
                 self.story_channels.push(channel);
             }
         }
@@ -234,19 +235,23 @@ impl Scribe {
     }
 
     fn tell(&mut self, told: &Told) {
-        let lines = self.story.as_mut().map(|story| story.hear(told));
+        let lines = self.story.as_mut().map(|story| match told {
+            Told::Event(event) => story.hear(event),
+            Told::Retracted { time, variable } => vec![Line::retracted(*time, variable)],
+        });
         self.lines(lines.unwrap_or_default());
     }
 
     fn lines(&mut self, lines: Vec<Line>) {
         for line in lines {
             let times = Times {
-                log: line.time,
-                publish: line.time,
+                log: line.time(),
+                publish: line.time(),
                 sequence: 0,
             };
-            match self.story_channels.get(line.channel).copied() {
-                Some(channel) if self.writer.is_some() => self.message(channel, times, &line.json),
+            // Opened in the order of the kinds.
+            match self.story_channels.get(line.kind() as usize).copied() {
+                Some(channel) if self.writer.is_some() => self.message(channel, times, &line.json()),
                 Some(_) | None => {
                     self.shared.lost_events.fetch_add(1, Ordering::Relaxed);
                 }

@@ -6,9 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use jde_board::{Access, Nanos, Reader, Variable};
 
-use crate::lane::{Lane, Note, Shared, Stamps, Topic};
+use crate::lane::{Lane, Note, Shared, Stamps, Told, Topic};
 use crate::recorder::Clock;
-use crate::story::Told;
 
 /// Values beyond this are fetched by the writing thread instead of copied by whoever publishes them: copying so much takes a few
 /// microseconds.

@@ -14,7 +14,9 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions};
 
-use crate::{Error, Origin, definition};
+use jde_ros::definition;
+
+use crate::{Error, Origin};
 
 /// Where the bytes of a recording go.
 pub(crate) type Output = Box<dyn Write + Send>;

@@ -52,8 +52,15 @@ const TABLE: &[Row] = &[
     ),
     row(
         "crates/log",
-        &["crates/abi", "crates/board", "crates/core", "crates/host"],
+        &[
+            "crates/abi",
+            "crates/board",
+            "crates/core",
+            "crates/host",
+            "crates/ros",
+        ],
     ),
+    row("crates/ros", &["crates/abi"]),
     Row {
         folder: "crates/jde",
         ours: Ours::AnyCrate,

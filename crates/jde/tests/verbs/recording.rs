@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use jde_log::{Message, Recording, cdr};
+use jde_log::{Message, Recording};
+use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
 
 use crate::support::{app, jde_with_plugins, json, said};

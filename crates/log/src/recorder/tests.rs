@@ -12,7 +12,9 @@ use jde_types::{Image, LaserScan, Value};
 use tempfile::TempDir;
 
 use super::*;
-use crate::{Message, Recording, cdr};
+use jde_ros::cdr;
+
+use crate::{Message, Recording};
 
 /// Variables, their time and a folder.
 struct Bench {

@@ -1,0 +1,243 @@
+//! What a run decided and went through, as messages of JSON with a schema each: names and reasons are texts of any length, which
+//! the fixed-size types of variables have no room for. Whoever reads `--decisions`, a recording or the link reads the same lines.
+
+mod decided;
+mod lines;
+
+use jde_core::{Health, Nanos, Operator};
+
+use crate::app::Application;
+use crate::event::{Event, OperatorAction, Outcome};
+pub use decided::{Decided, state_name};
+pub use lines::{Candidate, Change, Decision, Happening};
+
+/// One message of a story.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Line {
+    /// A selection.
+    Decision(Decision),
+    /// A change of state.
+    Change(Change),
+    /// Whatever else.
+    Happening(Happening),
+}
+
+/// The kinds of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// [`Line::Decision`].
+    Decision,
+    /// [`Line::Change`].
+    Change,
+    /// [`Line::Happening`].
+    Happening,
+}
+
+/// Turns events into messages.
+pub struct Story {
+    schemas: Vec<String>,
+    decided: Decided,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Decision, Self::Change, Self::Happening];
+
+    /// Where messages of this kind are found: `/jde/decisions`.
+    #[must_use]
+    pub fn topic(self) -> &'static str {
+        match self {
+            Self::Decision => "/jde/decisions",
+            Self::Change => "/jde/states",
+            Self::Happening => "/jde/events",
+        }
+    }
+
+    /// Name of their JSON schema, and the schema.
+    #[must_use]
+    pub fn schema(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Decision => ("jde/Decision", include_str!("decision.json")),
+            Self::Change => ("jde/State", include_str!("state.json")),
+            Self::Happening => ("jde/Event", include_str!("event.json")),
+        }
+    }
+}
+
+impl Story {
+    /// Of an application.
+    #[must_use]
+    pub fn new(application: &Application) -> Self {
+        Self {
+            schemas: application
+                .instances
+                .iter()
+                .map(|instance| instance.name.clone())
+                .collect(),
+            decided: Decided::new(application),
+        }
+    }
+
+    /// The messages that an event makes; those of selections come once the time of their takeover is known.
+    pub fn hear(&mut self, event: &Event) -> Vec<Line> {
+        let decided = self.decided.hear(event);
+        let mut lines: Vec<_> = decided.into_iter().map(Line::Decision).collect();
+        lines.extend(self.event(event));
+        lines
+    }
+
+    /// Selections whose takeover never came.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<Line> {
+        self.decided.rest().into_iter().map(Line::Decision).collect()
+    }
+
+    fn event(&self, event: &Event) -> Option<Line> {
+        let name = |schema: &usize| Some(self.schemas[*schema].clone());
+        let ms = |time: Nanos| time as f64 / 1e6;
+        Some(match event {
+            Event::Decided(_) | Event::Took { .. } => return None,
+            Event::Changed {
+                time,
+                schema,
+                from,
+                to,
+            } => Line::Change(Change {
+                time_s: seconds(*time),
+                schema: self.schemas[*schema].clone(),
+                from: state_name(*from).to_owned(),
+                to: state_name(*to).to_owned(),
+            }),
+            Event::Health { time, schema, health } => {
+                let (kind, text) = match health {
+                    Health::Ok => ("ok", "well again".to_owned()),
+                    Health::Overrun => ("overrun", "missed its deadline".to_owned()),
+                    Health::ArbitrationFailed(reason) => ("arbitration-failed", reason.clone()),
+                    Health::Faulted(reason) => ("faulted", reason.clone()),
+                };
+                happening(*time, kind, name(schema), text)
+            }
+            Event::Overrun {
+                time,
+                schema,
+                took,
+                budget,
+            } => {
+                let text = format!("took {:.3} ms of {:.3} ms", ms(*took), ms(*budget));
+                happening(*time, "overrun", name(schema), text)
+            }
+            Event::Hung { time, schema, since } => {
+                let text = format!(
+                    "a call has not returned for {:.3} ms",
+                    ms(time.saturating_sub(*since))
+                );
+                happening(*time, "hung", name(schema), text)
+            }
+            Event::Refused { time, schema, what } => happening(*time, "refused", name(schema), what.clone()),
+            Event::Operator { time, action } => {
+                let (schema, text) = operator(action);
+                happening(*time, "operator", name(&schema), text)
+            }
+            Event::Ended { time, outcome } => {
+                let text = match outcome {
+                    Outcome::Done => "the mission is done",
+                    Outcome::Failed => "the mission failed",
+                    Outcome::TimeUp => "the time was up",
+                    Outcome::Stopped => "it was asked to stop",
+                    Outcome::Broken(reason) => reason,
+                };
+                happening(*time, "ended", None, text.to_owned())
+            }
+        })
+    }
+}
+
+/// Whom an operator acted on, and how.
+fn operator(action: &OperatorAction) -> (usize, String) {
+    match action {
+        OperatorAction::Hierarchy(Operator::Play(id)) => (id.index(), "played".to_owned()),
+        OperatorAction::Hierarchy(Operator::Stop(id)) => (id.index(), "stopped".to_owned()),
+        OperatorAction::Hierarchy(Operator::Force(id)) => (id.index(), "forced".to_owned()),
+        OperatorAction::Hierarchy(Operator::Release(id)) => (id.index(), "released".to_owned()),
+        OperatorAction::Period { schema, period } => {
+            (*schema, format!("period set to {} s", seconds(*period)))
+        }
+        OperatorAction::Modulate {
+            schema,
+            variable,
+            value,
+        } => (*schema, format!("{variable} set to {value}")),
+    }
+}
+
+fn happening(time: Nanos, kind: &str, schema: Option<String>, text: String) -> Line {
+    Line::Happening(Happening {
+        time_s: seconds(time),
+        kind: kind.to_owned(),
+        schema,
+        text,
+    })
+}
+
+/// Seconds, exact to the nanosecond for the first hundred days.
+pub(crate) fn seconds(time: Nanos) -> f64 {
+    time as f64 / 1e9
+}
+
+impl Line {
+    /// That the value of a variable was taken back.
+    #[must_use]
+    pub fn retracted(time: Nanos, variable: &str) -> Self {
+        happening(
+            time,
+            "retracted",
+            None,
+            format!("the value of {variable} was taken back"),
+        )
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Decision(_) => Kind::Decision,
+            Self::Change(_) => Kind::Change,
+            Self::Happening(_) => Kind::Happening,
+        }
+    }
+
+    /// When, ns since the application's start.
+    #[must_use]
+    pub fn time(&self) -> Nanos {
+        let time_s = match self {
+            Self::Decision(decision) => decision.time_s,
+            Self::Change(change) => change.time_s,
+            Self::Happening(happening) => happening.time_s,
+        };
+        (time_s * 1e9).round() as Nanos
+    }
+
+    /// The message.
+    #[must_use]
+    pub fn json(&self) -> Vec<u8> {
+        let json = match self {
+            Self::Decision(decision) => serde_json::to_vec(decision),
+            Self::Change(change) => serde_json::to_vec(change),
+            Self::Happening(happening) => serde_json::to_vec(happening),
+        };
+        // Numbers and texts always have a form in JSON.
+        json.unwrap_or_default()
+    }
+
+    /// Reads a message of a kind back.
+    ///
+    /// # Errors
+    /// It is no such message.
+    pub fn read(kind: Kind, json: &[u8]) -> serde_json::Result<Self> {
+        Ok(match kind {
+            Kind::Decision => Self::Decision(serde_json::from_slice(json)?),
+            Kind::Change => Self::Change(serde_json::from_slice(json)?),
+            Kind::Happening => Self::Happening(serde_json::from_slice(json)?),
+        })
+    }
+}
