@@ -3,3 +3,6 @@
 
 pub mod cdr;
 pub mod definition;
+
+#[cfg(test)]
+mod random;

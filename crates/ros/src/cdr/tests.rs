@@ -1,13 +1,13 @@
 //! Messages against bytes worked out by hand, and there and back for values of every standard and of random types.
 
 use std::fmt::Debug;
-use std::sync::Arc;
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_types::{Frame, Header, LaserScan, Seq, Text, Time, Twist, Value, Vector3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::random::{Shape, of_fields, types};
 
 /// Both ways: the message is the value, and the value is the message.
 fn is_message<T: Value + PartialEq + Debug>(value: &T, by_hand: &[u8]) {
@@ -145,96 +145,6 @@ fn what_is_no_message_is_refused_with_its_place() {
         })
     );
     assert_eq!(decode(&text, b"\0\x01\0\0\x01\0\0\0\0....."), Err(Error::Long(5)));
-}
-
-/// How many elements a field of a random type has.
-#[derive(Clone, Copy, Debug)]
-enum Shape {
-    One,
-    Array(usize),
-    Sequence(usize),
-    Text(usize),
-}
-
-/// Lays fields out as C does; the gaps are nobody's.
-fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
-    let mut at = 0;
-    let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
-        let mut number_of_elements = || {
-            let offset = at_next(&mut at, 4, 4);
-            at = at.next_multiple_of(8);
-            offset
-        };
-        let form = match shape {
-            Shape::One => Form::One,
-            Shape::Array(count) => Form::Array(count),
-            Shape::Sequence(capacity) => Form::Sequence {
-                capacity,
-                length_offset: number_of_elements(),
-            },
-            Shape::Text(capacity) => Form::Text {
-                capacity,
-                length_offset: number_of_elements(),
-            },
-        };
-        let kind = match shape {
-            Shape::Text(_) => FieldKind::Scalar(Scalar::U8),
-            Shape::One | Shape::Array(_) | Shape::Sequence(_) => kind,
-        };
-        Field {
-            name: format!("f{number}"),
-            doc: String::new(),
-            unit: String::new(),
-            offset: at_next(&mut at, kind.align(), kind.bytes() * form.capacity()),
-            kind,
-            form,
-        }
-    });
-    let fields = fields.collect();
-    Type {
-        name: "random".to_owned(),
-        doc: String::new(),
-        bytes: at.next_multiple_of(8).max(8),
-        align: 8,
-        fields,
-    }
-}
-
-fn at_next(at: &mut usize, align: usize, bytes: usize) -> usize {
-    let offset = at.next_multiple_of(align);
-    *at = offset + bytes;
-    offset
-}
-
-fn types() -> impl Strategy<Value = Type> {
-    let scalar = prop::sample::select(vec![
-        Scalar::Bool,
-        Scalar::U8,
-        Scalar::U16,
-        Scalar::U32,
-        Scalar::U64,
-        Scalar::I8,
-        Scalar::I16,
-        Scalar::I32,
-        Scalar::I64,
-        Scalar::F32,
-        Scalar::F64,
-    ])
-    .prop_map(FieldKind::Scalar);
-    let shape = || {
-        prop_oneof![
-            Just(Shape::One),
-            (1..5usize).prop_map(Shape::Array),
-            (1..5usize).prop_map(Shape::Sequence),
-            (1..9usize).prop_map(Shape::Text)
-        ]
-    };
-    let flat = prop::collection::vec((scalar.clone(), shape()), 0..5).prop_map(of_fields);
-    flat.prop_recursive(3, 24, 4, move |inner| {
-        let inner = inner.prop_map(|inner| FieldKind::Struct(Arc::new(inner)));
-        let kind = prop_oneof![scalar.clone(), inner];
-        prop::collection::vec((kind, shape()), 0..5).prop_map(of_fields)
-    })
 }
 
 /// Numbers that look random (SplitMix64, Steele, Lea, Flood 2014).

@@ -1,5 +1,9 @@
 //! The ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own fields, then those of every type it
-//! is made of. Reads no definitions.
+//! is made of; and back. Knows messages alone, no services or actions.
+
+mod read;
+
+pub use read::{ReadError, read};
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -14,7 +18,7 @@ const RULE: &str = "============================================================
 /// The name of a type's schema, as ROS 2 writes it: `package/msg/Type`. Whatever a ROS name cannot have becomes `_`.
 #[must_use]
 pub fn name(value_type: &Type) -> String {
-    let (package, name) = parts(value_type);
+    let (package, name) = parts(&value_type.name);
     format!("{package}/msg/{name}")
 }
 
@@ -83,12 +87,11 @@ fn comment(doc: &str, unit: &str, text: &mut String) {
 
 /// The name of a type as definitions write it: `package/Type`.
 fn short(value_type: &Type) -> String {
-    let (package, name) = parts(value_type);
+    let (package, name) = parts(&value_type.name);
     format!("{package}/{name}")
 }
 
-fn parts(value_type: &Type) -> (String, String) {
-    let full = value_type.name.as_str();
+fn parts(full: &str) -> (String, String) {
     let package = full.split_once('/').map_or(PACKAGE, |(package, _)| package);
     let name = full.rsplit_once('/').map_or(full, |(_, name)| name);
     (plain(package), plain(name))

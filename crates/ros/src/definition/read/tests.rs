@@ -1,0 +1,174 @@
+//! Definitions of every standard and of random types are read back; those of others are read as ROS 2 means them, or refused.
+
+use jde_types::standard;
+use proptest::prelude::*;
+
+use super::super::definition;
+use super::*;
+use crate::random::types;
+
+fn is_read_back(value_type: &Type) {
+    let text = definition(value_type);
+    let back = read(&value_type.name, &text).unwrap_or_else(|error| panic!("{error} in\n{text}"));
+    assert_eq!(back.hash(), value_type.hash(), "{text}");
+    assert_eq!(&back, value_type, "{text}");
+}
+
+#[test]
+fn every_standard_type_is_read_back_with_docs_and_units() {
+    for value_type in standard() {
+        is_read_back(&value_type);
+    }
+}
+
+#[test]
+fn a_definition_as_ros_writes_it_is_read() {
+    let text = "\
+# A reading.
+# Of something.
+
+uint8 GOOD=1   # a constant
+string NAME = \"a # b\"
+# Belongs to the constant.
+int32 X=-3
+
+# Not near.
+
+Inner inner
+other_msgs/msg/Stamp at # when [ns]
+float32[3] axes
+char letter 7
+# How far. [m]
+# It is signed.
+float64 far
+# [m/s]
+float64[<=2] fast 1.0 # nothing
+================================================================================
+MSG: my_msgs/Inner
+byte small
+================================================================================
+MSG: other_msgs/Stamp
+uint64 ns
+";
+    let read = read("my_msgs/msg/Reading", text).unwrap();
+    assert_eq!(
+        (read.name.as_str(), read.doc.as_str()),
+        ("my_msgs/msg/Reading", "A reading.\nOf something.")
+    );
+    let fields: Vec<_> = read
+        .fields
+        .iter()
+        .map(|field| {
+            (
+                field.name.as_str(),
+                field.doc.as_str(),
+                field.unit.as_str(),
+                field.offset,
+            )
+        })
+        .collect();
+    assert_eq!(
+        fields,
+        [
+            ("inner", "", "", 0),
+            ("at", "when", "ns", 8),
+            ("axes", "", "", 16),
+            ("letter", "", "", 28),
+            ("far", "How far. [m]\nIt is signed.", "", 32),
+            ("fast", "", "m/s", 48),
+        ]
+    );
+    assert_eq!((read.bytes, read.align), (64, 8));
+    let FieldKind::Struct(inner) = &read.fields[0].kind else {
+        panic!("{read:?}");
+    };
+    assert_eq!((inner.name.as_str(), inner.bytes), ("my_msgs/msg/Inner", 1));
+}
+
+#[track_caller]
+fn is_refused(text: &str, words: &str) {
+    let refused = read("a/msg/A", text).unwrap_err().to_string();
+    assert!(refused.contains(words), "{refused}");
+}
+
+#[test]
+fn what_cannot_be_shared_is_refused_with_its_line() {
+    is_refused("# doc\nfloat32[] ranges\n", "line 2: a field of `float32[]`");
+    is_refused(
+        "string name",
+        "line 1: a field of `string` cannot be shared; give it a bound",
+    );
+    is_refused("wstring<=4 name", "UTF-8");
+    is_refused("string<=4[2] names", "each text");
+    is_refused("float32[0] none", "1 to 4294967295");
+    is_refused("float32[<=99999999999] many", "1 to 4294967295");
+    is_refused("float32[3 axes", "`]`");
+    is_refused("\nfloat32\n", "line 2: `float32` is no field");
+    is_refused("float32 a.b", "is no field");
+    is_refused("float32 #comment", "is no field");
+    is_refused("float32 a\nint8 a", "line 2: there is a `a`");
+    is_refused("b/B b", "line 1: `b/B` is not defined");
+    is_refused("B b", "line 1: `a/B` is not defined");
+    is_refused("===\nfloat32 x", "line 2");
+    is_refused("===", "line 1");
+    is_refused("===\nMSG: a/A\nint8 x", "there is a `a/A`");
+}
+
+#[test]
+fn what_would_never_end_is_refused() {
+    is_refused("a/A again", "contains itself");
+    is_refused("b/B b\n===\nMSG: b/B\na/A[4] a", "contains itself");
+    is_refused(&"#".repeat(MOST_TEXT + 1), "at most");
+    is_refused("float64[4294967295] many", "too large");
+    let chain = |links: usize, of: &str| -> String {
+        let link = |n| {
+            let fields = of.replace("NEXT", &format!("a/T{}", n + 1));
+            format!("===\nMSG: a/T{n}\n{fields}\n")
+        };
+        let links: String = (0..links).map(link).collect();
+        format!("a/T0 first\n{links}===\nMSG: a/T{}\nint8 x\n", links_of(&links))
+    };
+    assert!(read("a/msg/A", &chain(15, "NEXT next")).is_ok());
+    is_refused(&chain(16, "NEXT next"), "deeper");
+    // Each level has twice the fields of the next.
+    is_refused(&chain(15, "NEXT x\nNEXT y\nNEXT z\n"), "too large");
+}
+
+fn links_of(text: &str) -> usize {
+    text.matches("MSG:").count()
+}
+
+#[test]
+fn a_type_that_nests_deep_is_refused_however_it_is_reached() {
+    // Shallow first, so that it is finished when the deep way comes to it.
+    let mut text = "a/T8 early\na/T0 first\n".to_owned();
+    for n in 0..17 {
+        text += &format!("===\nMSG: a/T{n}\na/T{} next\n", n + 1);
+    }
+    text += "===\nMSG: a/T17\nint8 x\n";
+    is_refused(&text, "deeper");
+}
+
+proptest! {
+    #[test]
+    fn random_types_are_read_back(value_type in types()) {
+        is_read_back(&value_type);
+    }
+
+    #[test]
+    fn texts_nobody_meant_do_no_harm(text in "([ -~]{0,12}\n?){0,40}") {
+        let _ = read("a/msg/A", &text);
+    }
+
+    #[test]
+    fn a_definition_that_was_damaged_does_no_harm(
+        value_type in types(),
+        at: prop::sample::Index,
+        put in "[=#\\[\\]<a-c/ \n0-9]{0,6}",
+    ) {
+        let mut text = definition(&value_type);
+        let at = at.index(text.len() + 1);
+        text.replace_range(at..(at + 2).min(text.len()).max(at), &put);
+        let _ = read(&value_type.name, &text);
+    }
+}

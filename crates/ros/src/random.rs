@@ -1,0 +1,101 @@
+//! Random types for tests, laid out as C and the sequences and texts of schemas lie in memory. Makes no values.
+
+use std::sync::Arc;
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use proptest::prelude::*;
+
+/// How many elements a field has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape {
+    One,
+    Array(usize),
+    Sequence(usize),
+    Text(usize),
+}
+
+/// A type of these fields; no two types have one name.
+pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
+    let (mut at, mut most) = (0_usize, 1);
+    let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
+        let kind = match shape {
+            Shape::Text(_) => FieldKind::Scalar(Scalar::U8),
+            Shape::One | Shape::Array(_) | Shape::Sequence(_) => kind,
+        };
+        let align = match shape {
+            Shape::One | Shape::Array(_) => kind.align(),
+            Shape::Sequence(_) | Shape::Text(_) => kind.align().max(4),
+        };
+        let start = at.next_multiple_of(align);
+        let (form, head) = match shape {
+            Shape::One => (Form::One, 0),
+            Shape::Array(count) => (Form::Array(count), 0),
+            Shape::Sequence(capacity) => (
+                Form::Sequence {
+                    capacity,
+                    length_offset: start,
+                },
+                8,
+            ),
+            Shape::Text(capacity) => (
+                Form::Text {
+                    capacity,
+                    length_offset: start,
+                },
+                4,
+            ),
+        };
+        at = (start + head + kind.bytes() * form.capacity()).next_multiple_of(align);
+        most = most.max(align);
+        Field {
+            name: format!("f{number}"),
+            doc: String::new(),
+            unit: String::new(),
+            offset: start + head,
+            kind,
+            form,
+        }
+    });
+    let fields: Vec<Field> = fields.collect();
+    let mut made = Type {
+        name: String::new(),
+        doc: String::new(),
+        bytes: at.next_multiple_of(most).max(1),
+        align: most,
+        fields,
+    };
+    made.name = format!("random_msgs/msg/T{:016x}", made.hash());
+    made
+}
+
+/// Types of up to four fields, three levels deep.
+pub(crate) fn types() -> impl Strategy<Value = Type> {
+    let scalar = prop::sample::select(vec![
+        Scalar::Bool,
+        Scalar::U8,
+        Scalar::U16,
+        Scalar::U32,
+        Scalar::U64,
+        Scalar::I8,
+        Scalar::I16,
+        Scalar::I32,
+        Scalar::I64,
+        Scalar::F32,
+        Scalar::F64,
+    ])
+    .prop_map(FieldKind::Scalar);
+    let shape = || {
+        prop_oneof![
+            Just(Shape::One),
+            (1..5usize).prop_map(Shape::Array),
+            (1..5usize).prop_map(Shape::Sequence),
+            (1..9usize).prop_map(Shape::Text)
+        ]
+    };
+    let flat = prop::collection::vec((scalar.clone(), shape()), 0..5).prop_map(of_fields);
+    flat.prop_recursive(3, 24, 4, move |inner| {
+        let inner = inner.prop_map(|inner| FieldKind::Struct(Arc::new(inner)));
+        let kind = prop_oneof![scalar.clone(), inner];
+        prop::collection::vec((kind, shape()), 0..5).prop_map(of_fields)
+    })
+}
