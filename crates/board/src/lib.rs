@@ -44,6 +44,7 @@ pub use {
     board::Board,
     declaration::{Access, Declaration, Nanos, Stamp},
     error::{Error, Refused},
+    nearest::nearest,
     reader::{Latched, Reader},
     variable::{Variable, VariableStatus},
     writer::Writer,

@@ -74,6 +74,15 @@ impl Failure {
         }
     }
 
+    /// A name that is none of those there are: the nearest is named, or all of them.
+    pub(crate) fn unknown<'n>(what: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
+        let help = match jde_board::nearest(name, known.clone()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are: {}", known.collect::<Vec<_>>().join(", ")),
+        };
+        Self::usage(format!("there is no {what} `{name}`"), help)
+    }
+
     /// For errors of a file.
     pub(crate) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();

@@ -10,10 +10,13 @@ mod log;
 mod new;
 mod picture;
 mod places;
+mod plot;
 mod report;
+mod screen;
 mod session;
 mod terminal;
 mod top;
+mod why;
 
 fn main() -> std::process::ExitCode {
     cli::main()

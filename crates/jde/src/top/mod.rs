@@ -9,7 +9,6 @@ mod keys;
 mod paint;
 mod screen;
 mod switches;
-mod terminal;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -93,7 +92,7 @@ pub(crate) enum Left {
 ///
 /// Errors: standard input or output is not a terminal, or it went away.
 pub(crate) fn run(app: &dyn Application, title: &str) -> io::Result<Left> {
-    terminal::with_screen(|terminal| {
+    crate::screen::with_screen(|terminal| {
         let mut screen = Screen::new(title, paint::Paint::from_environment(), app);
         loop {
             if screen.outcome == Some(Outcome::Stopped) {

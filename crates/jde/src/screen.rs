@@ -1,4 +1,4 @@
-//! The terminal while the view has it: raw, on its alternate screen, and given back on every way out.
+//! The terminal while a view has it: raw, on its alternate screen, and given back on every way out.
 //!
 //! It refuses to draw.
 
@@ -25,13 +25,13 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 /// Gives `view` the terminal and takes it back afterwards; a panic of `view` goes on once the terminal is as before.
 ///
 /// Meanwhile panics of other threads are kept, not printed over the picture, and told on standard error at the end.
-pub(super) fn with_screen<T>(
+pub(crate) fn with_screen<T>(
     view: impl FnOnce(&mut Terminal<CrosstermBackend<Stdout>>) -> io::Result<T>,
 ) -> io::Result<T> {
     if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
         return Err(io::Error::new(
             io::ErrorKind::Unsupported,
-            "the oscilloscope needs a terminal for its input and output: run it without a pipe",
+            "this view needs a terminal for its input and output: run it without a pipe",
         ));
     }
     let before = Arc::new(panic::take_hook());

@@ -1,0 +1,127 @@
+//! The answer to a question: the selection that is meant, out of all there were. Prints nothing.
+
+use jde_host::story::Decision;
+
+use super::question::Question;
+
+/// How far a time that somebody read off and rounded may be from the one that is meant, s.
+const ROUNDED: f64 = 0.1;
+
+/// What is answered.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Answer<'d> {
+    /// This selection, with the takeovers of its group before and after it.
+    Found {
+        /// The selection.
+        decision: &'d Decision,
+        /// The takeover before.
+        before: Option<&'d Decision>,
+        /// The takeover after.
+        after: Option<&'d Decision>,
+    },
+    /// There is none; why, in words.
+    None(String),
+}
+
+impl Question {
+    /// Finds the selection that is asked for among decisions in the order in which they were made.
+    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision]) -> Answer<'d> {
+        let found = if self.not {
+            self.standing(decisions)
+        } else {
+            self.takeover(decisions)
+        };
+        let Some(place) = found else {
+            return Answer::None(self.nothing(decisions));
+        };
+        let decision = &decisions[place];
+        let of_group = |other: &&Decision| other.changed && other.group == decision.group;
+        Answer::Found {
+            decision,
+            before: decisions[..place].iter().rev().find(of_group),
+            after: decisions[place + 1..].iter().find(of_group),
+        }
+    }
+
+    /// The takeover that is asked for: nearest to the time, or the last.
+    fn takeover(&self, decisions: &[Decision]) -> Option<usize> {
+        let matching = decisions
+            .iter()
+            .enumerate()
+            .filter(|(_, decision)| self.fits(decision));
+        let Some(at) = self.at else {
+            return matching.last().map(|(place, _)| place);
+        };
+        if self.winner.is_none() && self.loser.is_none() {
+            // Whoever asks for a time alone wants to know what was in force then.
+            return matching
+                .take_while(|(_, decision)| decision.time_s <= at + ROUNDED / 2.0)
+                .last()
+                .map(|(place, _)| place);
+        }
+        let far = |decision: &Decision| (decision.time_s - at).abs();
+        matching
+            .min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)))
+            .map(|(place, _)| place)
+    }
+
+    /// The selection in force for someone who did not win: the last in which it was a candidate and not chosen.
+    fn standing(&self, decisions: &[Decision]) -> Option<usize> {
+        let loser = self.winner.as_deref()?;
+        let until = self.at.map_or(f64::INFINITY, |at| at + ROUNDED / 2.0);
+        decisions.iter().rposition(|decision| {
+            decision.time_s <= until
+                && decision.choice.as_deref() != Some(loser)
+                && decision
+                    .candidates
+                    .iter()
+                    .any(|candidate| candidate.name == loser)
+        })
+    }
+
+    fn fits(&self, decision: &Decision) -> bool {
+        let is = |asked: &Option<String>, there: Option<&str>| asked.is_none() || asked.as_deref() == there;
+        decision.changed
+            && is(&self.winner, decision.choice.as_deref())
+            && is(&self.loser, decision.before.as_deref())
+            && is(&self.group, Some(&decision.group))
+    }
+
+    /// Why nothing fits, and what would.
+    fn nothing(&self, decisions: &[Decision]) -> String {
+        let takeovers = decisions.iter().filter(|decision| decision.changed);
+        let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
+            return String::from("no selection has been made yet");
+        };
+        let winner = self.winner.as_deref();
+        let won = takeovers
+            .clone()
+            .filter(|one| one.choice.as_deref() == winner)
+            .count();
+        match (winner, self.loser.as_deref()) {
+            (Some(name), _) if self.not => {
+                format!("{name} has been a candidate of no selection that somebody else won")
+            }
+            (Some(name), _) if won == 0 => format!(
+                "{name} took over at no time from {:.2} s to {:.2} s",
+                first.time_s, last.time_s
+            ),
+            (Some(name), Some(loser)) => {
+                let mut others: Vec<_> = takeovers
+                    .filter(|one| one.choice.as_deref() == winner)
+                    .map(|one| one.before.as_deref().unwrap_or("nobody"))
+                    .collect();
+                others.sort_unstable();
+                others.dedup();
+                format!(
+                    "{name} never took over from {loser}, only from {}",
+                    others.join(", ")
+                )
+            }
+            _ => format!(
+                "no takeover like that was made from {:.2} s to {:.2} s",
+                first.time_s, last.time_s
+            ),
+        }
+    }
+}

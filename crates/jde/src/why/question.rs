@@ -1,0 +1,159 @@
+//! A question about a selection, as people ask it: `did vff take over from goon at 12.4 s?`
+//!
+//! Names are those of the application; whatever else a sentence is made of is left out, and what is none of both is refused.
+
+use crate::failure::Failure;
+
+/// What is asked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Question {
+    /// Who took over; or who did not, if [`Self::not`].
+    pub(crate) winner: Option<String>,
+    /// From whom.
+    pub(crate) loser: Option<String>,
+    /// In which group.
+    pub(crate) group: Option<String>,
+    /// When, s since the application's start.
+    pub(crate) at: Option<f64>,
+    /// Why it did not win.
+    pub(crate) not: bool,
+}
+
+/// The words of a sentence that say nothing here.
+const FILLERS: [&str; 26] = [
+    "why", "did", "does", "do", "is", "was", "has", "had", "take", "takes", "took", "taken", "over", "win",
+    "wins", "won", "winner", "chosen", "the", "a", "at", "time", "control", "in", "group", "act",
+];
+
+/// The words before whoever lost.
+const FROM: [&str; 5] = ["from", "instead", "of", "after", "before"];
+
+/// How a question looks.
+const HOW: &str =
+    "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon";
+
+impl Question {
+    /// Reads the words of a question, given the names there are.
+    pub(crate) fn read(words: &[String], schemas: &[String], groups: &[String]) -> Result<Self, Failure> {
+        let mut question = Self::default();
+        let mut from = false;
+        let mut number: Option<f64> = None;
+        let spaced = words.join(" ");
+        for word in spaced.split_whitespace() {
+            let word = word.trim_end_matches(['?', ',', ';']);
+            let plain = word.to_lowercase();
+            if schemas.iter().any(|name| name == word) {
+                question.named(word, from)?;
+                from = false;
+            } else if groups.iter().any(|name| name == word) {
+                question.group = Some(word.to_owned());
+            } else if FROM.contains(&plain.as_str()) {
+                from = true;
+            } else if ["not", "never", "didn't", "isn't", "wasn't", "doesn't"].contains(&plain.as_str()) {
+                question.not = true;
+            } else if let Some(time) = time(&plain, number) {
+                question.at = Some(time);
+                number = plain.parse().ok();
+            } else if !FILLERS.contains(&plain.as_str()) && !word.is_empty() {
+                let names = schemas.iter().chain(groups).map(String::as_str);
+                return Err(Failure::unknown("schema or group", word, names));
+            }
+        }
+        if question.not && question.winner.is_none() {
+            return Err(Failure::usage("the question does not say who did not win", HOW));
+        }
+        Ok(question)
+    }
+
+    fn named(&mut self, name: &str, from: bool) -> Result<(), Failure> {
+        let place = match (from, &self.winner) {
+            (true, _) => &mut self.loser,
+            (false, None) => &mut self.winner,
+            (false, Some(_)) => &mut self.loser,
+        };
+        if let Some(other) = place {
+            let message = format!("the question names `{other}` and `{name}` in the same place");
+            return Err(Failure::usage(message, HOW));
+        }
+        *place = Some(name.to_owned());
+        Ok(())
+    }
+}
+
+/// A time in seconds: "12.4s", "12.4", "1min"; or the unit of the number just before.
+fn time(word: &str, before: Option<f64>) -> Option<f64> {
+    let digits = word
+        .find(|letter: char| letter.is_ascii_alphabetic())
+        .unwrap_or(word.len());
+    let (number, unit) = word.split_at(digits);
+    let number = if number.is_empty() {
+        before?
+    } else {
+        number.parse().ok()?
+    };
+    let scale = match unit {
+        "" if before.is_none() => 1.0,
+        "s" | "sec" | "seconds" => 1.0,
+        "ms" => 1e-3,
+        "min" | "m" | "minutes" => 60.0,
+        "h" => 3600.0,
+        _ => return None,
+    };
+    let time = number * scale;
+    (time.is_finite() && time >= 0.0).then_some(time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ask(words: &str) -> Result<Question, String> {
+        let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+        let schemas = ["stop", "vff", "goon", "example"].map(str::to_owned);
+        Question::read(&words, &schemas, &["roots".to_owned(), "example/base".to_owned()]).map_err(
+            |failure| match failure {
+                Failure::Use { message, help } => format!("{message}; {help}"),
+                other => other.to_string(),
+            },
+        )
+    }
+
+    fn of(winner: Option<&str>, loser: Option<&str>, at: Option<f64>) -> Question {
+        Question {
+            winner: winner.map(str::to_owned),
+            loser: loser.map(str::to_owned),
+            at,
+            ..Question::default()
+        }
+    }
+
+    #[test]
+    fn a_sentence_and_its_bare_names_ask_the_same() {
+        let asked = of(Some("vff"), Some("goon"), Some(12.4));
+        assert_eq!(ask("did vff take over from goon at 12.4 s?"), Ok(asked.clone()));
+        assert_eq!(ask("vff goon 12.4s"), Ok(asked.clone()));
+        assert_eq!(ask("vff instead of goon at 12400 ms"), Ok(asked));
+        assert_eq!(ask("goon"), Ok(of(Some("goon"), None, None)));
+        assert_eq!(ask("at 2 min"), Ok(of(None, None, Some(120.0))));
+        assert_eq!(ask("from goon"), Ok(of(None, Some("goon"), None)));
+    }
+
+    #[test]
+    fn groups_and_what_did_not_win_can_be_asked_for() {
+        assert_eq!(
+            ask("example/base").unwrap().group.as_deref(),
+            Some("example/base")
+        );
+        let not = ask("is goon not the winner").unwrap();
+        assert!(not.not && not.winner.as_deref() == Some("goon"));
+        assert!(ask("not").unwrap_err().contains("who did not win"));
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused_with_the_nearest() {
+        let unclear = ask("did vf take over").unwrap_err();
+        assert_eq!(unclear, "there is no schema or group `vf`; did you mean `vff`?");
+        assert!(ask("-3s").is_err());
+        assert!(ask("vff goon stop").unwrap_err().contains("same place"));
+    }
+}

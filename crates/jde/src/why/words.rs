@@ -1,0 +1,163 @@
+//! A selection in words: who competed, who was chosen, by whom and why.
+
+use std::io::{self, Write};
+
+use jde_host::story::{Candidate, Decision};
+
+use super::answer::Answer;
+use crate::terminal::{FAINT, GOOD, TITLE, WARN};
+
+/// Tells an answer. `asked` is who the question was about, to be pointed at among the candidates.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(answer: &Answer<'_>, asked: Option<&str>, words: &mut dyn Write) -> io::Result<()> {
+    match answer {
+        Answer::None(reason) => writeln!(words, "{reason}"),
+        Answer::Found {
+            decision,
+            before,
+            after,
+        } => {
+            decision_in_full(decision, asked, words)?;
+            if let Some(before) = before {
+                near("before", before, words)?;
+            }
+            if let Some(after) = after {
+                near("after", after, words)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// A takeover in one line: `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
+pub(crate) fn line(decision: &Decision) -> String {
+    let name = |name: &Option<String>| name.as_deref().unwrap_or("nobody").to_owned();
+    let decider = match decision.decider.as_str() {
+        "nobody" => String::new(),
+        decider => format!(" {FAINT}({decider}){FAINT:#}"),
+    };
+    let took = match decision.takeover_us {
+        Some(took) => format!("{FAINT}, took {}{FAINT:#}", millis(took)),
+        None => String::new(),
+    };
+    format!(
+        "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
+        decision.time_s,
+        decision.group,
+        name(&decision.before),
+        name(&decision.choice),
+        decision.reason,
+    )
+}
+
+fn decision_in_full(decision: &Decision, asked: Option<&str>, words: &mut dyn Write) -> io::Result<()> {
+    let Decision {
+        number,
+        time_s,
+        group,
+        case,
+        candidates,
+        before,
+        choice,
+        decider,
+        reason,
+        cause,
+        changed,
+        takeover_us,
+    } = decision;
+    let name = |name: &Option<String>| name.as_deref().unwrap_or("nobody").to_owned();
+    let what = if *changed {
+        format!("{} -> {GOOD}{}{GOOD:#}", name(before), name(choice))
+    } else {
+        format!("{GOOD}{}{GOOD:#} stays", name(choice))
+    };
+    writeln!(
+        words,
+        "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
+    )?;
+    writeln!(words, "  because     {reason}")?;
+    writeln!(words, "  case        {case}: {}", in_words(case))?;
+    writeln!(words, "  decided by  {}", who(decider))?;
+    writeln!(words, "  set off by  {cause}")?;
+    if let Some(took) = takeover_us {
+        writeln!(
+            words,
+            "  took        {} from the cause to its first iteration",
+            millis(*took)
+        )?;
+    }
+    let width = candidates
+        .iter()
+        .map(|candidate| candidate.name.len())
+        .max()
+        .unwrap_or(0);
+    for (place, candidate) in candidates.iter().enumerate() {
+        let title = if place == 0 { "candidates" } else { "" };
+        let mark = match asked {
+            Some(asked) if asked == candidate.name => {
+                format!("  {WARN}<- {}{WARN:#}", verdict(candidate, decision))
+            }
+            _ if choice.as_ref() == Some(&candidate.name) => format!("  {GOOD}<- chosen{GOOD:#}"),
+            _ => String::new(),
+        };
+        let urgency = match candidate.urgency {
+            Some(urgency) if urgency != 0.0 => format!("  urgency {urgency}"),
+            Some(_) | None => String::new(),
+        };
+        let wants = if candidate.ready { "ready" } else { "not ready" };
+        writeln!(
+            words,
+            "  {title:<10}  {:<width$}  {:<8} {wants}{urgency}{mark}",
+            candidate.name, candidate.state
+        )?;
+    }
+    Ok(())
+}
+
+fn near(title: &str, decision: &Decision, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(words, "  {FAINT}{title:<10}{FAINT:#}{}", line(decision))
+}
+
+/// What became of one that is asked for.
+fn verdict(candidate: &Candidate, decision: &Decision) -> &'static str {
+    if decision.choice.as_ref() == Some(&candidate.name) {
+        "chosen"
+    } else if candidate.ready {
+        "ready, and somebody else was chosen"
+    } else {
+        "its precondition did not hold"
+    }
+}
+
+fn in_words(case: &str) -> &'static str {
+    match case {
+        "alone" => "exactly one was ready, and nobody is asked",
+        "collision" => "two or more were ready",
+        "absence" => "nobody was ready",
+        "forced" => "an operator forces one",
+        _ => "",
+    }
+}
+
+fn who(decider: &str) -> String {
+    match decider {
+        "nobody" => String::from("nobody: there was nothing to decide"),
+        "father" => String::from("the father's own arbitration"),
+        "arbitration-failed" => String::from("the priority order, for the father's arbitration failed"),
+        "absence-policy" => String::from("the absence policy of the group"),
+        "operator" => String::from("an operator"),
+        policy => format!("the policy of the group, {policy}"),
+    }
+}
+
+/// Microseconds in ms, with the digits that are of use.
+fn millis(micros: f64) -> String {
+    let ms = micros / 1e3;
+    if ms >= 10.0 {
+        format!("{ms:.1} ms")
+    } else {
+        format!("{ms:.2} ms")
+    }
+}
