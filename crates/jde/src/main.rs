@@ -1,6 +1,7 @@
 //! The one executable: it wires the rest, owns the command line and prints errors. What a verb does lives in a module of its
 //! own; nothing of control lives here.
 
+mod attached;
 mod cli;
 mod failure;
 mod inspect;

@@ -10,8 +10,8 @@ mod paint;
 mod screen;
 mod switches;
 #[cfg(test)]
-mod tests;
-mod text;
+pub(crate) mod tests;
+pub(crate) mod text;
 mod tree;
 
 use std::io;
@@ -23,6 +23,7 @@ use jde_host::snapshot::Snapshot;
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 
 use screen::Screen;
+pub(crate) use tree::{Row, rows};
 
 /// Time between two redraws: 20 a second look continuous and cost a few per cent of one core.
 const REDRAW: Duration = Duration::from_millis(50);

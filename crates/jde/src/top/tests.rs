@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use jde_host::event::Outcome;
-use jde_host::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use jde_host::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot, Switch};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -37,6 +37,11 @@ pub(super) fn schema(name: &str) -> SchemaView {
         faults: 0,
         operator: None,
     }
+}
+
+fn held(kind: HoldKind) -> Option<Hold> {
+    let by = "ana@laptop".to_owned();
+    Some(Hold { kind, by })
 }
 
 pub(super) fn group(name: &str) -> GroupView {
@@ -73,7 +78,7 @@ pub(super) fn snapshot(time: Nanos, schemas: Vec<SchemaView>, groups: Vec<GroupV
 }
 
 /// The example of the paper's section 5, somewhere in the middle of a drive.
-pub(super) fn navigation() -> Snapshot {
+pub(crate) fn navigation() -> Snapshot {
     let mut schemas = ["teleop", "example", "goon", "vff", "stop", "map", "pioneer"]
         .map(schema)
         .to_vec();
@@ -96,7 +101,7 @@ pub(super) fn navigation() -> Snapshot {
     schemas[3].measured = Some(75_020_000);
     schemas[3].load = 0.123;
     schemas[3].iterations = 1234;
-    schemas[3].operator = Some("forced");
+    schemas[3].operator = held(HoldKind::Forced);
     schemas[3].longest = 1_250_000;
     schemas[3].overruns = 2;
     schemas[3].refused = 3;
@@ -234,7 +239,7 @@ fn the_classic_terminal_shows_the_whole_example() {
     let below = lines.join("\n");
     for word in [
         "── vff · safe-navigation/vff, motor ─",
-        "WINNER with authority · Ok · forced by the operator",
+        "WINNER with authority · Ok · forced by ana@laptop",
         "1234 iterations · 2 overruns · 3 refused · 0 faults",
         "12.345 s  example/base  goon → vff  in 3.10 ms  father: obstacle ahead",
         "log line 40",
@@ -373,7 +378,7 @@ fn play_wakes_what_sleeps_or_is_stopped_and_force_lets_go_again() {
     let app = Fixed::new();
     let mut screen = app.screen();
     press(&mut screen, &app, &typed("jjjfjjp"));
-    app.snapshot.borrow_mut().schemas[5].operator = Some("stopped");
+    app.snapshot.borrow_mut().schemas[5].operator = held(HoldKind::Stopped);
     app.snapshot.borrow_mut().schemas[5].state = State::Checking;
     screen.observe(&app);
     press(&mut screen, &app, &typed("p"));

@@ -11,7 +11,7 @@ const UNITS: [(&str, f64); 5] = [("ns", 1.0), ("us", 1e3), ("µs", 1e3), ("ms", 
 const LONGEST_PERIOD: f64 = 3600e9;
 
 /// Gives a duration in its own unit with three significant digits: "75.0 ms".
-pub(super) fn span(nanos: Nanos) -> String {
+pub(crate) fn span(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
     match value {
         _ if unit == "ns" => format!("{value:.0} {unit}"),
@@ -22,21 +22,21 @@ pub(super) fn span(nanos: Nanos) -> String {
 }
 
 /// Gives a duration that somebody chose, with no more digits than it needs: "75 ms", "82.5 ms".
-pub(super) fn setting(nanos: Nanos) -> String {
+pub(crate) fn setting(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
     let digits = format!("{value:.3}");
     format!("{} {unit}", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// Gives a time since the start in seconds: "12.345 s".
-pub(super) fn moment(nanos: Nanos) -> String {
+pub(crate) fn moment(nanos: Nanos) -> String {
     format!("{:.3} s", nanos as f64 / 1e9)
 }
 
 /// Reads a period: a number with ns, us, ms, s or Hz.
 ///
 /// Errors: no number, no unit, zero or less, longer than an hour; in words for the person who typed it.
-pub(super) fn period(typed: &str) -> Result<Nanos, String> {
+pub(crate) fn period(typed: &str) -> Result<Nanos, String> {
     let typed = typed.trim();
     let split = typed
         .find(|c: char| !c.is_ascii_digit() && c != '.')

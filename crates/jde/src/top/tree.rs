@@ -6,7 +6,7 @@ use jde_host::snapshot::Snapshot;
 
 /// One row.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Row {
+pub(crate) enum Row {
     /// A group, by its place.
     Group {
         /// The lines of the tree before its name.
@@ -26,7 +26,7 @@ pub(super) enum Row {
 }
 
 /// Lists the hierarchy of a snapshot; every schema appears once.
-pub(super) fn rows(snapshot: &Snapshot) -> Vec<Row> {
+pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
     let mut list = List {
         snapshot,
         listed: vec![false; snapshot.schemas.len()],

@@ -1,0 +1,108 @@
+//! The hierarchy of an application at one instant, as a table that reads like a tree.
+
+use std::io::{self, Write};
+
+use jde_core::{Health, State};
+use jde_host::snapshot::{SchemaView, Snapshot};
+
+use super::table::{Cell, Side, Table};
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+use crate::top::{self, Row, text};
+
+/// Tells it.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()> {
+    let mut table = Table::new([
+        ("schema", Side::Left),
+        ("type", Side::Left),
+        ("state", Side::Left),
+        ("health", Side::Left),
+        ("cycle", Side::Right),
+        ("measured", Side::Right),
+        ("load", Side::Right),
+        ("iterations", Side::Right),
+        ("overruns", Side::Right),
+        ("refused", Side::Right),
+        ("faults", Side::Right),
+        ("operator", Side::Left),
+    ]);
+    for row in top::rows(snapshot) {
+        match row {
+            Row::Group { branch, group } => {
+                let group = &snapshot.groups[group];
+                let winner = group
+                    .winner
+                    .map_or("nobody", |winner| &snapshot.schemas[winner].name);
+                table.row([
+                    Cell::from(format!("{branch}[{}]", group.name)).styled(TITLE),
+                    Cell::from(format!("{} → {winner}", group.policy)).styled(FAINT),
+                ]);
+            }
+            Row::Schema { branch, schema } => table.row(cells(&branch, &snapshot.schemas[schema])),
+            Row::Heading(title) => table.row([Cell::from(title).styled(TITLE)]),
+        }
+    }
+    table.tell(words)
+}
+
+fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
+    let (state, style) = match view.state {
+        State::Winner => ("WINNER", GOOD),
+        State::Ready => ("READY", WARN),
+        State::Checking => ("CHECKING", TITLE),
+        State::Slept => ("SLEPT", FAINT),
+    };
+    let health = match &view.health {
+        Health::Ok => Cell::from("ok").styled(FAINT),
+        Health::Overrun => Cell::from("overrun").styled(WARN),
+        Health::ArbitrationFailed(_) => Cell::from("arbitration failed").styled(WARN),
+        Health::Faulted(_) => Cell::from("faulted").styled(BAD),
+    };
+    let bad = |count: u64| match count {
+        0 => Cell::from(0).styled(FAINT),
+        count => Cell::from(count).styled(WARN),
+    };
+    let operator = view.operator.as_ref();
+    vec![
+        format!("{branch}{}", view.name).into(),
+        Cell::from(&view.type_name).styled(FAINT),
+        Cell::from(state).styled(style),
+        health,
+        text::setting(view.period).into(),
+        view.measured
+            .map_or(Cell::from("-"), |measured| text::span(measured).into()),
+        format!("{:.0} %", view.load * 100.0).into(),
+        view.iterations.into(),
+        bad(view.overruns),
+        bad(view.refused),
+        bad(view.faults),
+        operator.map_or(Cell::default(), |hold| {
+            Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
+        }),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::tests::navigation;
+
+    #[test]
+    fn a_hierarchy_reads_like_a_tree() {
+        let mut out = Vec::new();
+        tell(&navigation(), &mut out).unwrap();
+        let text = anstream::adapter::strip_str(&String::from_utf8(out).unwrap()).to_string();
+        let first: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.split("  ").find(|part| !part.is_empty()))
+            .collect();
+        assert_eq!(
+            first[..4],
+            ["schema", "[roots]", "├ teleop", "└ example"],
+            "{text}"
+        );
+        assert!(text.lines().all(|line| !line.ends_with(' ')), "{text}");
+    }
+}
