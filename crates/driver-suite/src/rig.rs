@@ -160,6 +160,7 @@ impl Rig {
     /// If there is none of the name.
     pub fn modulate(&self, name: &str, value: f64) {
         self.handle
+            .operator("suite")
             .modulate(self.pilot, name, &Value::Float(value))
             .expect("the pilot has it");
     }

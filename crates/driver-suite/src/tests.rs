@@ -151,14 +151,20 @@ pub fn r7_who_has_no_authority_moves_nothing(setting: Setting) {
     let rig = Rig::start(setting);
     rig.drive(0.2, 0.0);
     rig.until(|rig| rig.pose().x > START.x + 0.1);
-    rig.handle().hold_asleep(rig.pilot()).expect("an operator may");
+    rig.handle()
+        .operator("suite")
+        .hold_asleep(rig.pilot())
+        .expect("an operator may");
     rig.until(Rig::stands);
     let stood = rig.pose().x;
     let begun = rig.handle().now();
     rig.until(|rig| rig.handle().now() > begun + 1_000_000_000);
     near("x while nobody drives", rig.pose().x, stood, 0.01);
     // What the operator modulated is undone with the rest (R14).
-    rig.handle().release(rig.pilot()).expect("an operator may");
+    rig.handle()
+        .operator("suite")
+        .release(rig.pilot())
+        .expect("an operator may");
     rig.drive(0.2, 0.0);
     rig.until(|rig| rig.pose().x > stood + 0.1);
 }

@@ -75,6 +75,8 @@ pub enum Event {
     Operator {
         /// When.
         time: Nanos,
+        /// Who: "ana@laptop".
+        by: String,
         /// What.
         action: OperatorAction,
     },
@@ -108,6 +110,32 @@ pub enum OperatorAction {
         /// The value, in words.
         value: String,
     },
+}
+
+impl OperatorAction {
+    /// The place of the schema it was done to.
+    #[must_use]
+    pub fn schema(&self) -> usize {
+        match self {
+            Self::Hierarchy(
+                Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id),
+            ) => id.index(),
+            Self::Period { schema, .. } | Self::Modulate { schema, .. } => *schema,
+        }
+    }
+
+    /// What was done, given the schema's name: "played goon", "set vff.gain to 0.5".
+    #[must_use]
+    pub fn words(&self, name: &str) -> String {
+        match self {
+            Self::Hierarchy(Operator::Play(_)) => format!("played {name}"),
+            Self::Hierarchy(Operator::Stop(_)) => format!("stopped {name}"),
+            Self::Hierarchy(Operator::Force(_)) => format!("forced {name}"),
+            Self::Hierarchy(Operator::Release(_)) => format!("released {name}"),
+            Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
+            Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
+        }
+    }
 }
 
 /// How an application ended.

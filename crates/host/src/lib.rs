@@ -11,6 +11,7 @@ mod inbox;
 mod instance;
 mod meter;
 mod mission;
+mod operating;
 pub mod plugin;
 mod runner;
 mod running;
@@ -18,4 +19,5 @@ pub mod snapshot;
 pub mod story;
 
 pub use engine::{decider_name, policy_name};
+pub use operating::Operating;
 pub use running::{BeforeStart, Handle, Lockstep, Options, Running, StartError};

@@ -4,8 +4,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use jde_board::Board;
-use jde_board::value::Value;
-use jde_core::{Nanos, Operator, SchemaId};
+use jde_core::Nanos;
 
 use crate::app::{Application, Executor};
 use crate::clock::Clock;
@@ -16,6 +15,7 @@ use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, Crew};
 use crate::exec::threads::Threads;
 use crate::mission;
+use crate::operating::Operating;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
@@ -305,52 +305,10 @@ impl Handle {
         self.engine.conclude(Outcome::Stopped);
     }
 
-    /// Wakes a schema as its father would (R14).
-    ///
-    /// # Errors
-    /// Why it was refused, in words; so for the others below.
-    pub fn play(&self, schema: usize) -> Result<(), String> {
-        self.engine.operate(Operator::Play(SchemaId(schema as u32)))
-    }
-
-    /// Puts a schema to sleep until it is released.
-    ///
-    /// # Errors
-    /// Why it was refused.
-    pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
-        self.engine.operate(Operator::Stop(SchemaId(schema as u32)))
-    }
-
-    /// Makes a schema the winner of its group while it is awake.
-    ///
-    /// # Errors
-    /// Why it was refused.
-    pub fn force(&self, schema: usize) -> Result<(), String> {
-        self.engine.operate(Operator::Force(SchemaId(schema as u32)))
-    }
-
-    /// Undoes what an operator did to a schema.
-    ///
-    /// # Errors
-    /// Why it was refused.
-    pub fn release(&self, schema: usize) -> Result<(), String> {
-        self.engine.operate(Operator::Release(SchemaId(schema as u32)))
-    }
-
-    /// Changes the period of a schema, ns.
-    ///
-    /// # Errors
-    /// When it is too short.
-    pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
-        self.engine.retime(schema, period)
-    }
-
-    /// Writes a modulation of a schema by name.
-    ///
-    /// # Errors
-    /// When there is none of that name, or the value does not fit.
-    pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
-        self.engine.modulate(schema, name, value)
+    /// What an operator can do (R14), as `by`: who acts, in a word or two such as "ana@laptop".
+    #[must_use]
+    pub fn operator(&self, by: &str) -> Operating {
+        Operating::new(&self.engine, by)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
+use serde::{Deserialize, Serialize};
 
 /// The whole application at one instant.
 #[derive(Clone, Debug)]
@@ -49,8 +50,47 @@ pub struct SchemaView {
     pub refused: u64,
     /// Faults so far.
     pub faults: u64,
-    /// What an operator holds it to: "played", "stopped", "forced".
-    pub operator: Option<&'static str>,
+    /// What an operator holds it to, and who.
+    pub operator: Option<Hold>,
+}
+
+/// What an operator did to a schema and did not let go of (R14).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hold {
+    /// What; of several, the first in the order of [`HoldKind`].
+    pub kind: HoldKind,
+    /// Who: "ana@laptop".
+    pub by: String,
+}
+
+/// What an operator can hold a schema to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HoldKind {
+    /// Asleep.
+    Stopped,
+    /// The winner of its group while it is awake.
+    Forced,
+    /// Awake.
+    Played,
+    /// To a period of the operator's.
+    Retimed,
+    /// To modulations of the operator's.
+    Modulated,
+}
+
+impl HoldKind {
+    /// The word for it: "stopped", "forced".
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stopped => "stopped",
+            Self::Forced => "forced",
+            Self::Played => "played",
+            Self::Retimed => "re-timed",
+            Self::Modulated => "modulated",
+        }
+    }
 }
 
 /// A group at one instant.

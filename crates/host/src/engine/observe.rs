@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, Requester, SchemaId};
+use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, SchemaId};
 
 use super::{Engine, Rules, schema};
 use crate::event::{Event, OperatorAction};
@@ -97,9 +97,14 @@ impl Engine {
     }
 
     /// Tells those who watch what an operator did.
-    pub(super) fn operated(&self, rules: &mut Rules, action: OperatorAction) {
-        let time = self.clock.now();
-        self.tell(rules, &Event::Operator { time, action });
+    pub(super) fn operated(&self, by: &str, action: OperatorAction) {
+        let mut rules = self.lock();
+        let event = Event::Operator {
+            time: self.clock.now(),
+            by: by.to_owned(),
+            action,
+        };
+        self.tell(&mut rules, &event);
     }
 
     /// Tells those who watch, outside a transaction.
@@ -147,7 +152,7 @@ impl Engine {
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
-            operator: operator_hold(&rules.hierarchy, schema(number)).or_else(|| self.overwritten(number)),
+            operator: self.hold(&rules.hierarchy, number),
         }
     }
 
@@ -166,20 +171,6 @@ impl Engine {
             worst: kept.worst,
             allowed: kept.allowed,
         }
-    }
-}
-
-/// What an operator holds a schema to.
-fn operator_hold(hierarchy: &Hierarchy, id: SchemaId) -> Option<&'static str> {
-    let forced = hierarchy.group_of(id).and_then(|group| hierarchy.forced(group)) == Some(id);
-    if hierarchy.is_stopped(id) {
-        Some("stopped")
-    } else if forced {
-        Some("forced")
-    } else if hierarchy.requesters(id).contains(&Requester::Operator) {
-        Some("played")
-    } else {
-        None
     }
 }
 

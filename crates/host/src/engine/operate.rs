@@ -1,13 +1,15 @@
 //! What operators and the end of the application do from outside the hierarchy (R14).
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, MutexGuard, PoisonError};
 
 use jde_board::value::{self, Value};
-use jde_board::{Refused, Stamp, Variable};
-use jde_core::{Nanos, Operator};
+use jde_board::{Refused as NotTaken, Stamp, Variable};
+use jde_core::{Hierarchy, Nanos, Operator, Refused, Requester, SchemaId};
 
 use super::{Engine, Rules, Signal};
 use crate::event::OperatorAction;
+use crate::snapshot::{Hold, HoldKind};
 
 /// Shortest period anyone may set: what the timers of a machine can keep.
 const SHORTEST: Nanos = 100_000;
@@ -15,10 +17,20 @@ const SHORTEST: Nanos = 100_000;
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 
-/// Modulations and periods that operators wrote over: owner, variable, and what was there before.
+/// What operators did and did not let go of.
 #[derive(Default)]
 pub(super) struct Held {
-    values: Vec<(usize, Arc<Variable>, Before)>,
+    /// Who was the last to play, stop or force a schema.
+    hands: BTreeMap<usize, String>,
+    values: Vec<Overwritten>,
+}
+
+/// A modulation or period that an operator wrote over.
+struct Overwritten {
+    owner: usize,
+    variable: Arc<Variable>,
+    before: Before,
+    by: String,
 }
 
 struct Before {
@@ -28,18 +40,49 @@ struct Before {
 
 impl Engine {
     /// Plays, stops, forces or releases a schema.
-    pub(crate) fn operate(&self, operator: Operator) -> Result<(), String> {
-        self.transact(|hierarchy, now, out| hierarchy.operator(now, operator, out))
-            .map_err(|error| error.to_string())?;
+    pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
+        self.transact(|hierarchy, now, out| {
+            hierarchy.operator(now, operator, out)?;
+            let hands = &mut self.held().hands;
+            match operator {
+                Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) => {
+                    hands.insert(id.index(), by.to_owned())
+                }
+                Operator::Release(id) => hands.remove(&id.index()),
+            };
+            Ok(())
+        })
+        .map_err(|refused: Refused| refused.to_string())?;
         if let Operator::Release(id) = operator {
-            self.give_back(id.index());
+            self.give_back(id.index(), |_| true);
         }
-        self.operated(&mut self.lock(), OperatorAction::Hierarchy(operator));
+        self.operated(by, OperatorAction::Hierarchy(operator));
+        Ok(())
+    }
+
+    /// Undoes what one operator did to a schema.
+    pub(crate) fn let_go(&self, by: &str, instance: usize) -> Result<(), String> {
+        self.known(instance)?;
+        let release = Operator::Release(super::schema(instance));
+        let held = self
+            .transact(|hierarchy, now, out| {
+                let mut held = self.held();
+                if held.hands.get(&instance).is_none_or(|hand| hand != by) {
+                    return Ok(false);
+                }
+                held.hands.remove(&instance);
+                hierarchy.operator(now, release, out).map(|()| true)
+            })
+            .map_err(|refused: Refused| refused.to_string())?;
+        let given_back = self.give_back(instance, |writer| writer == by);
+        if held || given_back {
+            self.operated(by, OperatorAction::Hierarchy(release));
+        }
         Ok(())
     }
 
     /// Changes a period.
-    pub(crate) fn retime(&self, instance: usize, period: Nanos) -> Result<(), String> {
+    pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
         self.known(instance)?;
         if period < SHORTEST {
             return Err(format!(
@@ -48,20 +91,18 @@ impl Engine {
         }
         let seconds = period as f64 / 1e9;
         let variable = self.variables.period(instance);
-        self.overwrite(instance, variable, &seconds.to_ne_bytes())
+        self.overwrite(by, instance, variable, &seconds.to_ne_bytes())
             .map_err(|refused| refused.to_string())?;
-        self.operated(
-            &mut self.lock(),
-            OperatorAction::Period {
-                schema: instance,
-                period,
-            },
-        );
+        let action = OperatorAction::Period {
+            schema: instance,
+            period,
+        };
+        self.operated(by, action);
         Ok(())
     }
 
     /// Writes a modulation by name.
-    pub(crate) fn modulate(&self, instance: usize, name: &str, new: &Value) -> Result<(), String> {
+    pub(crate) fn modulate(&self, by: &str, instance: usize, name: &str, new: &Value) -> Result<(), String> {
         self.known(instance)?;
         let variable = self
             .board
@@ -76,14 +117,14 @@ impl Engine {
         }
         let mut bytes = newest_bytes(&variable).unwrap_or_else(|| vec![0; declared.value_type.bytes]);
         value::encode(&declared.value_type, new, &mut bytes).map_err(|error| error.to_string())?;
-        self.overwrite(instance, &variable, &bytes)
+        self.overwrite(by, instance, &variable, &bytes)
             .map_err(|refused| format!("`{}.{name}` stays as it is: {refused}", self.name(instance)))?;
         let action = OperatorAction::Modulate {
             schema: instance,
             variable: name.to_owned(),
             value: new.to_string(),
         };
-        self.operated(&mut self.lock(), action);
+        self.operated(by, action);
         Ok(())
     }
 
@@ -111,51 +152,82 @@ impl Engine {
         groups.agree(hierarchy);
     }
 
-    /// What an operator wrote over at an instance, in a word.
-    pub(super) fn overwritten(&self, instance: usize) -> Option<&'static str> {
-        let period = self.variables.period(instance);
+    /// What an operator holds a schema to, and who.
+    pub(super) fn hold(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
         let held = self.held();
-        let mut names = held
+        if let Some(kind) = held_to(hierarchy, super::schema(instance)) {
+            // Whoever holds is noted in the transaction in which the hold came to be.
+            let by = held.hands.get(&instance).cloned().unwrap_or_default();
+            return Some(Hold { kind, by });
+        }
+        let value = held
             .values
             .iter()
-            .filter(|(owner, variable, _)| *owner == instance && newest_writer(variable) == OPERATOR);
-        let (_, first, _) = names.next()?;
-        Some(if Arc::ptr_eq(first, period) {
-            "re-timed"
-        } else {
-            "modulated"
+            .find(|value| value.owner == instance && newest_writer(&value.variable) == OPERATOR)?;
+        let retimed = Arc::ptr_eq(&value.variable, self.variables.period(instance));
+        Some(Hold {
+            kind: if retimed {
+                HoldKind::Retimed
+            } else {
+                HoldKind::Modulated
+            },
+            by: value.by.clone(),
         })
     }
 
     /// Writes as an operator, and remembers what was there before.
-    fn overwrite(&self, instance: usize, variable: &Arc<Variable>, bytes: &[u8]) -> Result<(), Refused> {
+    fn overwrite(
+        &self,
+        by: &str,
+        owner: usize,
+        variable: &Arc<Variable>,
+        bytes: &[u8],
+    ) -> Result<(), NotTaken> {
         let mut held = self.held();
-        let before = newest(variable);
+        let now = newest(variable);
         variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX)?;
-        if let Some(before) = before.filter(|before| before.writer != OPERATOR) {
-            held.values.retain(|(_, other, _)| !Arc::ptr_eq(other, variable));
-            held.values.push((instance, Arc::clone(variable), before));
-        }
+        let place = held
+            .values
+            .iter()
+            .position(|value| Arc::ptr_eq(&value.variable, variable));
+        let earlier = place.map(|place| held.values.swap_remove(place));
+        // An operator who writes over another takes over from it; a father's value stands for what is given back.
+        let before = match (now, earlier) {
+            (Some(now), _) if now.writer != OPERATOR => Some(now),
+            (_, earlier) => earlier.map(|earlier| earlier.before),
+        };
+        held.values.extend(before.map(|before| Overwritten {
+            owner,
+            variable: Arc::clone(variable),
+            before,
+            by: by.to_owned(),
+        }));
         Ok(())
     }
 
-    /// Undoes what operators wrote over at an instance; what a father has written since stands.
-    fn give_back(&self, instance: usize) {
+    /// Undoes what these operators wrote over at an instance; what a father has written since stands. Answers whether there
+    /// was anything to undo.
+    fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
         let mut held = self.held();
         let now = self.clock.now();
-        for (_, variable, before) in held.values.extract_if(.., |(owner, ..)| *owner == instance) {
-            if newest_writer(&variable) == OPERATOR {
-                let put = variable.put(before.writer, &before.bytes, now, Nanos::MAX);
+        let mut any = false;
+        let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
+        for value in held.values.extract_if(.., theirs) {
+            if newest_writer(&value.variable) == OPERATOR {
+                let Before { writer, bytes } = &value.before;
+                let put = value.variable.put(*writer, bytes, now, Nanos::MAX);
                 put.expect("it was in force before");
+                any = true;
             }
         }
+        any
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn known(&self, instance: usize) -> Result<(), String> {
+    pub(crate) fn known(&self, instance: usize) -> Result<(), String> {
         let count = self.application.instances.len();
         if instance < count {
             return Ok(());
@@ -186,6 +258,20 @@ impl Engine {
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
         self.transact(|hierarchy, now, out| hierarchy.shutdown(now, out));
         self.lock().closing.replace(Vec::new()).unwrap_or_default()
+    }
+}
+
+/// What an operator holds a schema to in the hierarchy.
+fn held_to(hierarchy: &Hierarchy, id: SchemaId) -> Option<HoldKind> {
+    let forced = hierarchy.group_of(id).and_then(|group| hierarchy.forced(group)) == Some(id);
+    if hierarchy.is_stopped(id) {
+        Some(HoldKind::Stopped)
+    } else if forced {
+        Some(HoldKind::Forced)
+    } else if hierarchy.requesters(id).contains(&Requester::Operator) {
+        Some(HoldKind::Played)
+    } else {
+        None
     }
 }
 

@@ -1,12 +1,28 @@
 //! The ports of one instance: what they are bound to on the board, and what they show during a call.
 
+use std::sync::Arc;
+
 use jde_board::{Reader, Refused, Writer};
 use jde_core::Nanos;
+
+use crate::history::{Aligned, History, Old};
+use crate::turn::{INPUTS, Journal, Turn};
 
 /// All ports of an instance, by number.
 #[derive(Default)]
 pub(crate) struct Ports {
     ports: Vec<Port>,
+    /// Kept only for those who want to know of turns.
+    looks: Option<Looks>,
+}
+
+/// What was looked at since the last release.
+pub(crate) struct Looks {
+    journal: Arc<Journal>,
+    /// As [`Turn::inputs`] has it.
+    pub(crate) inputs: Vec<u32>,
+    /// The last transaction before the last look, and when that was.
+    pub(crate) last: Option<(u64, Nanos)>,
 }
 
 /// What a port is bound to.
@@ -15,6 +31,8 @@ pub(crate) enum Port {
     Unbound,
     /// An import or a modulation.
     Input(Reader),
+    /// An import or a modulation that shows what it showed before.
+    Again(Again),
     /// A driver's command, with the value that is in force when nobody's is.
     Command {
         reader: Reader,
@@ -32,10 +50,13 @@ pub(crate) enum Port {
     },
 }
 
-/// Bytes aligned for any value.
-pub(crate) struct Aligned {
-    words: Vec<u128>,
-    bytes: usize,
+/// An input that shows what it showed before.
+pub(crate) struct Again {
+    history: Arc<History>,
+    /// The number of the value, as turns tell it.
+    wanted: u32,
+    /// Its answer since the last release.
+    held: Option<Option<Arc<Old>>>,
 }
 
 /// What a port shows.
@@ -58,7 +79,56 @@ pub(crate) enum PortError {
 
 impl Ports {
     pub(crate) fn new(ports: Vec<Port>) -> Self {
-        Self { ports }
+        Self { ports, looks: None }
+    }
+
+    /// Has every look be known from now on.
+    pub(crate) fn follow(&mut self, journal: &Arc<Journal>) {
+        self.looks = Some(Looks {
+            journal: Arc::clone(journal),
+            inputs: vec![Turn::UNSEEN; self.ports.len().min(INPUTS)],
+            last: None,
+        });
+    }
+
+    /// What was looked at since the last release, for those who want to know.
+    pub(crate) fn looks(&self) -> Option<&Looks> {
+        self.looks.as_ref()
+    }
+
+    /// Lets its inputs show values of the past instead of the newest.
+    pub(crate) fn look_back(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
+        for port in &mut self.ports {
+            if let Port::Input(reader) = port {
+                *port = Port::Again(Again {
+                    history: history(reader),
+                    wanted: Turn::UNSEEN,
+                    held: None,
+                });
+            }
+        }
+    }
+
+    /// Has its inputs show the values of these numbers until the next release.
+    pub(crate) fn recall(&mut self, turn: &Turn) {
+        for (number, port) in self.ports.iter_mut().enumerate() {
+            if let Port::Again(again) = port {
+                again.wanted = turn.input(number);
+            }
+        }
+    }
+
+    /// The values of the past that its inputs show now, by their numbers; none for those that were not looked at.
+    pub(crate) fn shown(&self) -> Vec<Option<Option<Arc<Old>>>> {
+        let shown = self.ports.iter().map(|port| match port {
+            Port::Again(again) => again.held.clone(),
+            Port::Unbound
+            | Port::Input(_)
+            | Port::Command { .. }
+            | Port::Output(_)
+            | Port::Wish { .. } => None,
+        });
+        shown.collect()
     }
 
     /// The value of an input, the same until [`Self::release`].
@@ -67,12 +137,28 @@ impl Ports {
             Port::Unbound => Err(PortError::Unbound),
             Port::Output(_) | Port::Wish { .. } => Err(PortError::WrongPort),
             Port::Input(reader) => {
-                let latched = reader.latch().ok_or(PortError::NoValue)?;
+                let latched = reader.latch();
+                if let Some(looks) = &mut self.looks {
+                    looks.look(port, latched.map(|latched| latched.stamp.sequence), now);
+                }
+                let latched = latched.ok_or(PortError::NoValue)?;
                 Ok(View {
                     bytes: latched.bytes,
                     time: latched.stamp.time,
                     sequence: latched.stamp.sequence,
                     writer: latched.stamp.writer,
+                    neutral: false,
+                })
+            }
+            Port::Again(again) => {
+                let Again { history, wanted, held } = again;
+                let old = held.get_or_insert_with(|| history.find(*wanted));
+                let old = old.as_ref().ok_or(PortError::NoValue)?;
+                Ok(View {
+                    bytes: old.bytes(),
+                    time: old.stamp.time,
+                    sequence: old.stamp.sequence,
+                    writer: old.stamp.writer,
                     neutral: false,
                 })
             }
@@ -108,7 +194,7 @@ impl Ports {
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
-            Port::Input(_) | Port::Command { .. } => Err(PortError::WrongPort),
+            Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
             Port::Output(writer) | Port::Wish { writer, .. } => Ok(writer.loan()),
         }
     }
@@ -128,7 +214,7 @@ impl Ports {
         };
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
-            Port::Input(_) | Port::Command { .. } => Err(PortError::WrongPort),
+            Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
             Port::Output(writer) => writer.publish(time, now).map(drop).map_err(failed),
             Port::Wish { writer, refused } => match writer.publish_for(time, now, period.saturating_mul(2)) {
                 Ok(_) => {
@@ -160,12 +246,17 @@ impl Ports {
         for port in &mut self.ports {
             match port {
                 Port::Input(reader) => reader.release(),
+                Port::Again(again) => (again.wanted, again.held) = (Turn::UNSEEN, None),
                 Port::Command { reader, in_force, .. } => {
                     reader.release();
                     *in_force = None;
                 }
                 Port::Unbound | Port::Output(_) | Port::Wish { .. } => {}
             }
+        }
+        if let Some(looks) = &mut self.looks {
+            looks.inputs.fill(Turn::UNSEEN);
+            looks.last = None;
         }
     }
 
@@ -174,7 +265,7 @@ impl Ports {
         for port in &mut self.ports {
             match port {
                 Port::Output(writer) | Port::Wish { writer, .. } => writer.discard(),
-                Port::Unbound | Port::Input(_) | Port::Command { .. } => {}
+                Port::Unbound | Port::Input(_) | Port::Again(_) | Port::Command { .. } => {}
             }
         }
     }
@@ -185,28 +276,18 @@ impl Ports {
             Port::Input(reader) | Port::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.stamp.time)
             }
+            Port::Again(again) => again.held.as_ref()?.as_ref().map(|old| old.stamp.time),
             Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
     }
 }
 
-impl Aligned {
-    pub(crate) fn new(bytes: &[u8]) -> Self {
-        let mut words = vec![0_u128; bytes.len().div_ceil(16)];
-        for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
-            let mut whole = [0; 16];
-            whole[..chunk.len()].copy_from_slice(chunk);
-            *word = u128::from_ne_bytes(whole);
+impl Looks {
+    fn look(&mut self, port: usize, sequence: Option<u64>, now: Nanos) {
+        if let Some(input @ &mut Turn::UNSEEN) = self.inputs.get_mut(port) {
+            *input = sequence.map_or(Turn::NOTHING, |sequence| sequence as u32);
+            self.last = Some((self.journal.last(), now));
         }
-        Self {
-            words,
-            bytes: bytes.len(),
-        }
-    }
-
-    fn bytes(&self) -> &[u8] {
-        // SAFETY: the words hold at least `bytes` initialized bytes.
-        unsafe { std::slice::from_raw_parts(self.words.as_ptr().cast::<u8>(), self.bytes) }
     }
 }

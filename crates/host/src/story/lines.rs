@@ -68,6 +68,9 @@ pub struct Happening {
     /// Whom it is about, if anybody.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
+    /// The operator who did it, if one did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// What happened, in words.
     pub text: String,
 }

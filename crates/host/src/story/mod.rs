@@ -4,10 +4,10 @@
 mod decided;
 mod lines;
 
-use jde_core::{Health, Nanos, Operator};
+use jde_core::{Health, Nanos};
 
 use crate::app::Application;
-use crate::event::{Event, OperatorAction, Outcome};
+use crate::event::{Event, Outcome};
 pub use decided::{Decided, state_name};
 pub use lines::{Candidate, Change, Decision, Happening};
 
@@ -134,10 +134,13 @@ impl Story {
                 happening(*time, "hung", name(schema), text)
             }
             Event::Refused { time, schema, what } => happening(*time, "refused", name(schema), what.clone()),
-            Event::Operator { time, action } => {
-                let (schema, text) = operator(action);
-                happening(*time, "operator", name(&schema), text)
-            }
+            Event::Operator { time, by, action } => Line::Happening(Happening {
+                time_s: seconds(*time),
+                kind: "operator".to_owned(),
+                schema: name(&action.schema()),
+                by: Some(by.clone()),
+                text: format!("{by} {}", action.words(&self.schemas[action.schema()])),
+            }),
             Event::Ended { time, outcome } => {
                 let text = match outcome {
                     Outcome::Done => "the mission is done",
@@ -152,29 +155,12 @@ impl Story {
     }
 }
 
-/// Whom an operator acted on, and how.
-fn operator(action: &OperatorAction) -> (usize, String) {
-    match action {
-        OperatorAction::Hierarchy(Operator::Play(id)) => (id.index(), "played".to_owned()),
-        OperatorAction::Hierarchy(Operator::Stop(id)) => (id.index(), "stopped".to_owned()),
-        OperatorAction::Hierarchy(Operator::Force(id)) => (id.index(), "forced".to_owned()),
-        OperatorAction::Hierarchy(Operator::Release(id)) => (id.index(), "released".to_owned()),
-        OperatorAction::Period { schema, period } => {
-            (*schema, format!("period set to {} s", seconds(*period)))
-        }
-        OperatorAction::Modulate {
-            schema,
-            variable,
-            value,
-        } => (*schema, format!("{variable} set to {value}")),
-    }
-}
-
 fn happening(time: Nanos, kind: &str, schema: Option<String>, text: String) -> Line {
     Line::Happening(Happening {
         time_s: seconds(time),
         kind: kind.to_owned(),
         schema,
+        by: None,
         text,
     })
 }

@@ -8,7 +8,7 @@ use jde_host::app::{Application, parse};
 use jde_host::event::{Event, Observer, Outcome};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::snapshot::{GroupView, SchemaView};
-use jde_host::{Handle, Lockstep, Options, Running, StartError};
+use jde_host::{Handle, Lockstep, Operating, Options, Running, StartError};
 
 use super::MS;
 use super::schemas::{Eye, Motor, Robot, Stillborn};
@@ -183,6 +183,11 @@ impl Rig {
     #[track_caller]
     pub(crate) fn see(&self, name: &str) -> SchemaView {
         self.handle.snapshot().schemas.swap_remove(self.place(name))
+    }
+
+    /// An operator of it.
+    pub(crate) fn operator(&self) -> Operating {
+        self.handle.operator("ana@laptop")
     }
 
     /// A group as the tools see it.

@@ -155,6 +155,15 @@ impl Stage {
         lock(&self.log).events.iter().any(wanted)
     }
 
+    /// How many such events it told of.
+    pub(crate) fn count_events(&self, wanted: impl Fn(&Event) -> bool) -> usize {
+        lock(&self.log)
+            .events
+            .iter()
+            .filter(|event| wanted(event))
+            .count()
+    }
+
     pub(crate) fn opened(&self, handle: Handle) {
         let before = lock(&self.handle).replace(handle);
         assert!(before.is_none(), "one application a stage");

@@ -139,11 +139,11 @@ fn a_panic_while_going_to_sleep_is_a_fault(executor: Executor) {
     let mut rig = start(executor, Call::Sleep, |_| panic!("no peace"));
     rig.until_did("robot velocity 0.3");
     let high = rig.place("high");
-    rig.handle.hold_asleep(high).expect("it can be stopped");
+    rig.operator().hold_asleep(high).expect("it can be stopped");
     replaced(&mut rig, "no peace");
     rig.until_did("high drop");
     // It comes back as another instance.
-    rig.handle.release(high).expect("it can be released");
+    rig.operator().release(high).expect("it can be released");
     let before = rig.stage.count("high iterate");
     rig.until(|rig| rig.stage.count("high iterate") > before);
     assert_eq!(rig.stop(), Outcome::Stopped);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::event::{Event, OperatorAction};
+use jde_host::snapshot::SchemaView;
 
 use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
 
@@ -14,6 +15,7 @@ on_every_executor!(
     r14_a_child_that_is_played_is_awake_until_it_is_released,
     r14_a_period_is_given_back,
     r14_a_modulation_is_given_back_unless_a_father_wrote_it_since,
+    r14_who_lets_go_undoes_nothing_of_others,
     r14_what_does_not_exist_is_refused_in_words,
 );
 
@@ -32,6 +34,11 @@ const APP: &str = r#"
     type = "test/motor"
     actuators = { base = "robot.velocity" }
 "#;
+
+fn held(view: &SchemaView) -> Option<String> {
+    let hold = view.operator.as_ref()?;
+    Some(format!("{} by {}", hold.kind.word(), hold.by))
+}
 
 fn start(executor: Executor, high: bool) -> Rig {
     let stage = Stage::new();
@@ -52,20 +59,24 @@ fn start(executor: Executor, high: bool) -> Rig {
 fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) {
     let mut rig = start(executor, true);
     let high = rig.place("high");
-    rig.handle.hold_asleep(high).expect("it can be stopped");
+    rig.operator().hold_asleep(high).expect("it can be stopped");
     rig.until_did("high sleep");
     rig.until_did("father iterate");
     let view = rig.see("high");
-    assert_eq!((view.state, view.operator), (State::Slept, Some("stopped")));
+    assert_eq!(
+        (view.state, held(&view).as_deref()),
+        (State::Slept, Some("stopped by ana@laptop"))
+    );
     assert!(rig.stage.told(|event| matches!(
         event,
         Event::Operator {
+            by,
             action: OperatorAction::Hierarchy(_),
             ..
-        }
+        } if by == "ana@laptop"
     )));
     let before = rig.stage.count("high iterate");
-    rig.handle.release(high).expect("it can be released");
+    rig.operator().release(high).expect("it can be released");
     rig.until(|rig| rig.stage.count("high iterate") > before);
     assert_eq!(rig.see("high").operator, None);
     rig.stop();
@@ -74,11 +85,11 @@ fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) 
 fn r14_a_schema_that_is_forced_wins_until_it_is_released(executor: Executor) {
     let mut rig = start(executor, false);
     let high = rig.place("high");
-    rig.handle.force(high).expect("it can be forced");
+    rig.operator().force(high).expect("it can be forced");
     rig.until_did("robot velocity 0.3");
     assert_eq!(rig.winner("roots").as_deref(), Some("high"));
-    assert_eq!(rig.see("high").operator, Some("forced"));
-    rig.handle.release(high).expect("it can be released");
+    assert_eq!(held(&rig.see("high")).as_deref(), Some("forced by ana@laptop"));
+    rig.operator().release(high).expect("it can be released");
     rig.until(|rig| rig.winner("roots").as_deref() == Some("father"));
     assert_eq!(rig.see("high").operator, None);
     rig.stop();
@@ -87,10 +98,10 @@ fn r14_a_schema_that_is_forced_wins_until_it_is_released(executor: Executor) {
 fn r14_a_child_that_is_played_is_awake_until_it_is_released(executor: Executor) {
     let mut rig = start(executor, false);
     let left = rig.place("left");
-    rig.handle.play(left).expect("it can be played");
+    rig.operator().play(left).expect("it can be played");
     rig.until_did("robot velocity 0.1");
-    assert_eq!(rig.see("left").operator, Some("played"));
-    rig.handle.release(left).expect("it can be released");
+    assert_eq!(held(&rig.see("left")).as_deref(), Some("played by ana@laptop"));
+    rig.operator().release(left).expect("it can be released");
     rig.until_did("left sleep");
     rig.until_did("robot velocity 0");
     let view = rig.see("left");
@@ -101,15 +112,18 @@ fn r14_a_child_that_is_played_is_awake_until_it_is_released(executor: Executor) 
 fn r14_a_period_is_given_back(executor: Executor) {
     let mut rig = start(executor, false);
     let father = rig.place("father");
-    rig.handle.set_period(father, 3 * MS).expect("a period");
-    rig.handle.set_period(father, 2 * MS).expect("a period");
+    rig.operator().set_period(father, 3 * MS).expect("a period");
+    rig.operator().set_period(father, 2 * MS).expect("a period");
     rig.until(|rig| rig.see("father").period == 2 * MS);
-    assert_eq!(rig.see("father").operator, Some("re-timed"));
+    assert_eq!(
+        held(&rig.see("father")).as_deref(),
+        Some("re-timed by ana@laptop")
+    );
     assert!(rig.stage.told(
         |event| matches!(event, Event::Operator { action: OperatorAction::Period { period, .. }, .. }
         if *period == 2 * MS)
     ));
-    rig.handle.release(father).expect("it can be released");
+    rig.operator().release(father).expect("it can be released");
     rig.until(|rig| rig.see("father").period == 10 * MS);
     assert_eq!(rig.see("father").operator, None);
     rig.stop();
@@ -123,16 +137,19 @@ fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Execu
             .value::<f64>(&format!("{name}.gain"))
             .expect("a modulation")
     };
-    rig.handle
+    rig.operator()
         .modulate(father, "gain", &Value::Float(0.75))
         .expect("a modulation");
     assert_eq!(gain(&rig, "father"), Some(0.75));
-    assert_eq!(rig.see("father").operator, Some("modulated"));
-    rig.handle.release(father).expect("it can be released");
+    assert_eq!(
+        held(&rig.see("father")).as_deref(),
+        Some("modulated by ana@laptop")
+    );
+    rig.operator().release(father).expect("it can be released");
     assert_eq!(gain(&rig, "father"), Some(0.5));
     assert_eq!(rig.see("father").operator, None);
 
-    rig.handle
+    rig.operator()
         .modulate(left, "gain", &Value::Float(0.75))
         .expect("a modulation");
     rig.stage.play("father", |call, io| {
@@ -147,43 +164,85 @@ fn r14_a_modulation_is_given_back_unless_a_father_wrote_it_since(executor: Execu
     });
     rig.until(|rig| gain(rig, "left") == Some(0.9));
     assert_eq!(rig.see("left").operator, None);
-    rig.handle.release(left).expect("it can be released");
+    rig.operator().release(left).expect("it can be released");
     assert_eq!(gain(&rig, "left"), Some(0.9));
+    rig.stop();
+}
+
+fn r14_who_lets_go_undoes_nothing_of_others(executor: Executor) {
+    let mut rig = start(executor, true);
+    let (ana, bob) = (rig.operator(), rig.handle.operator("bob@base"));
+    let high = rig.place("high");
+    let seen = |rig: &Rig| held(&rig.see("high"));
+    let gain = |rig: &Rig| rig.handle.value::<f64>("high.gain").expect("a modulation");
+    let before = gain(&rig);
+    ana.modulate(high, "gain", &Value::Float(0.75))
+        .expect("a modulation");
+    bob.hold_asleep(high).expect("it can be stopped");
+    bob.set_period(high, 20 * MS).expect("a period");
+    assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
+
+    ana.let_go(high).expect("it holds something");
+    assert_eq!(gain(&rig), before);
+    assert_eq!(seen(&rig).as_deref(), Some("stopped by bob@base"));
+    let acts = |rig: &Rig, who: &str| {
+        rig.stage
+            .count_events(|event| matches!(event, Event::Operator { by, .. } if by == who))
+    };
+    assert_eq!(acts(&rig, "ana@laptop"), 2);
+    ana.let_go(high).expect("it holds nothing more");
+    assert_eq!(
+        acts(&rig, "ana@laptop"),
+        2,
+        "nothing was undone, so nothing is told"
+    );
+
+    // Whoever writes over another's value takes over from them, and what was there before both comes back.
+    ana.modulate(high, "gain", &Value::Float(0.25))
+        .expect("a modulation");
+    bob.modulate(high, "gain", &Value::Float(0.5))
+        .expect("a modulation");
+    ana.let_go(high).expect("bob holds it");
+    assert_eq!(gain(&rig), Some(0.5));
+    let iterated = rig.stage.count("high iterate");
+    bob.let_go(high).expect("it holds something");
+    assert_eq!((gain(&rig), seen(&rig)), (before, None));
+    rig.until(|rig| rig.stage.count("high iterate") > iterated);
     rig.stop();
 }
 
 fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
     let rig = start(executor, false);
-    let handle = &rig.handle;
+    let operator = rig.operator();
     let nobody = Err(String::from(
         "there is no schema number 99; the application has 4",
     ));
-    assert_eq!(handle.set_period(99, MS), nobody);
-    assert_eq!(handle.modulate(99, "gain", &Value::Float(1.0)), nobody);
+    assert_eq!(operator.set_period(99, MS), nobody);
+    assert_eq!(operator.modulate(99, "gain", &Value::Float(1.0)), nobody);
     for refused in [
-        handle.play(99),
-        handle.hold_asleep(99),
-        handle.force(99),
-        handle.release(99),
+        operator.play(99),
+        operator.hold_asleep(99),
+        operator.force(99),
+        operator.release(99),
     ] {
         assert!(refused.expect_err("there is none").contains("99"));
     }
     let father = rig.place("father");
     assert_eq!(
-        handle.set_period(father, 1),
+        operator.set_period(father, 1),
         Err(String::from(
             "a period of 1 ns is too short; give at least 0.1 ms"
         ))
     );
-    let said = handle
+    let said = operator
         .modulate(father, "gian", &Value::Float(1.0))
         .expect_err("there is none");
     assert!(said.contains("gain"), "{said}");
-    let said = handle
+    let said = operator
         .modulate(father, "gain", &Value::Float(f64::NAN))
         .expect_err("not finite");
     assert!(said.starts_with("`father.gain` stays as it is: "), "{said}");
-    let said = handle
+    let said = operator
         .modulate(father, "mission", &Value::Float(1.0))
         .expect_err("an export");
     assert_eq!(
@@ -191,6 +250,6 @@ fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
         "`father.mission` is no modulation; only modulations can be set"
     );
     let robot = rig.place("robot");
-    assert!(handle.force(robot).is_err(), "a driver competes with nobody");
+    assert!(operator.force(robot).is_err(), "a driver competes with nobody");
     rig.stop();
 }

@@ -121,10 +121,10 @@ fn mission(executor: Executor, gain: f64, outcome: Outcome) {
     let stage = Arc::clone(&rig.stage);
     let father = rig.place("father");
     // It goes on while it says so.
-    rig.handle
+    rig.operator()
         .modulate(father, "gain", &Value::Float(100.0))
         .expect("a modulation");
-    rig.handle
+    rig.operator()
         .modulate(father, "gain", &Value::Float(gain))
         .expect("a modulation");
     assert_eq!(rig.wait(), outcome);
@@ -184,10 +184,10 @@ fn a_handle_is_of_use_after_the_end(executor: Executor) {
     );
     assert!(snapshot.groups.iter().all(|group| group.winner.is_none()));
     for refused in [
-        handle.play(father),
-        handle.force(father),
-        handle.hold_asleep(father),
-        handle.release(father),
+        handle.operator("ana@laptop").play(father),
+        handle.operator("ana@laptop").force(father),
+        handle.operator("ana@laptop").hold_asleep(father),
+        handle.operator("ana@laptop").release(father),
     ] {
         assert!(refused.is_err());
     }
@@ -199,7 +199,7 @@ fn the_first_outcome_counts(executor: Executor) {
     let rig = start(executor);
     rig.handle.stop();
     let father = rig.place("father");
-    rig.handle
+    rig.operator()
         .modulate(father, "gain", &Value::Float(101.0))
         .expect("a modulation");
     assert_eq!(rig.wait(), Outcome::Stopped);
@@ -260,7 +260,7 @@ fn who_was_just_put_to_sleep_is_waited_for(executor: Executor) {
         }
         Ok(())
     });
-    rig.handle
+    rig.operator()
         .hold_asleep(rig.place("son"))
         .expect("it can be stopped");
     rig.until_did("grandson sleep");

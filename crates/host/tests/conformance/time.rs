@@ -157,7 +157,7 @@ fn a_shorter_period_is_no_missed_deadline(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, body);
     rig.until(|rig| rig.stage.did("low iterate") && rig.handle.now() > 2_500 * MS);
     // By the new period two iterations would have been due before now.
-    rig.handle
+    rig.operator()
         .set_period(rig.place("low"), 1_000 * MS)
         .expect("a period");
     rig.until(|rig| rig.see("low").iterations == 2);
@@ -185,11 +185,11 @@ fn r12_a_trigger_checks_without_waiting_for_the_period(executor: Executor) {
     "#;
     let mut rig = Rig::start(executor, &stage, body);
     rig.until(|rig| rig.see("low").state == State::Checking && rig.stage.did("low awake"));
-    rig.handle
+    rig.operator()
         .modulate(rig.place("eye"), "gain", &Value::Float(1.0))
         .expect("a modulation");
     rig.until_did("low iterate");
-    rig.handle
+    rig.operator()
         .modulate(rig.place("eye"), "gain", &Value::Float(0.0))
         .expect("a modulation");
     rig.until(|rig| rig.see("low").state == State::Checking);
@@ -274,6 +274,7 @@ fn r12_schemas_that_trigger_each_other_in_a_circle_do_not_stop_virtual_time() {
                 io.say("check");
                 // The other looks at this at once, and then does the same.
                 handle
+                    .operator("ana@laptop")
                     .modulate(other, "gain", &Value::Float(1.0))
                     .expect("a modulation");
             }
@@ -356,7 +357,7 @@ fn r17_the_contract_follows_the_period(executor: Executor) {
     acts(&stage, "low", |_| {});
     let mut rig = Rig::start(executor, &stage, TWO);
     rig.until_did("low iterate");
-    rig.handle
+    rig.operator()
         .set_period(rig.place("high"), 500 * MS)
         .expect("a period");
     rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5) * MS);

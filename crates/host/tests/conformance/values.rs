@@ -81,7 +81,7 @@ fn r9_when_nobody_wins_the_actuators_brake_at_once(executor: Executor) {
     let mut rig = Rig::start(executor, &stage, ONE);
     rig.until_did("robot velocity 0.1");
     // The robot looks once an hour by itself: the brake does not wait for that.
-    rig.handle
+    rig.operator()
         .set_period(rig.place("robot"), 3_600_000 * MS)
         .expect("a period");
     rig.until(|rig| rig.see("robot").period == 3_600_000 * MS);

@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use jde_host::Handle;
 use jde_host::event::Outcome;
 use jde_host::snapshot::Snapshot;
+use jde_host::{Handle, Operating};
 
 use super::sight::Sight;
 use crate::log::Log;
@@ -13,6 +13,7 @@ use crate::top::{Action, Application, RobotView};
 /// An application in this process.
 pub(crate) struct Live<'l> {
     handle: Handle,
+    operator: Operating,
     sight: Mutex<Sight>,
     log: &'l Log,
 }
@@ -21,7 +22,13 @@ impl<'l> Live<'l> {
     /// Shows this application, and the lines that the log keeps.
     pub(crate) fn new(handle: Handle, log: &'l Log) -> Self {
         let sight = Mutex::new(Sight::new(&handle));
-        Self { handle, sight, log }
+        let by = std::env::var("USER").unwrap_or_else(|_| String::from("terminal"));
+        Self {
+            operator: handle.operator(&by),
+            handle,
+            sight,
+            log,
+        }
     }
 }
 
@@ -45,11 +52,11 @@ impl Application for Live<'_> {
 
     fn act(&self, action: Action) -> Result<(), String> {
         match action {
-            Action::Play(schema) => self.handle.play(schema),
-            Action::Stop(schema) => self.handle.hold_asleep(schema),
-            Action::Force(schema) => self.handle.force(schema),
-            Action::Release(schema) => self.handle.release(schema),
-            Action::Period(schema, period) => self.handle.set_period(schema, period),
+            Action::Play(schema) => self.operator.play(schema),
+            Action::Stop(schema) => self.operator.hold_asleep(schema),
+            Action::Force(schema) => self.operator.force(schema),
+            Action::Release(schema) => self.operator.release(schema),
+            Action::Period(schema, period) => self.operator.set_period(schema, period),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use jde_core::{Health, Nanos, SchemaId};
+use jde_core::{Health, Nanos};
 use jde_host::app::Application;
-use jde_host::event::{Event, OperatorAction};
+use jde_host::event::Event;
 
 use super::sight::Seen;
 use super::tally::{Takeover, Tally};
@@ -107,8 +107,8 @@ impl Progress {
                 );
                 self.line(*time, &text)
             }
-            Event::Operator { time, action } => {
-                let text = self.operator(action);
+            Event::Operator { time, by, action } => {
+                let text = format!("{by} {}", action.words(&self.schemas[action.schema()]));
                 self.line(*time, &text)
             }
             Event::Changed { .. }
@@ -214,31 +214,6 @@ impl Progress {
         }
         (self.status.time, self.status.takeovers) = (time, takeovers);
         parts.join(", ")
-    }
-
-    fn operator(&self, action: &OperatorAction) -> String {
-        use jde_core::Operator;
-        let name = |id: &SchemaId| &self.schemas[id.index()];
-        match action {
-            OperatorAction::Hierarchy(Operator::Play(id)) => format!("an operator plays {}", name(id)),
-            OperatorAction::Hierarchy(Operator::Stop(id)) => format!("an operator stops {}", name(id)),
-            OperatorAction::Hierarchy(Operator::Force(id)) => format!("an operator forces {}", name(id)),
-            OperatorAction::Hierarchy(Operator::Release(id)) => format!("an operator releases {}", name(id)),
-            OperatorAction::Period { schema, period } => {
-                format!(
-                    "an operator gives {} a period of {}",
-                    self.schemas[*schema],
-                    Millis(*period)
-                )
-            }
-            OperatorAction::Modulate {
-                schema,
-                variable,
-                value,
-            } => {
-                format!("an operator sets {}.{variable} to {value}", self.schemas[*schema])
-            }
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! It refuses to know whether an action makes sense; the application answers that, and its answer is shown.
 
 use jde_core::{Nanos, State};
+use jde_host::snapshot::HoldKind;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::screen::{Mode, Screen, Status, TIME_BASES};
@@ -51,13 +52,13 @@ impl Screen {
     fn operate(&mut self, app: &dyn Application, letter: char) {
         let schema = self.selected;
         let Some(view) = self.selection() else { return };
-        let period = view.period;
+        let (period, held) = (view.period, view.operator.as_ref().map(|hold| hold.kind));
         match letter {
-            'p' | ' ' if view.state == State::Slept || view.operator == Some("stopped") => {
+            'p' | ' ' if view.state == State::Slept || held == Some(HoldKind::Stopped) => {
                 self.act(app, Action::Play(schema));
             }
             'p' | ' ' => self.act(app, Action::Stop(schema)),
-            'f' if view.operator == Some("forced") => self.act(app, Action::Release(schema)),
+            'f' if held == Some(HoldKind::Forced) => self.act(app, Action::Release(schema)),
             'f' => self.act(app, Action::Force(schema)),
             'r' => self.act(app, Action::Release(schema)),
             '+' | '=' => self.act(app, Action::Period(schema, whole_micros(period as f64 * 1.1))),

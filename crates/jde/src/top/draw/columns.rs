@@ -3,7 +3,7 @@
 //! The name and the strip always stand; this decides about what is between them.
 
 use jde_core::{Health, State};
-use jde_host::snapshot::SchemaView;
+use jde_host::snapshot::{Hold, SchemaView};
 use ratatui::style::Style;
 
 use crate::top::paint::Paint;
@@ -100,7 +100,10 @@ impl Column {
         };
         let counted = |count: u64| (count.to_string(), if count == 0 { paint.faint() } else { plain });
         match self {
-            Self::Held => (schema.operator.map_or_else(String::new, mark), paint.operator()),
+            Self::Held => (
+                schema.operator.as_ref().map_or_else(String::new, mark),
+                paint.operator(),
+            ),
             Self::State => (state(schema.state).to_owned(), paint.state(schema.state)),
             Self::Health => (health(&schema.health).to_owned(), paint.health(&schema.health)),
             Self::Cycle => (text::setting(schema.period), plain),
@@ -144,8 +147,9 @@ fn health(health: &Health) -> &'static str {
 }
 
 /// The first letter of what an operator holds a schema to: Played, Stopped, Forced.
-fn mark(held: &'static str) -> String {
-    held.chars().take(1).flat_map(char::to_uppercase).collect()
+fn mark(held: &Hold) -> String {
+    let word = held.kind.word().chars();
+    word.take(1).flat_map(char::to_uppercase).collect()
 }
 
 #[cfg(test)]

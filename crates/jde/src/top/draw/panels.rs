@@ -2,7 +2,7 @@
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
-use jde_host::snapshot::{SchemaView, Switch};
+use jde_host::snapshot::{Hold, SchemaView, Switch};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -106,8 +106,8 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
             },
         ),
     ];
-    if let Some(held) = schema.operator {
-        facts.push(Span::styled(format!("{held} by the operator"), paint.operator()));
+    if let Some(Hold { kind, by }) = &schema.operator {
+        facts.push(Span::styled(format!("{} by {by}", kind.word()), paint.operator()));
     }
     let measured = schema.measured.map_or_else(
         || "not measured yet".to_owned(),

@@ -1,0 +1,113 @@
+//! What operators can do to a running application (R14), each under a name. Leases are the business of whoever serves them.
+
+use std::sync::Arc;
+
+use jde_board::value::Value;
+use jde_core::{Nanos, Operator, SchemaId};
+
+use crate::engine::Engine;
+
+/// Longest name of an operator, in characters.
+const LONGEST_NAME: usize = 64;
+
+/// An operator of a running application: acts as a father would. What it does is told and shown with its name, and stands until
+/// it is undone. Usable from any thread; dropping it undoes nothing.
+#[derive(Clone)]
+pub struct Operating {
+    engine: Arc<Engine>,
+    by: String,
+}
+
+impl Operating {
+    pub(crate) fn new(engine: &Arc<Engine>, by: &str) -> Self {
+        Self {
+            engine: Arc::clone(engine),
+            by: shown(by),
+        }
+    }
+
+    /// Wakes a schema as its father would.
+    ///
+    /// # Errors
+    /// Why it was refused, in words; so for the others below.
+    pub fn play(&self, schema: usize) -> Result<(), String> {
+        self.hierarchy(schema, Operator::Play)
+    }
+
+    /// Puts a schema to sleep until it is released.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
+        self.hierarchy(schema, Operator::Stop)
+    }
+
+    /// Makes a schema the winner of its group while it is awake.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn force(&self, schema: usize) -> Result<(), String> {
+        self.hierarchy(schema, Operator::Force)
+    }
+
+    /// Undoes what operators did to a schema, whoever they are.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn release(&self, schema: usize) -> Result<(), String> {
+        self.hierarchy(schema, Operator::Release)
+    }
+
+    /// Undoes what this operator did to a schema and no other has done anew since: the end of a lease. What others hold stays.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn let_go(&self, schema: usize) -> Result<(), String> {
+        self.engine.let_go(&self.by, schema)
+    }
+
+    /// Changes the period of a schema, ns.
+    ///
+    /// # Errors
+    /// When it is too short.
+    pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
+        self.engine.retime(&self.by, schema, period)
+    }
+
+    /// Writes a modulation of a schema by name.
+    ///
+    /// # Errors
+    /// When there is none of that name, or the value does not fit.
+    pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
+        self.engine.modulate(&self.by, schema, name, value)
+    }
+
+    fn hierarchy(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<(), String> {
+        self.engine.known(schema)?;
+        self.engine.operate(&self.by, act(SchemaId(schema as u32)))
+    }
+}
+
+/// A name as terminals and recordings can bear it, wherever it came from.
+fn shown(by: &str) -> String {
+    let printable = |c: char| if c.is_control() { '?' } else { c };
+    let name: String = by.trim().chars().take(LONGEST_NAME).map(printable).collect();
+    if name.is_empty() {
+        String::from("somebody")
+    } else {
+        name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shown;
+
+    #[test]
+    fn r14_an_operator_has_a_name_that_a_terminal_can_bear() {
+        assert_eq!(shown(" ana@laptop "), "ana@laptop");
+        assert_eq!(shown("\u{1b}[2Jana\n"), "?[2Jana");
+        assert_eq!(shown(""), "somebody");
+        assert_eq!(shown(&"a".repeat(1000)).len(), 64);
+    }
+}
