@@ -3,6 +3,7 @@
 
 pub mod cdr;
 pub mod definition;
+pub mod hash;
 
 #[cfg(test)]
 mod random;

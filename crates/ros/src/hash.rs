@@ -1,0 +1,241 @@
+//! The hash by which ROS 2 tells types apart (REP-2016, RIHS01). It is that of the type as ROS 2 has it: what a shared value
+//! bounds, because it has a fixed size, is unbounded there, and on the wire both are the same bytes.
+
+use std::collections::BTreeMap;
+
+use hiroz_schema::{
+    FieldDescription, FieldTypeDescription, TypeDescription, TypeDescriptionMsg, TypeId, calculate_hash,
+};
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use crate::definition::name;
+
+/// What is added to the number of a kind for an array of them, and for a sequence without bound.
+const ARRAY: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
+const SEQUENCE: u8 = TypeId::NESTED_TYPE_UNBOUNDED_SEQUENCE - TypeId::NESTED_TYPE;
+
+/// The hash of a type, as in `RIHS01_9c45bf16...`: that of the ROS 2 type of the same name if the type has its fields.
+#[must_use]
+pub fn rihs01(value_type: &Type) -> String {
+    let mut parts = BTreeMap::new();
+    referenced(value_type, &mut parts);
+    let message = TypeDescriptionMsg {
+        type_description: one(value_type),
+        referenced_type_descriptions: parts.into_values().collect(),
+    };
+    calculate_hash(&message).to_rihs_string()
+}
+
+/// What the type is made of, by name, each once.
+fn referenced(value_type: &Type, parts: &mut BTreeMap<String, TypeDescription>) {
+    for field in &value_type.fields {
+        if let FieldKind::Struct(inner) = &field.kind
+            && parts.insert(name(inner), one(inner)).is_none()
+        {
+            referenced(inner, parts);
+        }
+    }
+}
+
+fn one(value_type: &Type) -> TypeDescription {
+    let mut fields: Vec<_> = value_type.fields.iter().map(described).collect();
+    if fields.is_empty() {
+        fields.push(FieldDescription {
+            name: "structure_needs_at_least_one_member".to_owned(),
+            field_type: FieldTypeDescription::primitive(TypeId::UINT8),
+            default_value: String::new(),
+        });
+    }
+    TypeDescription {
+        type_name: name(value_type),
+        fields,
+    }
+}
+
+fn described(field: &Field) -> FieldDescription {
+    let (kind, nested_type_name) = match &field.kind {
+        FieldKind::Scalar(scalar) => (number(*scalar), String::new()),
+        FieldKind::Struct(inner) => (TypeId::NESTED_TYPE, name(inner)),
+    };
+    let (type_id, capacity) = match field.form {
+        Form::One => (kind, 0),
+        Form::Array(count) => (kind + ARRAY, count as u64),
+        Form::Sequence { .. } => (kind + SEQUENCE, 0),
+        Form::Text { .. } => (TypeId::STRING, 0),
+    };
+    FieldDescription {
+        name: field.name.clone(),
+        field_type: FieldTypeDescription {
+            type_id,
+            capacity,
+            string_capacity: 0,
+            nested_type_name,
+        },
+        default_value: String::new(),
+    }
+}
+
+fn number(scalar: Scalar) -> u8 {
+    match scalar {
+        Scalar::Bool => TypeId::BOOL,
+        Scalar::U8 => TypeId::UINT8,
+        Scalar::U16 => TypeId::UINT16,
+        Scalar::U32 => TypeId::UINT32,
+        Scalar::U64 => TypeId::UINT64,
+        Scalar::I8 => TypeId::INT8,
+        Scalar::I16 => TypeId::INT16,
+        Scalar::I32 => TypeId::INT32,
+        Scalar::I64 => TypeId::INT64,
+        Scalar::F32 => TypeId::FLOAT32,
+        Scalar::F64 => TypeId::FLOAT64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// Those of ROS 2 Jazzy, as `rosbags` 0.11.9 computes them from the definitions it brings along.
+    const JAZZY: &[(&str, &str)] = &[
+        (
+            "std_msgs/msg/Bool",
+            "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
+        ),
+        (
+            "std_msgs/msg/UInt8",
+            "6138bd83d8c3569cb80a667db03cfc1629f529fee79d944c39c34e352e72f010",
+        ),
+        (
+            "std_msgs/msg/UInt16",
+            "08a406e4b022bc22e907f985d6a9e9dd1d4fbecae573549cf49350113e7757b1",
+        ),
+        (
+            "std_msgs/msg/UInt32",
+            "a5c874829b752bc5fa190024b0ad76f578cc278271e855c7d02a818b3516fb4a",
+        ),
+        (
+            "std_msgs/msg/UInt64",
+            "fbdc52018fc13755dce18024d1a671c856aa8b4aaf63adfb095b608f98e8c943",
+        ),
+        (
+            "std_msgs/msg/Int8",
+            "26525065a403d972cb672f0777e333f0c799ad444ae5fcd79e43d1e73bd0f440",
+        ),
+        (
+            "std_msgs/msg/Int16",
+            "1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
+        ),
+        (
+            "std_msgs/msg/Int32",
+            "b6578ded3c58c626cfe8d1a6fb6e04f706f97e9f03d2727c9ff4e74b1cef0deb",
+        ),
+        (
+            "std_msgs/msg/Int64",
+            "8cd1048c2f186b6bd9a92472dc1ce51723c0833a221e2b7aecfff111774f4b49",
+        ),
+        (
+            "std_msgs/msg/Float32",
+            "7170d3d8f841f7be3172ce5f4f59f3a4d7f63b0447e8b33327601ad64d83d6e2",
+        ),
+        (
+            "std_msgs/msg/Float64",
+            "705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
+        ),
+        (
+            "builtin_interfaces/msg/Time",
+            "b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197",
+        ),
+        (
+            "std_msgs/msg/Header",
+            "f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
+        ),
+        (
+            "geometry_msgs/msg/Point",
+            "6963084842a9b04494d6b2941d11444708d892da2f4b09843b9c43f42a7f6881",
+        ),
+        (
+            "geometry_msgs/msg/Vector3",
+            "cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d",
+        ),
+        (
+            "geometry_msgs/msg/Quaternion",
+            "8a765f66778c8ff7c8ab94afcc590a2ed5325a1d9a076ffff38fbce36f458684",
+        ),
+        (
+            "geometry_msgs/msg/Pose",
+            "d501954e9476cea2996984e812054b68026ae0bfae789d9a10b23daf35cc90fa",
+        ),
+        (
+            "geometry_msgs/msg/PoseStamped",
+            "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
+        ),
+        (
+            "geometry_msgs/msg/PoseWithCovariance",
+            "9a7c0fd234b7f45c6098745ecccd773ca1085670e64107135397aee31c02e1bb",
+        ),
+        (
+            "geometry_msgs/msg/Pose2D",
+            "d68efa5b46e70f7b16ca23085474fdac5a44b638783ec42f661da64da4724ccc",
+        ),
+        (
+            "geometry_msgs/msg/Twist",
+            "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+        ),
+        (
+            "geometry_msgs/msg/TwistWithCovariance",
+            "49f574f033f095d8b6cd1beaca5ca7925e296e84af1716d16c89d38b059c8c18",
+        ),
+        (
+            "nav_msgs/msg/Odometry",
+            "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+        ),
+        (
+            "nav_msgs/msg/Path",
+            "1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b",
+        ),
+        (
+            "sensor_msgs/msg/LaserScan",
+            "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
+        ),
+        (
+            "sensor_msgs/msg/Range",
+            "b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",
+        ),
+        (
+            "sensor_msgs/msg/Image",
+            "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47",
+        ),
+        (
+            "sensor_msgs/msg/BatteryState",
+            "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
+        ),
+    ];
+
+    #[test]
+    fn standard_types_have_the_hashes_of_ros() {
+        let ours: BTreeMap<String, String> = jde_types::standard()
+            .iter()
+            .map(|value_type| (name(value_type), rihs01(value_type)))
+            .collect();
+        for (name, hash) in JAZZY {
+            assert_eq!(ours[*name], format!("RIHS01_{hash}"), "{name}");
+        }
+        let of_ros = ours.keys().filter(|name| !name.starts_with("jde_msgs/")).count();
+        assert_eq!(
+            of_ros,
+            JAZZY.len(),
+            "each type that goes by a name of ROS is compared"
+        );
+    }
+
+    #[test]
+    fn a_type_without_fields_has_the_hash_of_ros() {
+        let empty = crate::definition::read("std_msgs/msg/Empty", "").unwrap();
+        assert_eq!(
+            rihs01(&empty),
+            "RIHS01_20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312"
+        );
+    }
+}
