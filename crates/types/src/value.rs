@@ -5,6 +5,7 @@
 #![allow(unsafe_code)]
 
 use core::ffi::CStr;
+use core::{ptr, slice};
 
 use jde_abi::{describe, raw, read};
 
@@ -79,6 +80,20 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
         // SAFETY: as many bytes as the value has, and every pattern of them is valid by the contract of this trait.
         (bytes.len() == size_of::<Self>()).then(|| unsafe { bytes.as_ptr().cast::<Self>().read_unaligned() })
+    }
+
+    /// Its bytes, as its description tells them.
+    #[must_use]
+    fn as_bytes(&self) -> &[u8] {
+        // SAFETY: as many bytes as it has, all of them initialised, for each belongs to a field by the contract of this trait.
+        unsafe { slice::from_raw_parts(ptr::from_ref(self).cast(), size_of::<Self>()) }
+    }
+
+    /// Its bytes, for writing; whatever is written, it stays a value.
+    #[must_use]
+    fn as_bytes_mut(&mut self) -> &mut [u8] {
+        // SAFETY: as above, borrowed for writing as long as the value is, and every pattern of them is valid.
+        unsafe { slice::from_raw_parts_mut(ptr::from_mut(self).cast(), size_of::<Self>()) }
     }
 
     /// The value whose bytes are all 0.
