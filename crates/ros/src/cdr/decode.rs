@@ -9,20 +9,39 @@ use super::{ENCAPSULATION, Error};
 /// # Errors
 /// [`Error`]; whatever bytes are given, it does not panic and allocates no more than a value.
 pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut value = vec![0; value_type.bytes];
+    decode_into(value_type, message, &mut value)?;
+    Ok(value)
+}
+
+/// Replaces the bytes of a value by those of the value that a message is; nothing is allocated.
+///
+/// # Errors
+/// [`Error`]; the bytes are then those of no particular value.
+///
+/// # Panics
+/// If there are not as many bytes as the type has.
+pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(), Error> {
+    assert_eq!(
+        value.len(),
+        value_type.bytes,
+        "the bytes of a `{}`",
+        value_type.name
+    );
+    value.fill(0);
     let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
     // The second half holds options, which say nothing about what is in the body.
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
         return Err(Error::Encapsulation(head.to_vec()));
     }
-    let mut value = vec![0; value_type.bytes];
     let mut rest = Body { body, at: 0 };
-    structure(value_type, &mut value, &mut rest)?;
+    structure(value_type, value, &mut rest)?;
     let over = body.len() - rest.at;
     // Some writers fill up to a multiple of four.
     if over >= 4 {
         return Err(Error::Long(over));
     }
-    Ok(value)
+    Ok(())
 }
 
 /// What follows the header, and how far it has been read.

@@ -7,7 +7,7 @@
 mod decode;
 mod encode;
 
-pub use decode::decode;
+pub use decode::{decode, decode_into};
 pub use encode::encode;
 
 /// CDR, little endian, no options.

@@ -94,6 +94,24 @@ fn a_laser_scan_is_aligned_from_the_end_of_the_header() {
 }
 
 #[test]
+fn a_value_takes_a_message_in_place_and_keeps_nothing_of_what_it_was() {
+    let mut scan = LaserScan {
+        ranges: Seq::from_slice(&[1.0; 9]).unwrap(),
+        ..LaserScan::default()
+    };
+    let other = LaserScan {
+        header: Header::new(Time { sec: 3, nanosec: 4 }, "laser"),
+        ranges: Seq::from_slice(&[2.0, 3.0]).unwrap(),
+        ..LaserScan::default()
+    };
+    let mut message = Vec::new();
+    encode(&LaserScan::describe(), other.as_bytes(), &mut message);
+    decode_into(&LaserScan::describe(), &message, scan.as_bytes_mut()).unwrap();
+    assert_eq!(scan, other);
+    assert_eq!(scan.as_bytes(), other.as_bytes());
+}
+
+#[test]
 fn an_empty_sequence_of_large_numbers_leaves_no_gap() {
     let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::F64), Shape::Sequence(2))]);
     let mut message = Vec::new();
