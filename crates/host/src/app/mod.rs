@@ -44,6 +44,7 @@ mod drafts;
 mod family;
 mod fault;
 mod file;
+pub mod given;
 mod groups;
 mod load;
 mod modulations;

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use jde_abi::describe::{Form, Port, Role, Schema};
+use jde_abi::describe::{Port, Role, Schema};
 use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
-use toml::Spanned;
-use toml::de::DeValue;
+use jde_types::Value as _;
 
 use super::document::{Node, Section, Text};
 use super::drafts::{Drafts, Here};
+use super::given::node;
 use super::report::{Report, quote};
 use super::settings::Settings;
 use super::values::Target;
@@ -44,8 +44,8 @@ pub(super) fn from_option(
     bindings: &mut [Binding],
 ) {
     let (section, schema) = (here.section(), here.schema);
-    let node = node(&given.value);
     if given.variable == PERIOD {
+        let node = node(&given.value, &f64::describe());
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
@@ -56,16 +56,7 @@ pub(super) fn from_option(
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);
     };
-    let takes_text = matches!(
-        schema.ports[port].value_type.fields.as_slice(),
-        [field] if matches!(field.form, Form::Text { .. })
-    );
-    // A text may look like a number: name=7.
-    let node = if takes_text && node.get_ref().as_str().is_none() {
-        text_node(&given.value)
-    } else {
-        node
-    };
+    let node = node(&given.value, &schema.ports[port].value_type);
     set(report, section, schema, port, &node, folder, &mut bindings[port]);
 }
 
@@ -170,13 +161,4 @@ fn out_of_range(port: &Port, value: &Value) -> Option<String> {
         _ => return None,
     };
     Some(format!("is {number}{unit}, and {bound} is allowed"))
-}
-
-/// The value of an option: TOML if it is, else a text.
-fn node(value: &str) -> Node<'_> {
-    DeValue::parse(value).unwrap_or_else(|_| text_node(value))
-}
-
-fn text_node(value: &str) -> Node<'_> {
-    Spanned::new(0..value.len(), DeValue::String(value.into()))
 }
