@@ -1,11 +1,12 @@
-//! What every schema and group is doing at one instant: what the oscilloscope shows.
+//! What every schema and group is doing at one instant: what the oscilloscope shows. As JSON it reads like its fields, with
+//! enumerations as words: `"winner"`, `"motor"`, `"ok"` or `{"faulted": "why"}`; times are ns. Data only.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
 /// The whole application at one instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// ns since the application's start.
     pub time: Nanos,
@@ -16,21 +17,24 @@ pub struct Snapshot {
 }
 
 /// A schema at one instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SchemaView {
     /// Its name in the application.
     pub name: String,
     /// Full name of its type, "plugin/schema".
     pub type_name: String,
     /// What kind it is.
+    #[serde(with = "KindName")]
     pub kind: Kind,
     /// Its father's place, if it has one.
     pub father: Option<usize>,
     /// The place of the group in which it competes, if it does.
     pub group: Option<usize>,
     /// Its state.
+    #[serde(with = "StateName")]
     pub state: State,
     /// Its health.
+    #[serde(with = "HealthName")]
     pub health: Health,
     /// It and all its fathers are WINNER: what it commands counts.
     pub authority: bool,
@@ -94,7 +98,7 @@ impl HoldKind {
 }
 
 /// A group at one instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupView {
     /// Its name: "example/base", "roots".
     pub name: String,
@@ -117,7 +121,7 @@ pub struct GroupView {
 }
 
 /// A change of winner.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Switch {
     /// When.
     pub time: Nanos,
@@ -131,4 +135,120 @@ pub struct Switch {
     pub reason: String,
     /// Time from its cause to the winner's first iteration, ns.
     pub latency: Option<Nanos>,
+}
+
+/// [`Kind`] in words.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Kind", rename_all = "kebab-case")]
+enum KindName {
+    Perceptive,
+    Motor,
+    Driver,
+}
+
+/// [`State`] in words.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "State", rename_all = "kebab-case")]
+enum StateName {
+    Slept,
+    Checking,
+    Ready,
+    Winner,
+}
+
+/// [`Health`] in words.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Health", rename_all = "kebab-case")]
+enum HealthName {
+    Ok,
+    Overrun,
+    ArbitrationFailed(String),
+    Faulted(String),
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn view(health: Health, operator: Option<Hold>) -> SchemaView {
+        SchemaView {
+            name: "vff".to_owned(),
+            type_name: "vff/vff".to_owned(),
+            kind: Kind::Motor,
+            father: Some(2),
+            group: Some(1),
+            state: State::Winner,
+            health,
+            authority: true,
+            period: 75_000_000,
+            measured: None,
+            longest: u64::MAX,
+            load: 0.25,
+            iterations: 7,
+            overruns: 0,
+            refused: 0,
+            faults: 1,
+            operator,
+        }
+    }
+
+    fn snapshot() -> Snapshot {
+        let hold = Hold {
+            kind: HoldKind::Forced,
+            by: "ana@laptop".to_owned(),
+        };
+        Snapshot {
+            time: 1,
+            schemas: vec![
+                view(Health::Ok, Some(hold)),
+                view(Health::Overrun, None),
+                view(Health::ArbitrationFailed("late".to_owned()), None),
+                view(Health::Faulted("panicked".to_owned()), None),
+            ],
+            groups: vec![GroupView {
+                name: "roots".to_owned(),
+                father: None,
+                members: vec![0, 1],
+                winner: Some(0),
+                policy: "priority".to_owned(),
+                switches: 1,
+                last: Some(Switch {
+                    time: 1,
+                    from: None,
+                    to: Some(0),
+                    decider: "nobody".to_owned(),
+                    reason: "alone".to_owned(),
+                    latency: Some(3),
+                }),
+                worst: 3,
+                allowed: 4,
+            }],
+        }
+    }
+
+    #[test]
+    fn a_snapshot_that_was_sent_is_the_one_that_arrives() {
+        let sent = serde_json::to_string(&snapshot()).expect("it has a form in JSON");
+        let read: Snapshot = serde_json::from_str(&sent).expect("it is one");
+        assert_eq!(read, snapshot());
+    }
+
+    #[test]
+    fn json_says_states_health_kinds_and_holds_in_words() {
+        let sent = serde_json::to_value(snapshot()).expect("it has a form in JSON");
+        let schemas = &sent["schemas"];
+        assert_eq!(schemas[0]["state"], "winner");
+        assert_eq!(schemas[0]["kind"], "motor");
+        assert_eq!(schemas[0]["health"], "ok");
+        assert_eq!(
+            schemas[0]["operator"],
+            json!({ "kind": "forced", "by": "ana@laptop" })
+        );
+        assert_eq!(schemas[1]["operator"], json!(null));
+        assert_eq!(schemas[2]["health"], json!({ "arbitration-failed": "late" }));
+        assert_eq!(schemas[3]["health"], json!({ "faulted": "panicked" }));
+        assert_eq!(sent["groups"][0]["last"]["reason"], "alone");
+    }
 }
