@@ -37,6 +37,8 @@ pub mod value;
 #[cfg(not(loom))]
 mod variable;
 #[cfg(not(loom))]
+mod watch;
+#[cfg(not(loom))]
 mod writer;
 
 #[cfg(not(loom))]
@@ -47,5 +49,6 @@ pub use {
     nearest::nearest,
     reader::{Latched, Reader},
     variable::{Variable, VariableStatus},
+    watch::Watch,
     writer::Writer,
 };

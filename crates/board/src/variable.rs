@@ -2,8 +2,8 @@
 
 #![allow(unsafe_code, reason = "a claimed slot is written in place")]
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::bell::Bell;
@@ -11,9 +11,8 @@ use crate::finite::Finite;
 use crate::rate::Rate;
 use crate::register::Register;
 use crate::store::Cell;
+use crate::watch::{Watch, Watchers};
 use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Writer};
-
-type Subscriber = Arc<dyn Fn() + Send + Sync>;
 
 /// A shared variable. Any thread may call it.
 pub struct Variable {
@@ -27,8 +26,7 @@ pub struct Variable {
     refused: AtomicU64,
     not_finite: AtomicU64,
     not_finite_at: Mutex<Option<String>>,
-    subscribed: AtomicBool,
-    subscribers: RwLock<Arc<[Subscriber]>>,
+    pub(crate) watchers: Watchers,
     register: Mutex<Register>,
     /// Held while the host puts a value, so that one spare slot does for all of them.
     putting: Mutex<()>,
@@ -83,8 +81,7 @@ impl Variable {
             refused: AtomicU64::new(0),
             not_finite: AtomicU64::new(0),
             not_finite_at: Mutex::new(None),
-            subscribed: AtomicBool::new(false),
-            subscribers: RwLock::new(Arc::new([])),
+            watchers: Watchers::default(),
             register: Mutex::new(register),
             putting: Mutex::new(()),
             copying: Mutex::new(()),
@@ -165,11 +162,11 @@ impl Variable {
         self.newest()
     }
 
-    /// Has `call` called after each publish, by the writer's thread (R12): it must return quickly and not publish here.
-    pub fn subscribe(&self, call: Arc<dyn Fn() + Send + Sync>) {
-        let mut subscribers = self.subscribers.write().unwrap_or_else(PoisonError::into_inner);
-        *subscribers = subscribers.iter().cloned().chain([call]).collect();
-        self.subscribed.store(true, Ordering::Release);
+    /// Has `call` called after each publish and retraction, by the writer's thread (R12), until the answer is dropped. The call
+    /// must return quickly, wait for nobody, and not publish here. While nobody watches, a publish pays one load for it.
+    #[must_use = "dropped, it ends"]
+    pub fn watch(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
+        Watch::begin(self, call)
     }
 
     /// Lets a writer's commands through (R7), now or as soon as it is opened. Variables that are no commands need no grants.
@@ -229,7 +226,7 @@ impl Variable {
         if self.declaration.access == Access::Export
             && self.retracted.fetch_max(newest, Ordering::AcqRel) < newest
         {
-            self.call_watchers();
+            self.watchers.call();
         }
     }
 
@@ -283,19 +280,8 @@ impl Variable {
         }
         self.rate.published(time);
         self.bell.ring();
-        self.call_watchers();
+        self.watchers.call();
         published
-    }
-
-    fn call_watchers(&self) {
-        if self.subscribed.load(Ordering::Acquire) {
-            let subscribers = self
-                .subscribers
-                .read()
-                .unwrap_or_else(PoisonError::into_inner)
-                .clone();
-            subscribers.iter().for_each(|call| call());
-        }
     }
 
     pub(crate) fn close_writer(&self, seat: usize) {

@@ -359,22 +359,28 @@ fn a_wait_ends_when_its_time_is_over() {
 }
 
 #[test]
-fn r12_subscribers_are_called_after_each_publish_and_see_its_value() {
+fn r12_watchers_are_called_after_each_publish_and_see_its_value() {
     for variable in numbers() {
         let mut writer = variable.writer(7, "w").unwrap();
         write(&mut writer, 0.0, 0).unwrap();
         let seen: [Arc<AtomicU64>; 2] = Default::default();
-        for seen in &seen {
+        let watches = seen.each_ref().map(|seen| {
             let (seen, watched) = (seen.clone(), Arc::downgrade(&variable));
-            variable.subscribe(Arc::new(move || {
-                seen.store(watched.upgrade().unwrap().newest(), Ordering::Relaxed);
-            }));
-        }
+            variable.watch(move || seen.store(watched.upgrade().unwrap().newest(), Ordering::Relaxed))
+        });
         assert_eq!(seen[0].load(Ordering::Relaxed), 0, "nothing was published since");
         write(&mut writer, 0.0, 0).unwrap();
         assert_eq!(seen.each_ref().map(|seen| seen.load(Ordering::Relaxed)), [2, 2]);
         variable.put(0, &0f64.to_ne_bytes(), 0, 0).ok();
         assert_eq!(seen[0].load(Ordering::Relaxed), variable.newest());
+        drop(watches);
+        let last = variable.newest();
+        write(&mut writer, 0.0, 0).unwrap();
+        assert_eq!(
+            seen.map(|seen| seen.load(Ordering::Relaxed)),
+            [last, last],
+            "they ended"
+        );
     }
 }
 
@@ -388,9 +394,9 @@ fn a_value_that_was_taken_back_is_shown_to_nobody_until_the_next() {
         let mut reader = export.reader("low");
         let calls = Arc::new(AtomicU64::new(0));
         let counted = Arc::clone(&calls);
-        export.subscribe(Arc::new(move || {
+        let _watch = export.watch(move || {
             counted.fetch_add(1, Ordering::SeqCst);
-        }));
+        });
         writer.retract();
         assert_eq!(calls.load(Ordering::SeqCst), 0, "there was nothing to take back");
         writer.loan();

@@ -16,10 +16,10 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
     let Some(variable) = engine.variables.of(instance, port) else {
         unreachable!("a mission is an export");
     };
-    // A reader kept in the subscription would keep the variable that keeps the subscription.
-    let engine: Weak<Engine> = Arc::downgrade(engine);
-    variable.subscribe(Arc::new(move || {
-        let Some(engine) = engine.upgrade() else { return };
+    // A reader or an engine kept in the watch would keep what keeps the watch.
+    let weak: Weak<Engine> = Arc::downgrade(engine);
+    engine.keep([variable.watch(move || {
+        let Some(engine) = weak.upgrade() else { return };
         let Some(variable) = engine.variables.of(instance, port) else {
             return;
         };
@@ -33,5 +33,5 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
             _ => return,
         };
         engine.conclude(outcome);
-    }));
+    })]);
 }

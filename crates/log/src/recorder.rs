@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 
 use jde_abi::describe::Type;
-use jde_board::{Nanos, Variable};
+use jde_board::{Nanos, Variable, Watch};
 use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
 use jde_host::story::Story;
@@ -47,6 +47,7 @@ pub struct Options<'a> {
 pub struct Recorder {
     shared: Arc<Shared>,
     thread: Mutex<Option<JoinHandle<()>>>,
+    watches: Mutex<Vec<Watch>>,
 }
 
 /// How a recording is doing.
@@ -101,12 +102,14 @@ impl Recorder {
         Ok(Self {
             shared,
             thread: Mutex::new(Some(thread)),
+            watches: Mutex::default(),
         })
     }
 
     /// Keeps every value of a variable from now on, the present one included, until the recording is finished.
     pub fn watch(&self, variable: &Arc<Variable>, clock: Clock) {
-        let topic = tap::watch(variable, &self.shared, clock);
+        let (topic, watch) = tap::watch(variable, &self.shared, clock);
+        lock(&self.watches).push(watch);
         lock(&self.shared.lanes).push(topic.lane);
     }
 
@@ -155,6 +158,7 @@ impl Recorder {
             // A panic of that thread has been told by its hook, and the file ends where it was.
             let _ = thread.join();
         }
+        lock(&self.watches).clear();
         self.status()
     }
 }

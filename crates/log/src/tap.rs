@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
-use jde_board::{Access, Nanos, Reader, Variable};
+use jde_board::{Access, Nanos, Reader, Variable, Watch};
 
 use crate::lane::{Lane, Note, Shared, Stamps, Told, Topic};
 use crate::recorder::Clock;
@@ -46,8 +46,8 @@ pub(crate) enum News {
     Retracted,
 }
 
-/// Has every value of the variable go to a topic from now on, the present one included.
-pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock) -> Topic {
+/// Has every value of the variable go to a topic until the watch is dropped, the present one included.
+pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock) -> (Topic, Watch) {
     let declared = variable.describe();
     let about = BTreeMap::from([
         ("variable".to_owned(), declared.full_name()),
@@ -67,15 +67,15 @@ pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock
         lane: Arc::new(Lane::new(name, value_type, about, note)),
         shared: Arc::clone(shared),
     };
-    if topic.lane.note.is_some() {
+    let watch = if topic.lane.note.is_some() {
         let topic = topic.clone();
-        variable.subscribe(Arc::new(move || {
+        variable.watch(move || {
             if let Some(note) = &topic.lane.note {
                 note.published.store(clock(), Ordering::Relaxed);
                 note.new.store(true, Ordering::Release);
                 topic.shared.wake();
             }
-        }));
+        })
     } else {
         let tap = Arc::new(Tap {
             topic: topic.clone(),
@@ -87,10 +87,11 @@ pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock
             }),
         });
         let called = Arc::clone(&tap);
-        variable.subscribe(Arc::new(move || called.look()));
+        let watch = variable.watch(move || called.look());
         tap.look();
-    }
-    topic
+        watch
+    };
+    (topic, watch)
 }
 
 /// `owner.name` as ROS 2 writes topics.

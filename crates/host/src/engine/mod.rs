@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
-use jde_board::Board;
+use jde_board::{Board, Watch};
 use jde_core::{Answer, Check, Effect, GroupId, Health, Hierarchy, Level, Nanos, SchemaId};
 
 use crate::app::Application;
@@ -74,6 +74,8 @@ pub(crate) struct Engine {
     ended: Condvar,
     /// What operators wrote over and did not let go of. Its lock is taken after that of the rules, or alone.
     held: Mutex<Held>,
+    /// The engine's own eyes on variables, for as long as it lives.
+    watches: Mutex<Vec<Watch>>,
 }
 
 /// What changes only in transactions.
@@ -133,17 +135,24 @@ impl Engine {
             outcome: Mutex::new(None),
             ended: Condvar::new(),
             held: Mutex::default(),
+            watches: Mutex::default(),
         });
         Ok((engine, ports))
     }
 
     /// Names whoever runs the instances, and lets publications ring for them. Once, before [`Self::start`].
     pub(crate) fn attach(&self, bells: &Arc<dyn Bells>) {
-        wiring::subscribe(self, bells);
+        self.keep(wiring::watch(self, bells));
         assert!(
             self.bells.set(Arc::downgrade(bells)).is_ok(),
             "an engine has one executor"
         );
+    }
+
+    /// Watches from now on.
+    pub(crate) fn keep(&self, watches: impl IntoIterator<Item = Watch>) {
+        let mut kept = self.watches.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.extend(watches);
     }
 
     pub(crate) fn start(&self) {

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use jde_abi::describe::Role;
-use jde_board::{Access, Board, Declaration, Error, Variable};
+use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
 use jde_types::Value;
 
 use super::authority::{Command, Commands};
 use super::{Bells, Engine, Signal};
 use crate::app::{Application, Binding, ChildTarget};
-use crate::instance::{Aligned, Port, Ports};
+use crate::history::Aligned;
+use crate::instance::{Port, Ports};
 
 /// Latches at once that a variable must bear beyond its importers: tools that look at it, and the host itself.
 const SPARE_READERS: usize = 8;
@@ -106,15 +107,16 @@ pub(super) fn wire(
 }
 
 /// Rings an instance for each import that re-evaluates its precondition (R12), and for its period.
-pub(super) fn subscribe(engine: &Engine, bells: &Arc<dyn Bells>) {
+pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
+    let mut watches = Vec::new();
     for (number, instance) in engine.application.instances.iter().enumerate() {
-        let ring = |signal: fn() -> Signal| -> Arc<dyn Fn() + Send + Sync> {
+        let ring = |signal: fn() -> Signal| {
             let bells = Arc::downgrade(bells);
-            Arc::new(move || {
+            move || {
                 if let Some(bells) = bells.upgrade() {
                     bells.ring(number, signal());
                 }
-            })
+            }
         };
         for binding in &instance.bindings {
             if let Binding::Import {
@@ -126,14 +128,13 @@ pub(super) fn subscribe(engine: &Engine, bells: &Arc<dyn Bells>) {
                     .variables
                     .of(*source, *port)
                     .expect("imports are bound to variables");
-                variable.subscribe(ring(|| Signal::Triggered));
+                watches.push(variable.watch(ring(|| Signal::Triggered)));
             }
         }
-        engine
-            .variables
-            .period(number)
-            .subscribe(ring(|| Signal::Retimed));
+        let period = engine.variables.period(number);
+        watches.push(period.watch(ring(|| Signal::Retimed)));
     }
+    watches
 }
 
 fn ports(application: &Application, variables: &Variables, number: usize) -> Result<Ports, Error> {

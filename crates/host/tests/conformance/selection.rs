@@ -130,15 +130,16 @@ fn r1_within_a_reign_only_its_winner_commands(executor: Executor) {
     let command = rig.handle.board().get("robot.velocity").expect("a command");
     let commands: Arc<Mutex<Vec<(u64, u32)>>> = Arc::default();
     let (heard, reads) = (Arc::clone(&commands), Mutex::new(command.reader("test")));
-    command.subscribe(Arc::new(move || {
+    let watch = command.watch(move || {
         let mut reader = reads.lock().unwrap();
         let stamp = reader.latch().expect("it was published").stamp;
         reader.release();
         heard.lock().unwrap().push((stamp.sequence, stamp.writer));
-    }));
+    });
     assert!(variable.set(command).is_ok());
     rig.until(|_| begins.lock().unwrap().len() > 100);
     rig.stop();
+    drop(watch);
 
     let begins = begins.lock().unwrap();
     let mut judged = 0;
