@@ -2,6 +2,8 @@
 //!
 //! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
 
+mod again;
+
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -12,7 +14,9 @@ use jde_core::{Answer, Check, GroupId, Level, Nanos};
 use crate::engine::Engine;
 use crate::event::Event;
 use crate::inbox::Inbox;
-use crate::instance::{Instance, Ports};
+use crate::instance::{self, Instance, Ports};
+use crate::running::StartError;
+use crate::turn::{Journal, Turn};
 
 /// An instance and where it is in its life.
 pub(crate) struct Runner {
@@ -27,6 +31,10 @@ pub(crate) struct Runner {
     /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
     last_iteration: Nanos,
     late: bool,
+    /// For those who want to know of turns.
+    journal: Option<Arc<Journal>>,
+    /// The present one.
+    told: Turn,
 }
 
 /// Which iterations a turn asks leave for.
@@ -55,19 +63,26 @@ impl Runner {
         engine: &Arc<Engine>,
         number: usize,
         table: &'static raw::Schema,
-        ports: Ports,
+        mut ports: Ports,
     ) -> Self {
         let instance = &engine.application.instances[number];
+        let kind = instance.schema.kind;
+        let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
+        if let Some(journal) = &journal {
+            ports.follow(journal);
+        }
         Self {
             engine: Arc::clone(engine),
             number,
             table,
-            kind: instance.schema.kind,
+            kind,
             life: Life::Absent(ports),
             period: instance.period_ns,
             last_check: 0,
             last_iteration: 0,
             late: false,
+            journal,
+            told: Turn::of(Turn::CYCLED, number),
         }
     }
 
@@ -91,6 +106,20 @@ impl Runner {
         }
     }
 
+    /// As [`Self::create`], with what there is to say of it.
+    pub(crate) fn make(&mut self) -> Result<(), StartError> {
+        self.create().map_err(|reason| {
+            let application = &self.engine.application;
+            let instance = &application.instances[self.number];
+            let plugin = &application.plugins[instance.plugin].name;
+            StartError::Create {
+                schema: instance.name.clone(),
+                type_name: format!("{plugin}/{}", instance.schema.name),
+                reason,
+            }
+        })
+    }
+
     /// Does what is due now; answers when the next turn is due, if by time alone.
     pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
         for (group, ticket, level) in inbox.asked {
@@ -107,6 +136,7 @@ impl Runner {
         }
         if let Life::Awake { due, .. } = self.life {
             let now = self.engine.clock.now();
+            self.told = Turn::of(Turn::CYCLED, self.number);
             if now >= due {
                 self.cycle(now, due);
             } else if inbox.triggered {
@@ -116,6 +146,7 @@ impl Runner {
                 self.react(now);
             }
             self.rest();
+            self.tell();
         }
         match self.life {
             Life::Awake { due, .. } => Some(due),
@@ -160,7 +191,14 @@ impl Runner {
         let Life::Awake { instance, .. } = &mut self.life else {
             return false;
         };
-        match instance.check() {
+        let result = instance.check();
+        self.told.looked = instance.called(&mut self.told);
+        self.checked(now, result)
+    }
+
+    /// Tells the rules what a check found.
+    fn checked(&mut self, now: Nanos, result: Result<instance::Answer, String>) -> bool {
+        match result {
             Ok(answer) => {
                 // The situation came to be with the newest value looked at, but not before the check that saw it otherwise.
                 let cause = answer.newest.clamp(self.last_check.min(now), now);
@@ -170,7 +208,7 @@ impl Runner {
                     urgency: answer.urgency,
                     cause,
                 };
-                self.engine.checked(self.number, check);
+                self.told.checked = self.engine.checked(self.number, check);
                 true
             }
             Err(reason) => {
@@ -183,33 +221,57 @@ impl Runner {
     /// Iterates, if the rules give leave.
     fn act(&mut self, now: Nanos, leave: Leave) {
         let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
-        let Life::Awake { instance, .. } = &mut self.life else {
-            return;
-        };
-        let may = match leave {
-            Leave::Again => self.engine.begin(self.number),
-            Leave::Any => !again_this_instant && self.engine.begin(self.number),
-            Leave::First => !again_this_instant && self.engine.begin_first(self.number),
-        };
-        if !may {
+        if !matches!(self.life, Life::Awake { .. }) {
             return;
         }
-        self.last_iteration = now + 1;
+        let (may, begun) = match leave {
+            Leave::Again => self.engine.begin(self.number),
+            Leave::Any | Leave::First if again_this_instant => return,
+            Leave::Any => self.engine.begin(self.number),
+            Leave::First => self.engine.begin_first(self.number),
+        };
+        self.told.begun = begun;
+        self.told.way = match leave {
+            Leave::Any | Leave::Again => Turn::ANY,
+            Leave::First => Turn::FIRST,
+        };
+        if may {
+            self.last_iteration = now + 1;
+            let result = self.iterate();
+            self.iterated(result);
+        }
+    }
+
+    fn iterate(&mut self) -> Result<(), String> {
+        let Life::Awake { instance, .. } = &mut self.life else {
+            return Ok(());
+        };
         let start = self.engine.clock.now();
         let result = instance.iterate();
-        let took = self.engine.clock.now() - start;
+        self.told.acted = instance.called(&mut self.told);
+        let took = self.engine.clock.now().saturating_sub(start);
         let meter = &self.engine.meters[self.number];
         meter.iterations.fetch_add(1, Relaxed);
         meter.longest.fetch_max(took, Relaxed);
+        result
+    }
+
+    /// Tells the rules how an iteration ended.
+    fn iterated(&mut self, result: Result<(), String>) {
         match result {
-            Ok(()) => {
-                meter.started.store(true, Relaxed);
-                self.engine.end(self.number);
-            }
-            Err(reason) => {
-                self.fault(reason);
-                self.engine.end(self.number);
-            }
+            Ok(()) => self.engine.meters[self.number].started.store(true, Relaxed),
+            Err(reason) => self.fault(reason),
+        }
+        self.told.ended = self.engine.end(self.number);
+    }
+
+    /// Tells of the turn that is over, if there was one.
+    fn tell(&mut self) {
+        let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
+        if let Some(journal) = &self.journal
+            && !turn.is_empty()
+        {
+            journal.tell(&turn);
         }
     }
 
@@ -221,27 +283,38 @@ impl Runner {
     }
 
     fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
-        let answer = match &mut self.life {
-            Life::Slept(instance) | Life::Awake { instance, .. } => match instance.arbitrate(level) {
-                Ok((role, reason)) => {
-                    let children = &self.engine.application.instances[self.number].children;
-                    let child = role
-                        .and_then(|role| children[role])
-                        .map(|child| jde_core::SchemaId(child as u32));
-                    match (role, child) {
-                        (Some(role), None) => Answer::Failed {
-                            reason: format!("chose the unbound child {role}"),
-                        },
-                        _ => Answer::Chose { child, reason },
-                    }
-                }
-                Err(reason) => Answer::Failed { reason },
-            },
-            Life::Absent(_) | Life::Changing => Answer::Failed {
-                reason: "the father is not there".into(),
-            },
+        self.told = Turn {
+            detail: u64::from(group.0),
+            ..Turn::of(Turn::ARBITRATED, self.number)
         };
-        self.engine.answered(group, ticket, answer);
+        let answer = self.answer(level);
+        self.told.checked = self.engine.answered(group, ticket, answer);
+        self.tell();
+    }
+
+    /// Asks the father's own function.
+    fn answer(&mut self, level: &Level) -> Answer {
+        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
+            return Answer::Failed {
+                reason: "the father is not there".into(),
+            };
+        };
+        let answer = instance.arbitrate(level);
+        self.told.looked = instance.called(&mut self.told);
+        let (role, reason) = match answer {
+            Ok(answer) => answer,
+            Err(reason) => return Answer::Failed { reason },
+        };
+        let children = &self.engine.application.instances[self.number].children;
+        let child = role
+            .and_then(|role| children[role])
+            .map(|child| jde_core::SchemaId(child as u32));
+        match (role, child) {
+            (Some(role), None) => Answer::Failed {
+                reason: format!("chose the unbound child {role}"),
+            },
+            _ => Answer::Chose { child, reason },
+        }
     }
 
     fn wake_up(&mut self) {
@@ -252,11 +325,14 @@ impl Runner {
             Life::Slept(mut instance) => {
                 let now = self.engine.clock.now();
                 self.last_check = now;
+                self.told = Turn::of(Turn::AWOKE, self.number);
                 let result = instance.awake();
+                self.told.looked = instance.called(&mut self.told);
                 self.life = Life::Awake { instance, due: now };
                 if let Err(reason) = result {
                     self.fault(reason);
                 }
+                self.tell();
             }
             // It slept and woke while the application was closing, when nobody told it of the first.
             other => self.life = other,
@@ -264,16 +340,21 @@ impl Runner {
     }
 
     fn fall_asleep(&mut self) {
+        self.told = Turn::of(Turn::SLEPT, self.number);
         if let Err(reason) = self.lie_down() {
-            self.engine.faulted(self.number, reason);
+            self.told.failed = self.engine.faulted(self.number, reason);
             self.dismiss();
         }
+        self.tell();
     }
 
     fn lie_down(&mut self) -> Result<(), String> {
         match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Awake { mut instance, .. } => {
                 let result = instance.sleep();
+                if self.told.kind == Turn::SLEPT {
+                    self.told.looked = instance.called(&mut self.told);
+                }
                 self.engine.meters[self.number].pause();
                 self.life = Life::Slept(instance);
                 result
@@ -288,7 +369,7 @@ impl Runner {
     /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one.
     fn fault(&mut self, reason: String) {
         // The level selects again before anything else is tried with what is broken.
-        self.engine.faulted(self.number, reason);
+        self.told.failed = self.engine.faulted(self.number, reason);
         self.give_up();
     }
 

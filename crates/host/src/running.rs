@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
+use jde_abi::raw;
 use jde_board::Board;
 use jde_core::Nanos;
 
-use crate::app::{Application, Executor};
+use crate::app::{Application, Executor, Instance};
 use crate::clock::Clock;
 use crate::engine::{Bells, Engine};
 use crate::event::{Event, Observer, Outcome};
@@ -19,6 +20,7 @@ use crate::operating::Operating;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
+use crate::turn::OnTurn;
 
 /// Is shown an application that is about to start.
 pub type BeforeStart = Box<dyn FnOnce(&Handle)>;
@@ -33,6 +35,8 @@ pub struct Options {
     pub limit: Option<Nanos>,
     /// Seconds of the application in a second of the machine; real time only.
     pub speed: f64,
+    /// Is told of every turn of a schema and what it saw, to have it taken again (see [`crate::replay`]).
+    pub on_turn: Option<OnTurn>,
 }
 
 /// Why an application did not start.
@@ -90,6 +94,7 @@ impl Default for Options {
             before_start: None,
             limit: None,
             speed: 1.0,
+            on_turn: None,
         }
     }
 }
@@ -106,6 +111,7 @@ impl Running {
             plugins,
             Clock::real(options.speed),
             options.observers,
+            options.on_turn,
         )?;
         let alarm = Arc::new(Alarm::default());
         let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
@@ -184,7 +190,13 @@ impl Lockstep {
     /// # Errors
     /// [`StartError`].
     pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
-        let (engine, runners) = prepare(application, plugins, Clock::standing(), options.observers)?;
+        let (engine, runners) = prepare(
+            application,
+            plugins,
+            Clock::standing(),
+            options.observers,
+            options.on_turn,
+        )?;
         let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
         mission::follow(&engine);
         show(&engine, options.before_start);
@@ -246,6 +258,12 @@ impl Drop for Lockstep {
 }
 
 impl Handle {
+    pub(crate) fn new(engine: &Arc<Engine>) -> Self {
+        Self {
+            engine: Arc::clone(engine),
+        }
+    }
+
     /// What runs.
     #[must_use]
     pub fn application(&self) -> &Application {
@@ -325,35 +343,34 @@ fn prepare(
     plugins: &Plugins,
     clock: Clock,
     observers: Vec<Box<dyn Observer>>,
+    on_turn: Option<OnTurn>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
-    let tables = application
-        .instances
-        .iter()
-        .map(|instance| {
-            let plugin = &application.plugins[instance.plugin];
-            let loaded = plugins
-                .loaded(plugin)
-                .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
-            Ok(loaded.schema(instance.number))
-        })
+    let instances = application.instances.iter();
+    let tables = instances
+        .map(|instance| table(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
-    let (engine, ports) = Engine::new(application, clock, observers).map_err(StartError::Wiring)?;
+    let (engine, ports) = Engine::new(application, clock, observers, on_turn).map_err(StartError::Wiring)?;
     let mut runners = Vec::with_capacity(tables.len());
     for (number, (table, ports)) in tables.into_iter().zip(ports).enumerate() {
         let mut runner = Runner::new(&engine, number, table, ports);
-        if let Err(reason) = runner.create() {
+        if let Err(error) = runner.make() {
             runners.iter_mut().rev().for_each(Runner::destroy);
-            let instance = &engine.application.instances[number];
-            return Err(StartError::Create {
-                schema: instance.name.clone(),
-                type_name: format!(
-                    "{}/{}",
-                    engine.application.plugins[instance.plugin].name, instance.schema.name
-                ),
-                reason,
-            });
+            return Err(error);
         }
         runners.push(runner);
     }
     Ok((engine, runners))
+}
+
+/// The functions of an instance's type.
+pub(crate) fn table(
+    application: &Application,
+    plugins: &Plugins,
+    instance: &Instance,
+) -> Result<&'static raw::Schema, StartError> {
+    let plugin = &application.plugins[instance.plugin];
+    let loaded = plugins
+        .loaded(plugin)
+        .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
+    Ok(loaded.schema(instance.number))
 }

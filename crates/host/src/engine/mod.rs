@@ -23,6 +23,7 @@ use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::meter::Meter;
+use crate::turn::{Journal, Moment, OnTurn, Turn};
 use authority::Commands;
 use observe::Groups;
 pub use observe::{decider_name, policy_name};
@@ -68,6 +69,8 @@ pub(crate) struct Engine {
     pub(crate) clock: Clock,
     pub(crate) meters: Vec<Meter>,
     pub(crate) id: u64,
+    /// For those who want to know of turns.
+    pub(crate) journal: Option<Arc<Journal>>,
     rules: Mutex<Rules>,
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
@@ -97,6 +100,7 @@ impl Engine {
         application: Application,
         clock: Clock,
         observers: Vec<Box<dyn Observer>>,
+        on_turn: Option<OnTurn>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
@@ -130,6 +134,7 @@ impl Engine {
             clock,
             meters,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
+            journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),
             rules: Mutex::new(rules),
             bells: OnceLock::new(),
             outcome: Mutex::new(None),
@@ -156,12 +161,14 @@ impl Engine {
     }
 
     pub(crate) fn start(&self) {
-        self.transact(|hierarchy, now, out| hierarchy.start(now, out));
+        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.start(now, out));
+        self.tell_turn(Turn::STARTED, 0, 0, moment);
     }
 
     /// The rules' timers are due.
     pub(crate) fn tick(&self) {
-        self.transact(|hierarchy, now, out| hierarchy.tick(now, out));
+        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.tick(now, out));
+        self.tell_turn(Turn::TICKED, 0, 0, moment);
     }
 
     pub(crate) fn next_timer(&self) -> Option<Nanos> {
@@ -169,19 +176,26 @@ impl Engine {
     }
 
     /// A precondition was evaluated.
-    pub(crate) fn checked(&self, instance: usize, check: Check) {
-        self.transact(|hierarchy, now, out| hierarchy.checked(now, schema(instance), check, out));
+    pub(crate) fn checked(&self, instance: usize, check: Check) -> Moment {
+        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.checked(now, schema(instance), check, out);
+        };
+        self.transact_of(instance, told).1
     }
 
     /// Asks leave to iterate.
-    pub(crate) fn begin(&self, instance: usize) -> bool {
-        self.transact(|hierarchy, now, out| hierarchy.begin(now, schema(instance), out))
+    pub(crate) fn begin(&self, instance: usize) -> (bool, Moment) {
+        self.transact_of(instance, |hierarchy, now, out| {
+            hierarchy.begin(now, schema(instance), out)
+        })
     }
 
     /// Asks leave for the first iteration since it became WINNER; no if it has had that already.
-    pub(crate) fn begin_first(&self, instance: usize) -> bool {
+    pub(crate) fn begin_first(&self, instance: usize) -> (bool, Moment) {
         let id = schema(instance);
-        self.transact(|hierarchy, now, out| hierarchy.is_taking(id) && hierarchy.begin(now, id, out))
+        self.transact_of(instance, |hierarchy, now, out| {
+            hierarchy.is_taking(id) && hierarchy.begin(now, id, out)
+        })
     }
 
     /// Whether it became WINNER and has not begun to iterate since.
@@ -190,13 +204,16 @@ impl Engine {
     }
 
     /// The iteration ended.
-    pub(crate) fn end(&self, instance: usize) {
-        self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
+    pub(crate) fn end(&self, instance: usize) -> Moment {
+        self.transact_of(instance, |hierarchy, now, out| {
+            hierarchy.end(now, schema(instance), out);
+        })
+        .1
     }
 
     /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the
     /// application: nothing can be done without it.
-    pub(crate) fn faulted(&self, instance: usize, reason: String) {
+    pub(crate) fn faulted(&self, instance: usize, reason: String) -> Moment {
         let meter = &self.meters[instance];
         meter.faults.fetch_add(1, Ordering::Relaxed);
         tracing::error!(schema = self.name(instance), "faulted: {reason}");
@@ -209,7 +226,10 @@ impl Engine {
         }
         // Watchers are called, so no lock may be held; and before it can be restarted, so that nothing newer is taken back.
         self.variables.retract_exports(instance);
-        self.transact(|hierarchy, now, out| hierarchy.faulted(now, schema(instance), reason, out));
+        self.transact_of(instance, |hierarchy, now, out| {
+            hierarchy.faulted(now, schema(instance), reason, out);
+        })
+        .1
     }
 
     /// A call does not return: the level selects again as if it had failed. A restart that finds it there still fails too.
@@ -217,7 +237,8 @@ impl Engine {
         let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
         if !known {
             self.ring(instance, Signal::Replaced);
-            self.faulted(instance, reason);
+            let moment = self.faulted(instance, reason);
+            self.tell_turn(Turn::GIVEN_UP, instance, 0, moment);
         }
     }
 
@@ -230,8 +251,11 @@ impl Engine {
     }
 
     /// The father answered.
-    pub(crate) fn answered(&self, group: GroupId, ticket: u64, answer: Answer) {
-        self.transact(|hierarchy, now, out| hierarchy.answered(now, group, ticket, answer, out));
+    pub(crate) fn answered(&self, group: GroupId, ticket: u64, answer: Answer) -> Moment {
+        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.answered(now, group, ticket, answer, out);
+        };
+        self.transact_told(told).1
     }
 
     /// A deadline was missed or met.
@@ -276,8 +300,37 @@ impl Engine {
 
     /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
     fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
+        self.transact_as(None, change).0
+    }
+
+    /// As [`Self::transact`], of which turns tell.
+    fn transact_told<R>(
+        &self,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        self.transact_as(self.journal.as_deref(), change)
+    }
+
+    /// As [`Self::transact_told`], in a turn of an instance. Nobody asks what a driver's were: what comes of them is in its exports.
+    fn transact_of<R>(
+        &self,
+        instance: usize,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
+        self.transact_as(self.journal.as_deref().filter(|_| !is_driver), change)
+    }
+
+    fn transact_as<R>(
+        &self,
+        journal: Option<&Journal>,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
         let mut rules = self.lock();
         let now = self.clock.now();
+        let order = journal.map_or(0, Journal::next);
+        let time = if order > 0 { now } else { 0 };
+        let moment = Moment { order, time };
         let mut effects = std::mem::take(&mut rules.effects);
         let result = change(&mut rules.hierarchy, now, &mut effects);
         for effect in effects.drain(..) {
@@ -287,7 +340,18 @@ impl Engine {
         if let Some(bells) = self.bells.get().and_then(Weak::upgrade) {
             bells.alarm(rules.hierarchy.next_timer());
         }
-        result
+        (result, moment)
+    }
+
+    /// Tells of a transaction that is in nobody's turn.
+    fn tell_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
+        if let Some(journal) = &self.journal {
+            journal.tell(&Turn {
+                way,
+                checked,
+                ..Turn::of(kind, instance)
+            });
+        }
     }
 
     fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {

@@ -10,6 +10,7 @@ use jde_core::{Hierarchy, Nanos, Operator, Refused, Requester, SchemaId};
 use super::{Engine, Rules, Signal};
 use crate::event::OperatorAction;
 use crate::snapshot::{Hold, HoldKind};
+use crate::turn::{Moment, Turn};
 
 /// Shortest period anyone may set: what the timers of a machine can keep.
 const SHORTEST: Nanos = 100_000;
@@ -41,7 +42,7 @@ struct Before {
 impl Engine {
     /// Plays, stops, forces or releases a schema.
     pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
-        self.transact(|hierarchy, now, out| {
+        let (done, moment) = self.transact_told(|hierarchy, now, out| {
             hierarchy.operator(now, operator, out)?;
             let hands = &mut self.held().hands;
             match operator {
@@ -51,8 +52,9 @@ impl Engine {
                 Operator::Release(id) => hands.remove(&id.index()),
             };
             Ok(())
-        })
-        .map_err(|refused: Refused| refused.to_string())?;
+        });
+        self.tell_turn(Turn::OPERATED, operator_on(operator), way(operator), moment);
+        done.map_err(|refused: Refused| refused.to_string())?;
         if let Operator::Release(id) = operator {
             self.give_back(id.index(), |_| true);
         }
@@ -60,20 +62,34 @@ impl Engine {
         Ok(())
     }
 
+    /// Has an operator of the past act again on the hierarchy; what was refused then is refused now.
+    pub(crate) fn operate_again(&self, operator: Operator) {
+        // Then it was told to whoever acted.
+        let _: Result<(), Refused> =
+            self.transact(|hierarchy, now, out| hierarchy.operator(now, operator, out));
+    }
+
+    /// Has an operator of the past write again.
+    pub(crate) fn put_again(&self, variable: &Arc<Variable>, bytes: &[u8]) {
+        // It was let through then.
+        let _ = variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX);
+    }
+
     /// Undoes what one operator did to a schema.
     pub(crate) fn let_go(&self, by: &str, instance: usize) -> Result<(), String> {
         self.known(instance)?;
         let release = Operator::Release(super::schema(instance));
-        let held = self
-            .transact(|hierarchy, now, out| {
-                let mut held = self.held();
-                if held.hands.get(&instance).is_none_or(|hand| hand != by) {
-                    return Ok(false);
-                }
-                held.hands.remove(&instance);
-                hierarchy.operator(now, release, out).map(|()| true)
-            })
-            .map_err(|refused: Refused| refused.to_string())?;
+        let (held, moment) = self.transact_told(|hierarchy, now, out| {
+            let mut held = self.held();
+            if held.hands.get(&instance).is_none_or(|hand| hand != by) {
+                return Ok(false);
+            }
+            held.hands.remove(&instance);
+            hierarchy.operator(now, release, out).map(|()| true)
+        });
+        let way = if held == Ok(false) { 0 } else { way(release) };
+        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        let held = held.map_err(|refused: Refused| refused.to_string())?;
         let given_back = self.give_back(instance, |writer| writer == by);
         if held || given_back {
             self.operated(by, OperatorAction::Hierarchy(release));
@@ -185,7 +201,7 @@ impl Engine {
     ) -> Result<(), NotTaken> {
         let mut held = self.held();
         let now = newest(variable);
-        variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX)?;
+        self.put_told(owner, variable, OPERATOR, bytes)?;
         let place = held
             .values
             .iter()
@@ -209,18 +225,45 @@ impl Engine {
     /// was anything to undo.
     fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
         let mut held = self.held();
-        let now = self.clock.now();
         let mut any = false;
         let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
         for value in held.values.extract_if(.., theirs) {
             if newest_writer(&value.variable) == OPERATOR {
                 let Before { writer, bytes } = &value.before;
-                let put = value.variable.put(*writer, bytes, now, Nanos::MAX);
+                let put = self.put_told(instance, &value.variable, *writer, bytes);
                 put.expect("it was in force before");
                 any = true;
             }
         }
         any
+    }
+
+    /// Puts a value of an operator's choice, and tells of it.
+    fn put_told(
+        &self,
+        owner: usize,
+        variable: &Arc<Variable>,
+        writer: u32,
+        bytes: &[u8],
+    ) -> Result<(), NotTaken> {
+        let time = self.clock.now();
+        // Before it is there to be seen: whoever has seen it comes after.
+        let order = self.journal.as_ref().map(|journal| journal.next());
+        let put = variable.put(writer, bytes, time, Nanos::MAX);
+        if let (Some(journal), Some(order)) = (&self.journal, order) {
+            let ports = &self.application.instances[owner].schema.ports;
+            let name = &variable.describe().name;
+            let port = ports.iter().position(|port| port.name == *name);
+            let mut turn = Turn {
+                way: if put.is_ok() { Turn::WROTE } else { 0 },
+                detail: port.map_or(Turn::PERIOD, |port| port as u64),
+                checked: Moment { order, time },
+                ..Turn::of(Turn::OPERATED, owner)
+            };
+            turn.inputs.resize(1)[0] = put.as_ref().map_or(Turn::NOTHING, |sequence| *sequence as u32);
+            journal.tell(&turn);
+        }
+        put.map(drop)
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
@@ -256,8 +299,26 @@ impl Engine {
 
     /// Puts everything to sleep; answers with the order in which it must happen, children before fathers.
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
-        self.transact(|hierarchy, now, out| hierarchy.shutdown(now, out));
+        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.shutdown(now, out));
+        self.tell_turn(Turn::ENDED, 0, 0, moment);
         self.lock().closing.replace(Vec::new()).unwrap_or_default()
+    }
+}
+
+/// What an operator did, as turns tell it.
+fn way(operator: Operator) -> u8 {
+    match operator {
+        Operator::Play(_) => Turn::PLAYED,
+        Operator::Stop(_) => Turn::STOPPED,
+        Operator::Force(_) => Turn::FORCED,
+        Operator::Release(_) => Turn::RELEASED,
+    }
+}
+
+/// Whom an operator acted on.
+fn operator_on(operator: Operator) -> usize {
+    match operator {
+        Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id) => id.index(),
     }
 }
 

@@ -45,7 +45,7 @@ impl Bells for Queue {
 }
 
 impl Queue {
-    fn pop(&self) -> Option<(usize, Signal)> {
+    pub(crate) fn pop(&self) -> Option<(usize, Signal)> {
         self.signals
             .lock()
             .unwrap_or_else(PoisonError::into_inner)

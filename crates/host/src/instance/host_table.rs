@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use jde_abi::raw::{self, Context, Host};
-use jde_core::Policy;
+use jde_core::{Nanos, Policy};
 
 use super::ports::{PortError, Ports};
 use super::state_number;
@@ -22,6 +22,8 @@ pub(super) struct Call<'a> {
     pub(super) name: &'a CStr,
     pub(super) ports: &'a mut Ports,
     pub(super) failure: Option<String>,
+    /// What it was told when it first asked for the time.
+    pub(super) told: Option<Nanos>,
 }
 
 /// The table given to every instance.
@@ -203,7 +205,13 @@ unsafe extern "C" fn set_policy(
 
 unsafe extern "C" fn now(context: *mut Context) -> u64 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, 0, |call| call.engine.clock.now()) }
+    unsafe {
+        within(context, 0, |call| {
+            let now = call.engine.clock.now();
+            call.told.get_or_insert(now);
+            now
+        })
+    }
 }
 
 unsafe extern "C" fn seed(context: *mut Context) -> u64 {

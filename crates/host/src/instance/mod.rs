@@ -15,8 +15,9 @@ use jde_abi::raw;
 use jde_core::{Case, Level, Nanos};
 
 use crate::engine::Engine;
+use crate::turn::{self, Turn};
 use host_table::{Call, HOST};
-pub(crate) use ports::{Aligned, Port, Ports};
+pub(crate) use ports::{Port, Ports, Shown};
 
 /// An instance that was made, and the ports through which it sees the world.
 pub(crate) struct Instance {
@@ -26,6 +27,10 @@ pub(crate) struct Instance {
     this: *mut c_void,
     ports: Ports,
     engine: Arc<Engine>,
+    /// The last call, for those who want to know.
+    called: turn::Call,
+    /// What it has looked at since the last release before it, likewise.
+    inputs: Vec<u32>,
 }
 
 // SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
@@ -57,6 +62,8 @@ impl Instance {
             this: null_mut(),
             ports,
             engine: Arc::clone(engine),
+            called: turn::Call::default(),
+            inputs: Vec::new(),
         };
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the table was checked; the context lives for the call.
@@ -185,6 +192,18 @@ impl Instance {
         failure.map_or(Ok(()), Err)
     }
 
+    /// The last call; and what it looked at is told to `turn`. Nothing if nobody wants to know.
+    pub(crate) fn called(&self, turn: &mut Turn) -> turn::Call {
+        let told = turn.inputs.resize(self.inputs.len());
+        told.copy_from_slice(&self.inputs[..told.len()]);
+        self.called
+    }
+
+    /// What its ports show, and may be let to show: see `replay`.
+    pub(crate) fn ports(&mut self) -> &mut Ports {
+        &mut self.ports
+    }
+
     /// Lets go of the values it looked at.
     pub(crate) fn rest(&mut self) {
         self.ports.release();
@@ -226,12 +245,22 @@ impl Instance {
             name: &self.name,
             ports: &mut self.ports,
             failure: None,
+            told: None,
         };
-        meter.enter(engine.clock.now());
+        let start = engine.clock.now();
+        let after = context.ports.enter();
+        meter.enter(start);
         let result = call(self.this, (&raw mut context).cast::<raw::Context>());
         let failure = context.failure.take();
+        let told = context.told;
         meter.leave();
         self.ports.discard_loans();
+        if let (Some(after), Some(looks)) = (after, self.ports.looks()) {
+            let (after, time) = looks.last.unwrap_or((after, start));
+            let clock = told.unwrap_or(start);
+            self.called = turn::Call { after, time, clock };
+            self.inputs.clone_from(&looks.inputs);
+        }
         (result, failure)
     }
 }

@@ -59,6 +59,17 @@ pub(crate) struct Again {
     held: Option<Option<Arc<Old>>>,
 }
 
+/// What an input has shown since the last release.
+#[derive(Clone)]
+pub(crate) enum Shown {
+    /// It was not looked at.
+    Unseen,
+    /// There was no value.
+    Nothing,
+    /// This one.
+    Value(Arc<Old>),
+}
+
 /// What a port shows.
 pub(crate) struct View<'a> {
     pub(crate) bytes: &'a [u8],
@@ -91,6 +102,13 @@ impl Ports {
         });
     }
 
+    /// A call begins: its last look is yet to come. For those who want to know, the last transaction.
+    pub(crate) fn enter(&mut self) -> Option<u64> {
+        let looks = self.looks.as_mut()?;
+        looks.last = None;
+        Some(looks.journal.last())
+    }
+
     /// What was looked at since the last release, for those who want to know.
     pub(crate) fn looks(&self) -> Option<&Looks> {
         self.looks.as_ref()
@@ -109,24 +127,22 @@ impl Ports {
         }
     }
 
-    /// Has its inputs show the values of these numbers until the next release.
-    pub(crate) fn recall(&mut self, turn: &Turn) {
+    /// Has its inputs show the values that they showed in that turn; the newest again if there is none.
+    pub(crate) fn recall(&mut self, turn: Option<&Turn>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
             if let Port::Again(again) = port {
-                again.wanted = turn.input(number);
+                again.wanted = turn.map_or(Turn::UNSEEN, |turn| turn.input(number));
             }
         }
     }
 
-    /// The values of the past that its inputs show now, by their numbers; none for those that were not looked at.
-    pub(crate) fn shown(&self) -> Vec<Option<Option<Arc<Old>>>> {
+    /// What its inputs show now, by their numbers.
+    pub(crate) fn shown(&self) -> Vec<Shown> {
         let shown = self.ports.iter().map(|port| match port {
-            Port::Again(again) => again.held.clone(),
-            Port::Unbound
-            | Port::Input(_)
-            | Port::Command { .. }
-            | Port::Output(_)
-            | Port::Wish { .. } => None,
+            Port::Again(again) => again.held.clone().map_or(Shown::Unseen, Shown::from),
+            Port::Unbound | Port::Input(_) | Port::Command { .. } | Port::Output(_) | Port::Wish { .. } => {
+                Shown::Unseen
+            }
         });
         shown.collect()
     }
@@ -151,7 +167,11 @@ impl Ports {
                 })
             }
             Port::Again(again) => {
-                let Again { history, wanted, held } = again;
+                let Again {
+                    history,
+                    wanted,
+                    held,
+                } = again;
                 let old = held.get_or_insert_with(|| history.find(*wanted));
                 let old = old.as_ref().ok_or(PortError::NoValue)?;
                 Ok(View {
@@ -246,7 +266,7 @@ impl Ports {
         for port in &mut self.ports {
             match port {
                 Port::Input(reader) => reader.release(),
-                Port::Again(again) => (again.wanted, again.held) = (Turn::UNSEEN, None),
+                Port::Again(again) => again.held = None,
                 Port::Command { reader, in_force, .. } => {
                     reader.release();
                     *in_force = None;
@@ -280,6 +300,12 @@ impl Ports {
             Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
+    }
+}
+
+impl From<Option<Arc<Old>>> for Shown {
+    fn from(held: Option<Arc<Old>>) -> Self {
+        held.map_or(Self::Nothing, Self::Value)
     }
 }
 

@@ -1,0 +1,140 @@
+//! Decision replay: the schemas of an application take the turns again that were taken once, on one thread and in the order
+//! of then, each seeing the values that it saw then. What its drivers exported comes from elsewhere; no driver is made, and
+//! commands reach nobody. So what is decided depends on the schemas alone, and what is decided otherwise is their doing.
+//!
+//! A schema that is awake now and was not then takes its turns by its own period. Judges nothing: see `jde-log`.
+
+mod past;
+mod player;
+mod seat;
+
+use std::sync::Arc;
+
+use jde_abi::describe::{Role, Type};
+use jde_core::Nanos;
+
+use crate::app::Application;
+use crate::clock::Clock;
+use crate::engine::Engine;
+use crate::event::Observer;
+use crate::history::History;
+use crate::plugin::Plugins;
+use crate::runner::Runner;
+use crate::running::{Handle, StartError, table};
+pub use past::{Old, Part, Past, Step};
+use player::Player;
+
+/// What of a recorded run has to be there.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The full name of a driver's export.
+    pub name: String,
+    /// Its type.
+    pub value_type: Arc<Type>,
+    /// Whether a schema that is no driver imports it.
+    pub imported: bool,
+}
+
+/// What a schema has seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sight {
+    /// The name of the port.
+    pub port: String,
+    /// The number of the value, the time when it was measured, and the value in words if it is short; none if there was none.
+    pub value: Option<(u64, Nanos, Option<String>)>,
+}
+
+/// An application that takes the turns of the past again. Dropping it brings it to rest.
+pub struct Replay {
+    player: Player,
+}
+
+/// What the drivers of an application export, in the order of the application.
+#[must_use]
+pub fn sources(application: &Application) -> Vec<Source> {
+    player::exports(application)
+        .map(|(instance, port)| {
+            let owner = &application.instances[instance];
+            let export = &owner.schema.ports[port];
+            Source {
+                name: format!("{}.{}", owner.name, export.name),
+                value_type: Arc::clone(&export.value_type),
+                imported: player::is_imported(application, (instance, port)),
+            }
+        })
+        .collect()
+}
+
+impl Replay {
+    /// Makes all schemas but the drivers ready to take the turns that `past` tells of. The times of what was done by several
+    /// threads are told apart up to `slack`, ns: 0 for a past in virtual time.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn start(
+        application: Application,
+        plugins: &Plugins,
+        observers: Vec<Box<dyn Observer>>,
+        past: Box<dyn Past>,
+        slack: Nanos,
+    ) -> Result<Self, StartError> {
+        let (engine, ports) =
+            Engine::new(application, Clock::standing(), observers, None).map_err(StartError::Wiring)?;
+        let mut runners = Vec::new();
+        for (number, ports) in ports.into_iter().enumerate() {
+            let instance = &engine.application.instances[number];
+            if player::is_driver(instance) {
+                runners.push(None);
+                continue;
+            }
+            let table = table(&engine.application, plugins, instance)?;
+            let mut runner = Runner::new(&engine, number, table, ports);
+            runner.make()?;
+            runners.push(Some(runner));
+        }
+        let player = Player::new(engine, runners, past, slack).map_err(StartError::Wiring)?;
+        Ok(Self { player })
+    }
+
+    /// What tools need.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        Handle::new(self.player.engine())
+    }
+
+    /// Goes on until the time of then is later than `until`; answers false once it is over.
+    pub fn run_until(&mut self, until: Nanos) -> bool {
+        self.player.run_until(until)
+    }
+
+    /// What a schema saw at its last check.
+    #[must_use]
+    pub fn saw(&self, schema: usize) -> Vec<Sight> {
+        self.player.saw(schema)
+    }
+
+    /// Values that were seen then and are not there now, by variable: the newest were shown instead. None of those that the
+    /// drivers exported are unless they were lost; of others there may be once something has been decided otherwise.
+    #[must_use]
+    pub fn missed(&self) -> Vec<(String, u64)> {
+        self.player.missed()
+    }
+
+    /// Operators wrote these variables, and the values they wrote are not known.
+    #[must_use]
+    pub fn unknown(&self) -> Vec<String> {
+        self.player.unknown()
+    }
+}
+
+/// Whether an application's port is the export of one of its own schemas that are no drivers, or of a driver.
+fn is_export(role: &Role) -> bool {
+    matches!(role, Role::Export)
+}
+
+/// A history and the number of the newest value in it, as turns tell numbers.
+fn has(history: &History, wanted: u32) -> bool {
+    history
+        .newest()
+        .is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
+}

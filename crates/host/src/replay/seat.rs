@@ -1,0 +1,103 @@
+//! One schema that takes its turns again: which of its steps are done, and what awaits it that the past has yet to tell of.
+
+use std::collections::VecDeque;
+
+use jde_core::{Answer, GroupId, Level, Nanos};
+
+use crate::instance::{self, Shown};
+use crate::runner::Runner;
+
+/// A schema that takes its turns again.
+pub(super) struct Seat {
+    pub(super) runner: Runner,
+    /// Its turns are those of the past; otherwise by its own period.
+    pub(super) told: bool,
+    /// It was awake in the past.
+    pub(super) was_awake: bool,
+    /// It is to wake up or to fall asleep since then, as soon as the past tells of it.
+    pub(super) life: VecDeque<(bool, Nanos)>,
+    /// It is asked since then.
+    pub(super) asked: Vec<Asked>,
+    /// When its next turn is due by its own period.
+    pub(super) due: Option<Nanos>,
+    /// What the check of its present turn found.
+    pub(super) checked: Option<Result<instance::Answer, String>>,
+    /// It has leave for the iteration of its present turn.
+    pub(super) leave: bool,
+    /// How that ended.
+    pub(super) acted: Option<Result<(), String>>,
+    /// What it answered, and the rules have yet to be told.
+    pub(super) answer: Option<(GroupId, u64, Answer)>,
+    /// What it saw at its last check.
+    pub(super) saw: Vec<Shown>,
+}
+
+/// A question to a father.
+pub(super) struct Asked {
+    pub(super) since: Nanos,
+    pub(super) group: GroupId,
+    pub(super) ticket: u64,
+    pub(super) level: Level,
+}
+
+impl Seat {
+    pub(super) fn new(runner: Runner) -> Self {
+        Self {
+            runner,
+            told: false,
+            was_awake: false,
+            life: VecDeque::new(),
+            asked: Vec::new(),
+            due: None,
+            checked: None,
+            leave: false,
+            acted: None,
+            answer: None,
+            saw: Vec::new(),
+        }
+    }
+
+    /// Since when something awaits it that the past has not told of.
+    pub(super) fn waits_since(&self) -> Option<Nanos> {
+        let life = self.life.front().map(|(_, since)| *since);
+        let asked = self.asked.iter().map(|asked| asked.since);
+        life.into_iter().chain(asked).min()
+    }
+
+    /// Takes the next step of its life.
+    pub(super) fn live(&mut self, awake: bool, now: Nanos) {
+        if awake {
+            self.runner.awake_now();
+            self.told = self.was_awake;
+            self.go_on(now);
+        } else {
+            self.runner.sleep_now();
+            self.due = None;
+        }
+    }
+
+    /// Has it take its turns by its own period, if the past tells none of them.
+    pub(super) fn go_on(&mut self, now: Nanos) {
+        self.due = None;
+        if !self.told && self.runner.is_awake() {
+            self.runner.go_on(now);
+            self.due = Some(now);
+        }
+    }
+
+    /// Answers every question at once.
+    pub(super) fn answer_all(&mut self) {
+        for Asked {
+            group, ticket, level, ..
+        } in std::mem::take(&mut self.asked)
+        {
+            self.runner.arbitrate_now(group, ticket, &level);
+        }
+    }
+
+    /// Its present turn is over.
+    pub(super) fn rest(&mut self) {
+        (self.checked, self.acted, self.leave) = (None, None, false);
+        self.runner.rest_again();
+    }
+}

@@ -1,0 +1,115 @@
+//! A turn taken again, a step at a time: each when it was taken first, with the values that were seen then.
+
+use std::sync::Arc;
+
+use jde_board::Reader;
+use jde_core::{Answer, GroupId, Level, Nanos};
+
+use super::{Life, Runner};
+use crate::history::History;
+use crate::instance::{self, Ports, Shown};
+use crate::turn::Turn;
+
+impl Runner {
+    /// Lets its inputs show values of the past.
+    pub(crate) fn look_back(&mut self, history: impl FnMut(&Reader) -> Arc<History>) {
+        if let Some(ports) = self.ports() {
+            ports.look_back(history);
+        }
+    }
+
+    /// Has its inputs show what they showed in that turn; the newest if there is none.
+    pub(crate) fn recall(&mut self, turn: Option<&Turn>) {
+        if let Some(ports) = self.ports() {
+            ports.recall(turn);
+        }
+    }
+
+    pub(crate) fn is_awake(&self) -> bool {
+        matches!(self.life, Life::Awake { .. })
+    }
+
+    /// The check; none if it is not awake.
+    pub(crate) fn look_again(&mut self) -> Option<Result<instance::Answer, String>> {
+        match &mut self.life {
+            Life::Awake { instance, .. } => Some(instance.check()),
+            Life::Absent(_) | Life::Slept(_) | Life::Changing => None,
+        }
+    }
+
+    /// What its inputs show.
+    pub(crate) fn shown(&mut self) -> Vec<Shown> {
+        self.ports().map(|ports| ports.shown()).unwrap_or_default()
+    }
+
+    /// Tells the rules what that check found.
+    pub(crate) fn checked_again(&mut self, result: Result<instance::Answer, String>) {
+        self.checked(self.engine.clock.now(), result);
+    }
+
+    /// Asks leave to iterate, in the way of that turn.
+    pub(crate) fn begin_again(&mut self, turn: &Turn) -> bool {
+        self.is_awake()
+            && match turn.way {
+                Turn::FIRST => self.engine.begin_first(self.number).0,
+                _ => self.engine.begin(self.number).0,
+            }
+    }
+
+    /// The iteration.
+    pub(crate) fn act_again(&mut self) -> Result<(), String> {
+        self.iterate()
+    }
+
+    /// Tells the rules how that iteration ended.
+    pub(crate) fn acted_again(&mut self, result: Result<(), String>) {
+        self.iterated(result);
+    }
+
+    /// The father's own function.
+    pub(crate) fn answer_again(&mut self, level: &Level) -> Answer {
+        self.answer(level)
+    }
+
+    /// Asks the father's own function, and tells the rules at once.
+    pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
+        self.arbitrate(group, ticket, level);
+    }
+
+    /// Lets go of what it looked at, and shows the newest values again.
+    pub(crate) fn rest_again(&mut self) {
+        self.recall(None);
+        self.rest();
+    }
+
+    pub(crate) fn awake_now(&mut self) {
+        self.wake_up();
+    }
+
+    pub(crate) fn sleep_now(&mut self) {
+        self.fall_asleep();
+    }
+
+    pub(crate) fn retime_now(&mut self) {
+        self.retime();
+    }
+
+    pub(crate) fn give_up_now(&mut self) {
+        self.give_up();
+    }
+
+    /// From now on it takes its turns by its own period.
+    pub(crate) fn go_on(&mut self, now: Nanos) {
+        if let Life::Awake { due, .. } = &mut self.life {
+            *due = now;
+        }
+    }
+
+    fn ports(&mut self) -> Option<&mut Ports> {
+        match &mut self.life {
+            Life::Absent(ports) => Some(ports),
+            Life::Slept(instance) | Life::Awake { instance, .. } => Some(instance.ports()),
+            Life::Changing => None,
+        }
+    }
+}
