@@ -109,6 +109,7 @@ fn check(
         plugins,
         instances: instances.into_iter().collect::<Option<_>>()?,
         groups,
+        link: outline.link,
     })
 }
 

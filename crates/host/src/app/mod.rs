@@ -13,6 +13,7 @@
 //! mission  = "patrol.mission"         # an export of type jde_msgs/msg/Mission that says when it is done
 //! executor = "threads"                # or "pool"
 //! root     = { policy = "priority" }  # as a group below
+//! link     = { listen = ["tls/0.0.0.0:7447"] } # see [`link`]; without it nobody but its own user reaches it
 //!
 //! [schemas.patrol]
 //! type      = "walk/patrol"           # plugin/schema; just the plugin if that leaves no doubt
@@ -46,6 +47,7 @@ mod fault;
 mod file;
 pub mod given;
 mod groups;
+pub mod link;
 mod load;
 mod modulations;
 mod needs;
@@ -66,6 +68,7 @@ mod variable;
 mod wiring;
 
 pub use fault::{Fault, Faults, Place};
+pub use link::Link;
 pub use load::{load, parse};
 pub use option::Override;
 
@@ -90,6 +93,8 @@ pub struct Application {
     pub instances: Vec<Instance>,
     /// Its groups: the roots first, then by father, in the file's order.
     pub groups: Vec<Group>,
+    /// Whom it lets in from other processes and machines.
+    pub link: Link,
 }
 
 /// How an application runs in real time.

@@ -7,10 +7,11 @@ use toml::de::DeTable;
 use super::Executor;
 use super::document::{Section, Text, whole};
 use super::drafts::Drafts;
+use super::link::{self, Link};
 use super::report::{Report, quote};
 
 const KEYS: &[&str] = &[
-    "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas",
+    "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
 ];
 
 /// What the top of a file says.
@@ -23,6 +24,7 @@ pub(super) struct Outline<'a> {
     pub(super) mission: Option<Text<'a>>,
     pub(super) executor: Executor,
     pub(super) root: Option<Section<'a>>,
+    pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
 }
 
@@ -40,10 +42,12 @@ impl<'a> Outline<'a> {
         top.refuse_unknown(report, KEYS);
         let folder = file.parent().unwrap_or(Path::new("/"));
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        let name = top
+            .text(report, "name")
+            .map_or_else(|| stem.into_owned(), |name| name.text.to_owned());
         Self {
-            name: top
-                .text(report, "name")
-                .map_or_else(|| stem.into_owned(), |name| name.text.to_owned()),
+            link: link::read(report, &top, &name, folder),
+            name,
             doc: top
                 .text(report, "doc")
                 .map(|doc| doc.text.to_owned())

@@ -1,0 +1,146 @@
+//! Addresses: a protocol and a place, as the link's library writes them. Resolves no name and opens nothing.
+
+use std::net::IpAddr;
+use std::path::Path;
+
+/// The protocols that the link is built with.
+pub(super) const PROTOCOLS: [&str; 3] = ["tcp", "tls", UNIX];
+/// The protocol that never leaves the machine.
+const UNIX: &str = "unixsock-stream";
+
+/// An address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Address<'a> {
+    pub(super) protocol: &'a str,
+    place: Place<'a>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place<'a> {
+    File(&'a str),
+    Host { host: &'a str, port: u16 },
+}
+
+/// Why a text is no address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NoAddress<'a> {
+    /// It does not look like one.
+    Shape,
+    /// There is no such protocol.
+    Protocol(&'a str),
+    /// The port is no number up to 65535.
+    Port,
+}
+
+impl<'a> Address<'a> {
+    pub(super) fn read(text: &'a str) -> Result<Self, NoAddress<'a>> {
+        let (protocol, place) = text.split_once('/').ok_or(NoAddress::Shape)?;
+        if !PROTOCOLS.contains(&protocol) {
+            return Err(NoAddress::Protocol(protocol));
+        }
+        // The library reads metadata and options after these.
+        if place.is_empty() || place.contains(['?', '#', ';']) || place.contains(char::is_whitespace) {
+            return Err(NoAddress::Shape);
+        }
+        if protocol == UNIX {
+            let place = Place::File(place);
+            return Ok(Self { protocol, place });
+        }
+        let (host, port) = place.rsplit_once(':').ok_or(NoAddress::Shape)?;
+        let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
+        // An IPv6 address outside of brackets would be cut at the wrong colon.
+        if host.is_empty() || bare.unwrap_or(host).is_empty() || (bare.is_none() && host.contains(':')) {
+            return Err(NoAddress::Shape);
+        }
+        let port = port.parse().map_err(|_| NoAddress::Port)?;
+        let host = bare.unwrap_or(host);
+        let place = Place::Host { host, port };
+        Ok(Self { protocol, place })
+    }
+
+    /// The port of an address of the network, or of this machine's.
+    pub(super) fn port(&self) -> Option<u16> {
+        match self.place {
+            Place::File(_) => None,
+            Place::Host { port, .. } => Some(port),
+        }
+    }
+
+    /// Whether other machines can reach it, or are reached by it.
+    pub(super) fn is_network(&self) -> bool {
+        let Place::Host { host, .. } = self.place else {
+            return false;
+        };
+        match host.parse::<IpAddr>() {
+            Ok(address) => !address.to_canonical().is_loopback(),
+            Err(_) => !host.eq_ignore_ascii_case("localhost"),
+        }
+    }
+
+    /// The address with a socket's path made absolute.
+    pub(super) fn absolute(&self, text: &str, folder: &Path) -> String {
+        match self.place {
+            Place::File(path) => format!("{UNIX}/{}", folder.join(path).display()),
+            Place::Host { .. } => text.to_owned(),
+        }
+    }
+}
+
+/// Whether an address is one of the network; what is none might be.
+pub(super) fn is_network(text: &str) -> bool {
+    Address::read(text).map_or(true, |address| address.is_network())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Address, NoAddress, is_network};
+
+    #[test]
+    fn this_machine_is_not_the_network() {
+        for local in [
+            "tcp/127.0.0.1:7447",
+            "tcp/127.8.9.10:1",
+            "tls/[::1]:7447",
+            "tcp/[::ffff:127.0.0.1]:7447",
+            "tcp/localhost:7447",
+            "tcp/LocalHost:7447",
+            "unixsock-stream/run/robot",
+        ] {
+            assert!(!is_network(local), "{local}");
+        }
+    }
+
+    #[test]
+    fn everything_else_is() {
+        for open in [
+            "tcp/0.0.0.0:7447",
+            "tls/[::]:7447",
+            "tcp/10.0.0.2:7447",
+            "tcp/robot.local:7447",
+            "tcp/localhost.example.org:7447",
+            "tcp/128.0.0.1:7447",
+            "tcp/127.1:7447",
+            "nonsense",
+        ] {
+            assert!(is_network(open), "{open}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_address_says_why() {
+        for (text, why) in [
+            ("0.0.0.0:7447", NoAddress::Shape),
+            ("tcp/", NoAddress::Shape),
+            ("tcp/:7447", NoAddress::Shape),
+            ("tcp/::1:7447", NoAddress::Shape),
+            ("tcp/[]:7447", NoAddress::Shape),
+            ("tcp/robot", NoAddress::Shape),
+            ("tcp/robot:7447#iface=eth0", NoAddress::Shape),
+            ("tcp/robot:70000", NoAddress::Port),
+            ("tcp/robot:", NoAddress::Port),
+            ("udp/robot:7447", NoAddress::Protocol("udp")),
+        ] {
+            assert_eq!(Address::read(text), Err(why), "{text}");
+        }
+    }
+}

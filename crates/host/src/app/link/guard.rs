@@ -1,0 +1,138 @@
+//! Who is let in: users, passwords and certificates. Refuses what would open the application by accident; what files hold is
+//! the link's to read.
+
+use std::path::{Path, PathBuf};
+
+use super::read::{Written, flag};
+use super::{Identity, Link, Login, Tls};
+use crate::app::document::Section;
+use crate::app::report::{Report, quote};
+
+pub(super) fn login(report: &mut Report, section: &Section, folder: &Path) -> Option<Login> {
+    let user = section.text(report, "user");
+    let password_file = file(report, section, "password-file", folder);
+    for (key, other) in [("user", "password-file"), ("password-file", "user")] {
+        refuse_alone(report, section, key, other);
+    }
+    let user = user?;
+    // The link's library keeps users as `user:password`, a line each.
+    if user.text.is_empty() || user.text.contains([':', '\n', '\r']) {
+        report
+            .fault(
+                &user.span,
+                format!("{} cannot be the name of a user", quote(user.text)),
+            )
+            .advise("give at least one character, and no colon or line break");
+        return None;
+    }
+    Some(Login {
+        user: user.text.to_owned(),
+        password_file: password_file?,
+    })
+}
+
+pub(super) fn tls(report: &mut Report, section: &Section, folder: &Path) -> Option<Tls> {
+    let section = section.section(report, "tls", section.key("tls"))?;
+    section.refuse_unknown(report, &["certificate", "key", "authority", "clients"]);
+    let certificate = file(report, &section, "certificate", folder);
+    let key = file(report, &section, "key", folder);
+    for (key, other) in [("certificate", "key"), ("key", "certificate")] {
+        refuse_alone(report, &section, key, other);
+    }
+    let authority = file(report, &section, "authority", folder);
+    let clients = section.get("clients").map(|_| flag(report, &section, "clients"));
+    if clients == Some(true) {
+        refuse_alone(report, &section, "clients", "authority");
+    }
+    Some(Tls {
+        identity: certificate
+            .zip(key)
+            .map(|(certificate, key)| Identity { certificate, key }),
+        // An authority that is named and not there is a fault of its own.
+        clients: clients.unwrap_or(section.get("authority").is_some()),
+        authority,
+    })
+}
+
+/// Reports a key that means nothing without another.
+fn refuse_alone(report: &mut Report, section: &Section, key: &str, other: &str) {
+    if section.get(key).is_some() && section.get(other).is_none() {
+        let message = format!("{} needs `{other}` beside it", section.key(key));
+        report
+            .fault(&section.key_span(key), message)
+            .advise(format!("add `{other}`, or remove `{key}`"));
+    }
+}
+
+pub(super) fn refuse_without_certificate(
+    report: &mut Report,
+    link: &Link,
+    section: &Section,
+    listen: &[Written],
+) {
+    // What is wrong with files that are named has been said.
+    let named = section
+        .get("tls")
+        .is_some_and(|tls| tls.get_ref().get("certificate").is_some());
+    let shows = named || link.tls.as_ref().is_some_and(|tls| tls.identity.is_some());
+    for written in listen.iter().filter(|written| written.address.protocol == "tls") {
+        if !shows {
+            let what = section.key("listen");
+            report
+                .fault(
+                    &written.text.span,
+                    format!(
+                        "{what} has {}, and no certificate to show there",
+                        quote(written.text.text)
+                    ),
+                )
+                .advise(
+                    "add tls = { certificate = \"robot.pem\", key = \"robot.key\", authority = \"ca.pem\" }",
+                );
+        }
+    }
+}
+
+/// Reports addresses of the network at which anybody may connect.
+pub(super) fn refuse_open(report: &mut Report, link: &Link, section: &Section, listen: &[Written]) {
+    // A user who is asked for wrongly is asked for all the same.
+    if link.insecure || section.get("user").is_some() {
+        return;
+    }
+    let asks = link.tls.as_ref().is_some_and(|tls| tls.clients);
+    for Written { text, address } in listen.iter().filter(|written| written.address.is_network()) {
+        if address.protocol == "tls" && asks {
+            continue;
+        }
+        let what = section.key("listen");
+        report
+            .fault(
+                &text.span,
+                format!("{what} has {}, where anybody on the network may connect", quote(text.text)),
+            )
+            .advise(if address.protocol == "tls" {
+                "add an `authority` to `tls`, which asks clients for certificates, or `user` and `password-file`; or write insecure = true"
+            } else {
+                "add `user` and `password-file`, or listen by \"tls/...\" with `tls`; or write insecure = true"
+            });
+    }
+}
+
+/// A file that is there, relative to the application's; reports one that is not.
+fn file(report: &mut Report, section: &Section, key: &str, folder: &Path) -> Option<PathBuf> {
+    let written = section.text(report, key)?;
+    let path = folder.join(written.text);
+    if path.is_file() {
+        return Some(path);
+    }
+    let shown = quote(&path.display().to_string());
+    let message = if path.exists() {
+        format!("{} is {shown}, which is no file", section.key(key))
+    } else {
+        format!("{} is {shown}, and there is no such file", section.key(key))
+    };
+    report
+        .fault(&written.span, message)
+        .advise("give a path relative to the application file, or an absolute one");
+    None
+}

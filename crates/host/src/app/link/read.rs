@@ -1,0 +1,153 @@
+//! Reads `[link]`: names, addresses and words.
+
+use std::path::Path;
+
+use super::address::{Address, NoAddress, PROTOCOLS};
+use super::guard;
+use super::{Access, Link};
+use crate::app::document::{Section, Text, wrong};
+use crate::app::report::{Report, quote};
+use crate::app::time;
+
+const KEYS: &[&str] = &[
+    "name",
+    "listen",
+    "connect",
+    "discover",
+    "access",
+    "user",
+    "password-file",
+    "tls",
+    "stale",
+    "insecure",
+    "off",
+];
+
+/// An address as it is written.
+pub(super) struct Written<'a> {
+    pub(super) text: Text<'a>,
+    pub(super) address: Address<'a>,
+}
+
+/// Reads the section of an application of that name; `folder` is that of its file.
+pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str, folder: &Path) -> Link {
+    let mut link = Link::local(application);
+    let Some(section) = top.section(report, "link", "`link`") else {
+        return link;
+    };
+    section.refuse_unknown(report, KEYS);
+    if let Some(name) = name(report, &section) {
+        link.name = name;
+    }
+    let listen = addresses(report, &section, "listen");
+    let connect = addresses(report, &section, "connect");
+    for peer in connect.iter().filter(|peer| peer.address.port() == Some(0)) {
+        let what = section.key("connect");
+        report
+            .fault(&peer.text.span, format!("{what} has no port to connect to"))
+            .advise("give the port at which the other listens, such as 7447");
+    }
+    link.discover = flag(report, &section, "discover");
+    link.access = access(report, &section);
+    link.login = guard::login(report, &section, folder);
+    link.tls = guard::tls(report, &section, folder);
+    if let Some(node) = section.get("stale") {
+        let stale = time::time(report, &section.key("stale"), node);
+        link.stale_ns = stale.unwrap_or(link.stale_ns);
+    }
+    link.insecure = flag(report, &section, "insecure");
+    link.off = flag(report, &section, "off");
+    guard::refuse_without_certificate(report, &link, &section, &listen);
+    guard::refuse_open(report, &link, &section, &listen);
+    if link.discover && !listen.iter().any(|written| written.address.is_network()) {
+        let what = section.key("discover");
+        report
+            .fault(
+                &section.key_span("discover"),
+                format!("{what} looks where it listens, and it does not listen on the network"),
+            )
+            .advise("add listen = [\"tls/0.0.0.0:7447\"], or name the others in `connect`");
+    }
+    let absolute = |written: &Written| written.address.absolute(written.text.text, folder);
+    link.listen = listen.iter().map(absolute).collect();
+    link.connect = connect.iter().map(absolute).collect();
+    link
+}
+
+fn name(report: &mut Report, section: &Section) -> Option<String> {
+    let name = section.text(report, "name")?;
+    if !Link::is_name(name.text) {
+        report
+            .fault(
+                &name.span,
+                format!("{} cannot be the name of a link", quote(name.text)),
+            )
+            .advise("use 1 to 64 letters, digits, `_` and `-`");
+        return None;
+    }
+    Some(name.text.to_owned())
+}
+
+fn addresses<'a>(report: &mut Report, section: &Section<'a>, key: &str) -> Vec<Written<'a>> {
+    const SUCH: &str = "write an address such as \"tls/0.0.0.0:7447\" or \"tcp/robot.local:7447\"";
+    let what = section.key(key);
+    let mut read = Vec::new();
+    for text in section.texts(report, key).unwrap_or_default() {
+        match Address::read(text.text) {
+            Ok(address) => read.push(Written { text, address }),
+            Err(NoAddress::Shape) => {
+                let message = format!("{what} has {}, which is no address", quote(text.text));
+                report.fault(&text.span, message).advise(SUCH);
+            }
+            Err(NoAddress::Port) => {
+                let message = format!("{what} has {}, which has no port up to 65535", quote(text.text));
+                report.fault(&text.span, message).advise(SUCH);
+            }
+            Err(NoAddress::Protocol(protocol)) => report
+                .fault(
+                    &text.span,
+                    format!(
+                        "{what} has {}, and there is no protocol {}",
+                        quote(text.text),
+                        quote(protocol)
+                    ),
+                )
+                .suggest(protocol, "protocols", PROTOCOLS),
+        }
+    }
+    read
+}
+
+fn access(report: &mut Report, section: &Section) -> Access {
+    match section.text(report, "access") {
+        None => Access::default(),
+        Some(text) => match text.text {
+            "operate" => Access::Operate,
+            "read" => Access::Read,
+            other => {
+                report
+                    .fault(
+                        &text.span,
+                        format!(
+                            "{} is {}, which is no access",
+                            section.key("access"),
+                            quote(other)
+                        ),
+                    )
+                    .suggest(other, "accesses", ["operate", "read"]);
+                Access::Read
+            }
+        },
+    }
+}
+
+pub(super) fn flag(report: &mut Report, section: &Section, key: &str) -> bool {
+    let Some(node) = section.get(key) else {
+        return false;
+    };
+    let flag = node.get_ref().as_bool();
+    if flag.is_none() {
+        wrong(report, &section.key(key), "true or false", node);
+    }
+    flag.unwrap_or_default()
+}

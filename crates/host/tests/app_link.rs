@@ -1,0 +1,273 @@
+//! What `[link]` opens, and what is said of one that would open by accident.
+
+mod apps;
+
+use std::path::{Path, PathBuf};
+
+use apps::{GOOD, Shelf, application, check};
+use jde_host::app::link::{Access, Identity, Link, Login, Tls};
+use jde_host::app::{Application, Faults, parse};
+
+/// The line of the good application before which a link is put.
+const SCHEMAS: &str = "[schemas.pioneer]";
+
+/// A folder with the files that a link can name.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["robot.pem", "robot.key", "ca.pem", "link.password"] {
+        std::fs::write(folder.path().join(name), "made up\n").expect("a file");
+    }
+    folder
+}
+
+/// Reads the good application with a link, as if it stood in a folder.
+fn read(folder: &Path, link: &str) -> Result<Application, Faults> {
+    let text = GOOD.replace(SCHEMAS, &format!("[link]\n{link}\n{SCHEMAS}"));
+    assert_ne!(text, GOOD, "the good application has no `{SCHEMAS}`");
+    parse(&text, &folder.join("app.toml"), &[], &Shelf)
+}
+
+fn linked(folder: &Path, link: &str) -> Link {
+    read(folder, link)
+        .unwrap_or_else(|faults| panic!("{faults}"))
+        .link
+}
+
+/// What is said of a link, without the lines and columns, which the other tests of applications hold.
+fn said(folder: &Path, link: &str) -> Vec<String> {
+    let faults = read(folder, link).expect_err(link);
+    let list = faults.list().iter();
+    list.map(|fault| {
+        assert!(fault.line().is_some(), "{fault}");
+        let shown = folder.display().to_string();
+        fault.message.replace(&shown, "FOLDER")
+    })
+    .collect()
+}
+
+#[test]
+fn without_a_link_nothing_is_opened() {
+    let link = application(&[]).link;
+    assert_eq!(link, Link::local("safe-navigation"));
+    assert!(link.listen.is_empty() && link.connect.is_empty() && !link.discover && !link.off);
+    assert!(!link.is_open());
+}
+
+#[test]
+fn a_link_says_whom_it_lets_in() {
+    let folder = folder();
+    let path = |name: &str| -> PathBuf { folder.path().join(name) };
+    let link = linked(
+        folder.path(),
+        r#"
+        name = "robot2"
+        listen = ["tls/0.0.0.0:7447", "tcp/[::1]:0", "unixsock-stream/run/robot"]
+        connect = ["tls/base.local:7447"]
+        discover = true
+        access = "read"
+        user = "lab"
+        password-file = "link.password"
+        tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem", clients = false }
+        stale = "300ms"
+        insecure = false
+        off = false
+        "#,
+    );
+    assert!(link.is_open());
+    let socket = format!("unixsock-stream/{}", path("run/robot").display());
+    assert_eq!(
+        link,
+        Link {
+            name: "robot2".to_owned(),
+            listen: vec!["tls/0.0.0.0:7447".to_owned(), "tcp/[::1]:0".to_owned(), socket],
+            connect: vec!["tls/base.local:7447".to_owned()],
+            discover: true,
+            access: Access::Read,
+            login: Some(Login {
+                user: "lab".to_owned(),
+                password_file: path("link.password"),
+            }),
+            tls: Some(Tls {
+                identity: Some(Identity {
+                    certificate: path("robot.pem"),
+                    key: path("robot.key"),
+                }),
+                authority: Some(path("ca.pem")),
+                clients: false,
+            }),
+            stale_ns: 300_000_000,
+            insecure: false,
+            off: false,
+        }
+    );
+}
+
+#[test]
+fn an_application_that_names_no_link_is_called_by_its_own_name() {
+    for (application, link) in [
+        ("safe-navigation", "safe-navigation"),
+        ("Follow the ball!", "Follow-the-ball-"),
+        ("", "application"),
+        ("año", "a-o"),
+    ] {
+        assert_eq!(Link::local(application).name, link);
+        assert!(Link::is_name(link));
+    }
+    let folder = folder();
+    assert_eq!(
+        said(folder.path(), r#"name = "robot 2""#),
+        ["`robot 2` cannot be the name of a link"]
+    );
+}
+
+#[test]
+fn this_machine_may_be_listened_on_without_a_guard() {
+    let folder = folder();
+    let link = linked(
+        folder.path(),
+        r#"listen = ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:0", "unixsock-stream/robot"]"#,
+    );
+    assert!(!link.is_open());
+}
+
+#[test]
+fn nobody_is_let_in_from_the_network_by_accident() {
+    let folder = folder();
+    let open = |address: &str| {
+        format!("`listen` of `link` has `{address}`, where anybody on the network may connect")
+    };
+    assert_eq!(
+        said(
+            folder.path(),
+            r#"listen = ["tcp/0.0.0.0:7447", "tcp/localhost:7448", "tcp/robot:7449"]"#
+        ),
+        [open("tcp/0.0.0.0:7447"), open("tcp/robot:7449")]
+    );
+    // A certificate of its own lets nobody in who could not before; and what asks for certificates does not guard other addresses.
+    let own = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
+    let asks = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
+    let tls = r#"listen = ["tls/0.0.0.0:7447"]"#;
+    let tcp = r#"listen = ["tcp/0.0.0.0:7447"]"#;
+    assert_eq!(
+        said(folder.path(), &format!("{tls}\n{own}")),
+        [open("tls/0.0.0.0:7447")]
+    );
+    assert_eq!(
+        said(folder.path(), &format!("{tcp}\n{asks}")),
+        [open("tcp/0.0.0.0:7447")]
+    );
+    let login = "user = \"lab\"\npassword-file = \"link.password\"";
+    for guarded in [
+        format!("{tls}\n{asks}"),
+        format!("{tls}\n{own}\n{login}"),
+        format!("{tcp}\n{login}"),
+        format!("{tcp}\ninsecure = true"),
+        format!("{tls}\n{own}\ninsecure = true"),
+    ] {
+        let link = linked(folder.path(), &guarded);
+        assert!(link.is_open(), "{guarded}");
+        assert!(!linked(folder.path(), &format!("{guarded}\noff = true")).is_open());
+    }
+}
+
+#[test]
+fn clients_are_asked_for_certificates_where_there_is_an_authority() {
+    let folder = folder();
+    let clients = |tls: &str| linked(folder.path(), tls).tls.expect(tls).clients;
+    assert!(clients(r#"tls = { authority = "ca.pem" }"#));
+    assert!(!clients(r#"tls = { authority = "ca.pem", clients = false }"#));
+    assert!(!clients(
+        r#"tls = { certificate = "robot.pem", key = "robot.key" }"#
+    ));
+}
+
+#[test]
+fn what_is_missing_beside_a_key_is_told() {
+    let folder = folder();
+    for (link, expected) in [
+        (
+            r#"user = "lab""#,
+            "`user` of `link` needs `password-file` beside it",
+        ),
+        (
+            r#"password-file = "link.password""#,
+            "`password-file` of `link` needs `user` beside it",
+        ),
+        (
+            r#"tls = { certificate = "robot.pem" }"#,
+            "`certificate` of `tls` of `link` needs `key` beside it",
+        ),
+        (
+            r#"tls = { key = "robot.key" }"#,
+            "`key` of `tls` of `link` needs `certificate` beside it",
+        ),
+        (
+            r#"tls = { clients = true }"#,
+            "`clients` of `tls` of `link` needs `authority` beside it",
+        ),
+        (
+            r#"listen = ["tls/localhost:7447"]"#,
+            "`listen` of `link` has `tls/localhost:7447`, and no certificate to show there",
+        ),
+        (
+            r#"discover = true"#,
+            "`discover` of `link` looks where it listens, and it does not listen on the network",
+        ),
+        (
+            r#"connect = ["tcp/base:0"]"#,
+            "`connect` of `link` has no port to connect to",
+        ),
+        (
+            "user = \"la:b\"\npassword-file = \"link.password\"",
+            "`la:b` cannot be the name of a user",
+        ),
+        (
+            "user = \"lab\"\npassword-file = \"link.pasword\"",
+            "`password-file` of `link` is `FOLDER/link.pasword`, and there is no such file",
+        ),
+        (
+            r#"tls = { authority = "." }"#,
+            "`authority` of `tls` of `link` is `FOLDER/.`, which is no file",
+        ),
+    ] {
+        assert_eq!(said(folder.path(), link), [expected], "{link}");
+    }
+}
+
+#[test]
+fn a_slip_in_a_link_names_what_was_meant() {
+    check(
+        &[(
+            SCHEMAS,
+            r#"
+[link]
+lisen = []
+acces = "read"
+access = "reed"
+connect = ["tpc/base:7447", "base", "tcp/base:77777"]
+discover = "yes"
+tls = { certificat = "robot.pem" }
+stale = "3 km"
+[schemas.pioneer]"#,
+        )],
+        r#"
+apps/good.toml:8:1: unknown key `lisen` in `link`
+    help: did you mean `listen`?
+apps/good.toml:9:1: unknown key `acces` in `link`
+    help: did you mean `access`?
+apps/good.toml:10:10: `access` of `link` is `reed`, which is no access
+    help: did you mean `read`?
+apps/good.toml:11:12: `connect` of `link` has `tpc/base:7447`, and there is no protocol `tpc`
+    help: did you mean `tcp`?
+apps/good.toml:11:29: `connect` of `link` has `base`, which is no address
+    help: write an address such as "tls/0.0.0.0:7447" or "tcp/robot.local:7447"
+apps/good.toml:11:37: `connect` of `link` has `tcp/base:77777`, which has no port up to 65535
+    help: write an address such as "tls/0.0.0.0:7447" or "tcp/robot.local:7447"
+apps/good.toml:12:12: `discover` of `link` must be true or false, not a text
+apps/good.toml:13:9: unknown key `certificat` in `tls` of `link`
+    help: did you mean `certificate`?
+apps/good.toml:14:9: `stale` of `link` must be a time, and `km` is no unit of time
+    help: write a time such as "75ms", or a number of seconds
+"#,
+    );
+}
