@@ -14,6 +14,8 @@ pub struct Origin {
     pub seed: u64,
     /// When its clock was 0, on everybody's clock.
     pub started: SystemTime,
+    /// The folder of its file, if it has one.
+    pub folder: Option<String>,
     /// Name and text of its file, if it has one that can be read.
     pub file: Option<(String, Vec<u8>)>,
 }
@@ -28,6 +30,11 @@ impl Origin {
             application: application.name.clone(),
             seed: application.seed,
             started: SystemTime::now(),
+            folder: application
+                .path
+                .parent()
+                .map(|folder| folder.display().to_string())
+                .filter(|folder| !folder.is_empty()),
             file: name.zip(std::fs::read(&application.path).ok()),
         }
     }
@@ -39,11 +46,13 @@ impl Origin {
     }
 
     pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
-        BTreeMap::from([
+        let folder = self.folder.clone().map(|folder| ("folder".to_owned(), folder));
+        let known = BTreeMap::from([
             ("application".to_owned(), self.application.clone()),
             ("jde".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("seed".to_owned(), self.seed.to_string()),
             ("start_ns".to_owned(), self.start().to_string()),
-        ])
+        ]);
+        known.into_iter().chain(folder).collect()
     }
 }

@@ -17,6 +17,7 @@ fn record(file: &Path) {
             application: "bench".to_owned(),
             seed: 0,
             started: SystemTime::UNIX_EPOCH,
+            folder: None,
             file: Some(("app.toml".to_owned(), b"name = \"bench\"".to_vec())),
         },
         application: None,

@@ -20,6 +20,7 @@ fn record_until_killed(file: &Path) {
             application: "victim".to_owned(),
             seed: 0,
             started: SystemTime::UNIX_EPOCH,
+            folder: None,
             file: None,
         },
         application: None,

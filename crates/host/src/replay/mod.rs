@@ -102,9 +102,9 @@ impl Replay {
         Handle::new(self.player.engine())
     }
 
-    /// Goes on until the time of then is later than `until`; answers false once it is over.
-    pub fn run_until(&mut self, until: Nanos) -> bool {
-        self.player.run_until(until)
+    /// Takes one step, of the past or of what happens by itself; answers false once it is over.
+    pub fn step(&mut self) -> bool {
+        self.player.step()
     }
 
     /// What a schema saw at its last check.

@@ -11,6 +11,7 @@ use jde_core::{Nanos, Operator, SchemaId};
 use super::past::{Old, Part, Past, Step};
 use super::seat::{Asked, Seat};
 use super::{Sight, has, is_export};
+use crate::app::Source::Here;
 use crate::app::{Application, Binding, Instance};
 use crate::engine::{Bells, Engine, Signal};
 use crate::exec::lockstep::Queue;
@@ -70,7 +71,7 @@ pub(super) fn is_imported(application: &Application, export: (usize, usize)) -> 
     let others = application.instances.iter().filter(|other| !is_driver(other));
     others
         .flat_map(|other| &other.bindings)
-        .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == export))
+        .any(|binding| matches!(binding, Binding::Import { source: Some(Here(instance, port)), .. } if (*instance, *port) == export))
 }
 
 impl Player {
@@ -107,16 +108,8 @@ impl Player {
         &self.engine
     }
 
-    pub(super) fn run_until(&mut self, until: Nanos) -> bool {
-        while !self.over {
-            let Some(step) = self.next.take().or_else(|| self.past.next()) else {
-                self.over = true;
-                break;
-            };
-            if step.time > until {
-                self.next = Some(step);
-                return true;
-            }
+    pub(super) fn step(&mut self) -> bool {
+        if let Some(step) = self.next.take().or_else(|| self.past.next()) {
             if let Some(time) = self.own_time().filter(|time| *time < step.time) {
                 self.next = Some(step);
                 self.publish(time);
@@ -128,8 +121,10 @@ impl Player {
                 self.take(&step);
             }
             self.settle();
+        } else {
+            self.over = true;
         }
-        false
+        !self.over
     }
 
     pub(super) fn saw(&self, schema: usize) -> Vec<Sight> {
@@ -399,12 +394,14 @@ impl Player {
         };
         for (port, binding) in instance.bindings.iter().enumerate().take(INPUTS) {
             let Binding::Import {
-                source: Some(source), ..
-            } = binding
+                source: Some(Here(owner, export)),
+                ..
+            } = *binding
             else {
                 continue;
             };
-            let (Some(place), wanted) = (self.source_of.get(source).copied(), turn.input(port)) else {
+            let place = self.source_of.get(&(owner, export)).copied();
+            let (Some(place), wanted) = (place, turn.input(port)) else {
                 continue;
             };
             if matches!(wanted, Turn::UNSEEN | Turn::NOTHING) || has(&self.sources[place].history, wanted) {

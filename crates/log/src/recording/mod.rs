@@ -23,6 +23,8 @@ pub struct Recording {
     /// In the order of their first message's times.
     chunks: Vec<Chunk>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
+    /// By name, where each attached file is.
+    attached: BTreeMap<String, u64>,
     damage: Option<Damage>,
 }
 
@@ -141,6 +143,39 @@ impl Recording {
         self.metadata.get(name)
     }
 
+    /// The names of the files attached to it.
+    pub fn attachments(&self) -> impl Iterator<Item = &str> {
+        self.attached.keys().map(String::as_str)
+    }
+
+    /// A file attached to it; none if there is none of that name or it is damaged.
+    ///
+    /// # Errors
+    /// [`ReadError::File`].
+    pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
+        let Some(offset) = self.attached.get(name) else {
+            return Ok(None);
+        };
+        let failed = |error| ReadError::File {
+            path: self.path.clone(),
+            error,
+        };
+        let mut file = File::open(&self.path).map_err(failed)?;
+        let record = scan::record(&mut file, *offset).map_err(failed)?;
+        Ok(
+            record.and_then(|(opcode, body)| match mcap::parse_record(opcode, &body) {
+                Ok(Record::Attachment { data, .. }) => Some(data.into_owned()),
+                Ok(_) | Err(_) => None,
+            }),
+        )
+    }
+
+    /// Its file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Where it ends too soon, if it does.
     #[must_use]
     pub fn damage(&self) -> Option<&Damage> {
@@ -196,6 +231,11 @@ impl Recording {
                 .collect(),
             chunks,
             metadata,
+            attached: summary
+                .attachment_indexes
+                .iter()
+                .map(|index| (index.name.clone(), index.offset))
+                .collect(),
             damage,
         }
     }

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
 use mcap::read::ChannelAccumulator;
-use mcap::records::{ChunkHeader, ChunkIndex, Record, op};
+use mcap::records::{AttachmentHeader, AttachmentIndex, ChunkHeader, ChunkIndex, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Channel, McapResult, Summary};
 
@@ -49,7 +49,9 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
         };
         let length = HEAD + body.len() as u64;
         let taken = match opcode {
-            op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA => mcap::parse_record(opcode, &body),
+            op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {
+                mcap::parse_record(opcode, &body)
+            }
             // Nothing that messages need.
             _ => Ok(Record::Unknown {
                 opcode,
@@ -60,6 +62,12 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             Record::Chunk { header, .. } => {
                 each(&body, |record| names.learn(record))?;
                 summary.chunk_indexes.push(index(header, offset, length));
+                Ok(())
+            }
+            Record::Attachment { header, data, .. } => {
+                summary
+                    .attachment_indexes
+                    .push(attached(&header, offset, length, &data));
                 Ok(())
             }
             Record::Metadata(one) => {
@@ -146,6 +154,18 @@ impl Names {
     fn channels(&self) -> HashMap<u16, Arc<Channel<'static>>> {
         let known = self.ids.iter().copied();
         known.filter_map(|id| Some((id, self.known.get(id)?))).collect()
+    }
+}
+
+fn attached(header: &AttachmentHeader, offset: u64, length: u64, data: &[u8]) -> AttachmentIndex {
+    AttachmentIndex {
+        offset,
+        length,
+        log_time: header.log_time,
+        create_time: header.create_time,
+        data_size: data.len() as u64,
+        name: header.name.clone(),
+        media_type: header.media_type.clone(),
     }
 }
 

@@ -1,0 +1,461 @@
+//! Reads a recording once from its beginning and hands out steps in their order, and values by time or by number.
+//!
+//! A turn is written when it is over, so steps come out of order. Transactions are numbered without gaps: a step is next when all
+//! before it have been. A number that never comes was lost, and is counted.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_abi::describe::Type;
+use jde_core::Nanos;
+use jde_host::app::Application;
+use jde_host::replay::{Old, Past, Source, Step};
+use jde_host::story::{Decision, Kind, Line};
+use jde_host::turn::{INPUTS, Turn};
+use jde_ros::{cdr, definition};
+use jde_types::Value;
+
+use super::{Drive, ReplayError};
+use crate::recording::{Message, Messages};
+use crate::turns::TOPIC;
+
+/// How long a missing step is waited for, in the time of the drive: longer than any call takes before it is given up.
+const PATIENCE: Nanos = 30_000_000_000;
+/// How much later than it was seen a value may have been published by what its writer says.
+const LATE: Nanos = 2_000_000_000;
+/// Values of a modulation that are kept for an operator's step.
+const WRITTEN: usize = 64;
+
+/// A recording on its way through a replay. Clones are the same one.
+#[derive(Clone)]
+pub(super) struct Tape {
+    inner: Arc<Mutex<Inner>>,
+}
+
+struct Inner {
+    messages: Messages,
+    start: u64,
+    /// How far it has been read.
+    read: Nanos,
+    at_end: bool,
+    damage: Option<String>,
+    /// When the last step was.
+    time: Nanos,
+    steps: BinaryHeap<Reverse<Waiting>>,
+    count: u64,
+    /// The number of the next transaction.
+    expected: u64,
+    lost_steps: u64,
+    translation: Translation,
+    turn_type: Type,
+    sources: Vec<Lane>,
+    source_of: BTreeMap<String, usize>,
+    written: BTreeMap<String, (Arc<Type>, VecDeque<(u32, Vec<u8>)>)>,
+    decisions: Vec<Decision>,
+}
+
+/// The values of a source.
+struct Lane {
+    value_type: Arc<Type>,
+    waiting: VecDeque<Old>,
+    last: u32,
+}
+
+struct Waiting {
+    key: (u64, bool, Nanos, u64),
+    step: Step,
+}
+
+/// From the numbers of a recording to those of an application.
+struct Translation {
+    schemas: Vec<Option<Member>>,
+    groups: Vec<u64>,
+}
+
+struct Member {
+    number: u32,
+    /// For each port of the application, the one of the recording.
+    ports: Vec<Option<usize>>,
+}
+
+impl Tape {
+    /// Of a drive, for an application that takes it again.
+    ///
+    /// # Errors
+    /// [`super::ReplayError::Lacks`] what schemas import.
+    pub(super) fn new(
+        drive: &Drive,
+        application: &Application,
+        sources: &[Source],
+    ) -> Result<Self, ReplayError> {
+        let recording = drive.recording();
+        let lacks = |what: String| ReplayError::Lacks {
+            path: recording.path().display().to_string(),
+            what,
+        };
+        for source in sources.iter().filter(|source| source.imported) {
+            let channel = recording
+                .channels()
+                .find(|channel| channel.about.get("variable") == Some(&source.name))
+                .ok_or_else(|| {
+                    lacks(format!(
+                        "`{}` is not in it, and schemas import it; record it too",
+                        source.name
+                    ))
+                })?;
+            if channel.definition != definition::definition(&source.value_type).as_bytes() {
+                return Err(lacks(format!(
+                    "`{}` is a {} of another definition in it than that of {}, which the application has",
+                    source.name, channel.type_name, source.value_type.name
+                )));
+            }
+        }
+        let modulations = application.instances.iter().flat_map(|instance| {
+            let ports = instance.schema.ports.iter();
+            let period = (format!("{}.period", instance.name), Arc::new(f64::describe()));
+            ports
+                .map(|port| {
+                    (
+                        format!("{}.{}", instance.name, port.name),
+                        Arc::clone(&port.value_type),
+                    )
+                })
+                .chain([period])
+        });
+        let named = sources.iter().enumerate();
+        Ok(Self {
+            inner: Arc::new(Mutex::new(Inner {
+                messages: recording.messages()?,
+                start: drive.start(),
+                read: 0,
+                at_end: false,
+                damage: recording.damage().map(|damage| {
+                    format!(
+                        "it ends too soon, {} bytes from its beginning: {}",
+                        damage.offset, damage.reason
+                    )
+                }),
+                time: 0,
+                steps: BinaryHeap::new(),
+                count: 0,
+                expected: 1,
+                lost_steps: 0,
+                translation: Translation::new(drive, application),
+                turn_type: Turn::describe(),
+                source_of: named
+                    .map(|(place, source)| (source.name.clone(), place))
+                    .collect(),
+                written: modulations
+                    .map(|(name, value_type)| (name, (value_type, VecDeque::new())))
+                    .collect(),
+                sources: sources
+                    .iter()
+                    .map(|source| Lane {
+                        value_type: Arc::clone(&source.value_type),
+                        waiting: VecDeque::new(),
+                        last: 0,
+                    })
+                    .collect(),
+                decisions: Vec::new(),
+            })),
+        })
+    }
+
+    /// When the last step was.
+    pub(super) fn time(&self) -> Nanos {
+        self.lock().time
+    }
+
+    /// The selections that have been read since the last call.
+    pub(super) fn decisions(&self) -> Vec<Decision> {
+        std::mem::take(&mut self.lock().decisions)
+    }
+
+    /// Those that are left, at the end of the replay.
+    pub(super) fn rest(&self) -> Vec<Decision> {
+        let mut inner = self.lock();
+        let until = inner.time;
+        inner.read_to(until);
+        std::mem::take(&mut inner.decisions)
+    }
+
+    pub(super) fn lost_steps(&self) -> u64 {
+        self.lock().lost_steps
+    }
+
+    pub(super) fn damage(&self) -> Option<String> {
+        self.lock().damage.clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Past for Tape {
+    fn next(&mut self) -> Option<Step> {
+        self.lock().next()
+    }
+
+    fn value_until(&mut self, source: usize, time: Nanos) -> Option<Old> {
+        let mut inner = self.lock();
+        inner.read_to(time);
+        inner.sources[source]
+            .waiting
+            .pop_front_if(|old| old.published <= time)
+    }
+
+    fn value_up_to(&mut self, source: usize, number: u32) -> Option<Old> {
+        let mut inner = self.lock();
+        let limit = inner.time.saturating_add(LATE);
+        while inner.sources[source].waiting.is_empty()
+            && before(inner.sources[source].last, number)
+            && inner.read <= limit
+            && inner.read_one()
+        {}
+        inner.sources[source]
+            .waiting
+            .pop_front_if(|old| old.number == number || before(old.number, number))
+    }
+
+    fn written(&mut self, variable: &str, number: u32) -> Option<Vec<u8>> {
+        let mut inner = self.lock();
+        let limit = inner.time.saturating_add(LATE);
+        loop {
+            let (_, values) = inner.written.get(variable)?;
+            if let Some((_, bytes)) = values.iter().rev().find(|(other, _)| *other == number) {
+                return Some(bytes.clone());
+            }
+            if inner.read > limit || !inner.read_one() {
+                return None;
+            }
+        }
+    }
+}
+
+impl Inner {
+    fn next(&mut self) -> Option<Step> {
+        loop {
+            if let Some(Reverse(first)) = self.steps.peek() {
+                let order = first.step.order;
+                let is_next = if first.step.is_transaction() {
+                    order <= self.expected
+                } else {
+                    order < self.expected
+                };
+                let lost = self.at_end || self.read > first.step.time.saturating_add(PATIENCE);
+                if is_next {
+                    return self.pop();
+                }
+                if lost {
+                    if self.damage.is_some() && self.at_end {
+                        // What is beyond was under way when it was cut off.
+                        return None;
+                    }
+                    self.lost_steps += order - self.expected;
+                    self.expected = order;
+                    if !first.step.is_transaction() {
+                        self.expected += 1;
+                        self.lost_steps += 1;
+                    }
+                    continue;
+                }
+            } else if self.at_end {
+                return None;
+            }
+            self.read_one();
+        }
+    }
+
+    fn pop(&mut self) -> Option<Step> {
+        let Reverse(Waiting { step, .. }) = self.steps.pop()?;
+        if step.is_transaction() {
+            self.expected = step.order + 1;
+            self.time = self.time.max(step.time);
+        }
+        Some(step)
+    }
+
+    /// Reads all that was written until then.
+    fn read_to(&mut self, time: Nanos) {
+        while self.read <= time && self.read_one() {}
+    }
+
+    /// Reads one message; false at the end.
+    fn read_one(&mut self) -> bool {
+        match self.messages.next() {
+            Some(Ok(message)) => {
+                self.read = message.log_time.saturating_sub(self.start);
+                self.take(&message);
+                true
+            }
+            Some(Err(error)) => {
+                self.damage = Some(error.to_string());
+                self.at_end = true;
+                false
+            }
+            None => {
+                self.at_end = true;
+                false
+            }
+        }
+    }
+
+    fn take(&mut self, message: &Message) {
+        let topic = message.channel.topic.as_str();
+        if topic == TOPIC {
+            self.turn(&message.data);
+        } else if topic == Kind::Decision.topic() {
+            if let Ok(Line::Decision(decision)) = Line::read(Kind::Decision, &message.data) {
+                self.decisions.push(decision);
+            }
+        } else if topic == Kind::Happening.topic() {
+            self.happening(&message.data);
+        } else if let Some(variable) = message.channel.about.get("variable") {
+            self.value(variable, message);
+        }
+    }
+
+    fn turn(&mut self, data: &[u8]) {
+        let Ok(bytes) = cdr::decode(&self.turn_type, data) else {
+            return;
+        };
+        let Some(turn) = Turn::from_bytes(&bytes) else {
+            return;
+        };
+        let turn = Arc::new(self.translation.of(turn));
+        for step in Step::of(&turn) {
+            self.count += 1;
+            let key = (step.order, !step.is_transaction(), step.time, self.count);
+            self.steps.push(Reverse(Waiting { key, step }));
+        }
+    }
+
+    fn happening(&mut self, data: &[u8]) {
+        let Ok(Line::Happening(happening)) = Line::read(Kind::Happening, data) else {
+            return;
+        };
+        let variable = Line::Happening(happening.clone());
+        let Some(name) = variable.retracted_variable() else {
+            return;
+        };
+        if let Some(place) = self.source_of.get(name) {
+            let lane = &mut self.sources[*place];
+            lane.waiting.push_back(Old {
+                published: variable.time(),
+                measured: variable.time(),
+                number: lane.last,
+                bytes: None,
+            });
+        }
+    }
+
+    fn value(&mut self, variable: &str, message: &Message) {
+        if let Some(place) = self.source_of.get(variable) {
+            let lane = &mut self.sources[*place];
+            if let Ok(bytes) = cdr::decode(&lane.value_type, &message.data) {
+                lane.last = message.sequence;
+                lane.waiting.push_back(Old {
+                    published: message.log_time.saturating_sub(self.start),
+                    measured: message.publish_time.saturating_sub(self.start),
+                    number: message.sequence,
+                    bytes: Some(bytes),
+                });
+            }
+        } else if let Some((value_type, values)) = self.written.get_mut(variable)
+            && let Ok(bytes) = cdr::decode(value_type, &message.data)
+        {
+            if values.len() == WRITTEN {
+                values.pop_front();
+            }
+            values.push_back((message.sequence, bytes));
+        }
+    }
+}
+
+/// Whether a number comes before another; they count on from 0.
+fn before(number: u32, other: u32) -> bool {
+    number != other && other.wrapping_sub(number) < u32::MAX / 2
+}
+
+impl Translation {
+    fn new(drive: &Drive, application: &Application) -> Self {
+        let cast = drive.cast();
+        let schemas = cast.schemas.iter().map(|then| {
+            let number = application.instance(&then.name)?;
+            let ports = application.instances[number].schema.ports.iter();
+            let ports = ports.map(|port| then.ports.iter().position(|name| *name == port.name));
+            Some(Member {
+                number: number as u32,
+                ports: ports.collect(),
+            })
+        });
+        let groups = cast.groups.iter().map(|then| {
+            let mut groups = application.groups.iter();
+            let place = groups.position(|group| group.name == then.name);
+            place.map_or(u64::MAX, |place| place as u64)
+        });
+        Self {
+            schemas: schemas.collect(),
+            groups: groups.collect(),
+        }
+    }
+
+    fn of(&self, mut turn: Turn) -> Turn {
+        match turn.kind {
+            Turn::STARTED | Turn::TICKED | Turn::ENDED => return turn,
+            Turn::ARBITRATED => {
+                let group = usize::try_from(turn.detail)
+                    .ok()
+                    .and_then(|group| self.groups.get(group));
+                turn.detail = group.copied().unwrap_or(u64::MAX);
+            }
+            _ => {}
+        }
+        let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
+            // Its transactions count, and are nobody's.
+            (turn.kind, turn.schema) = (0, u32::MAX);
+            return turn;
+        };
+        turn.schema = member.number;
+        if turn.kind == Turn::OPERATED {
+            if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
+                let now = member
+                    .ports
+                    .iter()
+                    .position(|then| *then == Some(turn.detail as usize));
+                turn.detail = now.map_or(u64::MAX, |port| port as u64);
+            }
+            return turn;
+        }
+        let then = turn.inputs;
+        let inputs = turn.inputs.resize(member.ports.len().min(INPUTS));
+        for (input, port) in inputs.iter_mut().zip(&member.ports) {
+            *input = port
+                .and_then(|port| then.get(port).copied())
+                .unwrap_or(Turn::UNSEEN);
+        }
+        turn
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}
