@@ -4,7 +4,7 @@ mod apps;
 
 use apps::{application, application_with, read};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
-use jde_host::app::{Application, Binding, ChildTarget, Executor};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, Source};
 
 fn at(application: &Application, name: &str) -> usize {
     application
@@ -58,14 +58,14 @@ fn names_become_numbers() {
     assert_eq!(
         *binding(&application, "example", "laser"),
         Binding::Import {
-            source: Some(port(&application, "pioneer", "laser")),
+            source: Some(source(&application, "pioneer", "laser")),
             trigger: true
         }
     );
     assert_eq!(
         *binding(&application, "example", "heading"),
         Binding::Import {
-            source: Some(port(&application, "pioneer", "heading")),
+            source: Some(source(&application, "pioneer", "heading")),
             trigger: false
         }
     );
@@ -111,6 +111,11 @@ fn r4_a_fathers_order_is_that_of_the_file() {
         .map(|member| turned.instances[*member].name.as_str())
         .collect();
     assert_eq!(members, ["goon", "stop", "vff"]);
+}
+
+fn source(application: &Application, instance: &str, name: &str) -> Source {
+    let (instance, port) = port(application, instance, name);
+    Source::Here(instance, port)
 }
 
 fn application_with_order(order: &str) -> Application {
@@ -387,7 +392,7 @@ fn a_modulation_can_be_read_and_keeps_nobody_awake() {
     assert_eq!(
         *binding(&application, "other", "bearing"),
         Binding::Import {
-            source: Some(port(&application, "look", "tilt")),
+            source: Some(source(&application, "look", "tilt")),
             trigger: false
         }
     );

@@ -130,9 +130,14 @@ impl<'a> Drafts<'a> {
     }
 }
 
-fn refuse_bad_name(report: &mut Report, name: &Text) {
+/// Whether schemas and their variables can be called so.
+pub(super) fn is_legal_name(name: &str) -> bool {
     let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if name.text.is_empty() || name.text.len() > LONGEST_NAME || !name.text.chars().all(legal) {
+    (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(legal)
+}
+
+fn refuse_bad_name(report: &mut Report, name: &Text) {
+    if !is_legal_name(name.text) {
         report
             .fault(
                 &name.span,

@@ -10,6 +10,7 @@ use super::children::{self, Kin};
 use super::drafts::Here;
 use super::family::Family;
 use super::outline::Outline;
+use super::remote::Remotes;
 use super::report::Report;
 use super::settings::Settings;
 use super::{
@@ -76,9 +77,20 @@ fn check(
     for (father, kin) in family.kin.iter().enumerate() {
         groups.extend(groups::of_father(report, drafts, father, kin));
     }
-    let mut instances: Vec<Option<Instance>> = (0..drafts.len())
-        .map(|index| instance(report, &outline, overrides, file, index, &family.kin[index]))
-        .collect();
+    let mut remotes = Remotes::new(&outline.link);
+    let mut instances: Vec<Option<Instance>> = Vec::with_capacity(drafts.len());
+    for (index, kin) in family.kin.iter().enumerate() {
+        instances.push(instance(
+            report,
+            &outline,
+            overrides,
+            file,
+            index,
+            kin,
+            &mut remotes,
+        ));
+    }
+    let remotes = remotes.into_list();
     for (index, father) in fathers.iter().enumerate() {
         if let Some(instance) = &mut instances[index] {
             instance.father = *father;
@@ -110,6 +122,7 @@ fn check(
         instances: instances.into_iter().collect::<Option<_>>()?,
         groups,
         link: outline.link,
+        remotes,
     })
 }
 
@@ -122,6 +135,7 @@ fn instance(
     file: &Path,
     index: usize,
     kin: &[Kin],
+    remotes: &mut Remotes,
 ) -> Option<Instance> {
     let draft = outline.drafts.get(index);
     let (section, schema) = (&draft.section, outline.drafts.schema(index));
@@ -142,7 +156,7 @@ fn instance(
             modulations::from_option(report, given, &here, &working, &mut settings, &mut bindings);
         });
     }
-    wiring::imports(report, &here, &mut bindings);
+    wiring::imports(report, &here, remotes, &mut bindings);
     wiring::triggers(report, &here, &mut bindings);
     wiring::actuators(report, &here, &mut bindings);
     children::modulate(report, &here, kin, &mut bindings);

@@ -21,6 +21,7 @@
 //! period    = "75ms"                  # or "10 Hz", or seconds; the type's if left out
 //! budget    = "5ms"                   # longest iteration; the type's if left out
 //! imports   = { laser = "robot.laser" }       # exports and modulations of any instance
+//! # or exports of another application: "robot2:pioneer.odometry", { from = "robot2:pioneer.odometry", stale = "300ms" }
 //! triggers  = ["laser"]               # R12; the type's if left out
 //! actuators = { base = "robot.velocity" }     # commands of drivers
 //! children  = { brake = "stop", cruise = "goon" } # this order is the priority order
@@ -54,6 +55,7 @@ mod needs;
 mod numbers;
 mod option;
 mod outline;
+mod remote;
 mod report;
 mod rules;
 mod settings;
@@ -71,6 +73,7 @@ pub use fault::{Fault, Faults, Place};
 pub use link::Link;
 pub use load::{load, parse};
 pub use option::Override;
+pub use remote::Remote;
 
 /// An application, complete and free of faults; instances and groups are named by their places in the lists.
 #[derive(Clone, Debug)]
@@ -95,6 +98,8 @@ pub struct Application {
     pub groups: Vec<Group>,
     /// Whom it lets in from other processes and machines.
     pub link: Link,
+    /// The variables of other applications that it imports.
+    pub remotes: Vec<Remote>,
 }
 
 /// How an application runs in real time.
@@ -147,8 +152,8 @@ pub struct Instance {
 pub enum Binding {
     /// Reads a variable.
     Import {
-        /// An export or a modulation; none if left unbound.
-        source: Option<(usize, usize)>,
+        /// Where it comes from; none if left unbound.
+        source: Option<Source>,
         /// A new value re-evaluates the precondition at once (R12).
         trigger: bool,
     },
@@ -171,6 +176,15 @@ pub enum Binding {
         /// None if the child, or the child's modulation, may be missing and is.
         target: Option<ChildTarget>,
     },
+}
+
+/// Where an import comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// An export or a modulation of this application: instance and port.
+    Here(usize, usize),
+    /// An export of another: its place in [`Application::remotes`].
+    Elsewhere(usize),
 }
 
 /// What a father's write to a child changes.
@@ -218,5 +232,17 @@ impl Application {
     #[must_use]
     pub fn instance(&self, name: &str) -> Option<usize> {
         self.instances.iter().position(|instance| instance.name == name)
+    }
+
+    /// The full name, on the board, of what an import reads.
+    #[must_use]
+    pub fn source_name(&self, source: Source) -> String {
+        match source {
+            Source::Here(instance, port) => {
+                let instance = &self.instances[instance];
+                format!("{}.{}", instance.name, instance.schema.ports[port].name)
+            }
+            Source::Elsewhere(remote) => self.remotes[remote].local.clone(),
+        }
     }
 }

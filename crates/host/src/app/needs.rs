@@ -5,7 +5,7 @@ use jde_abi::describe::{Kind, Role, Schema};
 use super::cycle::{Edge, cycles};
 use super::drafts::Drafts;
 use super::report::Report;
-use super::{Binding, Instance};
+use super::{Binding, Instance, Source};
 
 /// Whether whoever is bound to this port of a schema keeps the schema awake. A motor schema is woken by its father alone,
 /// and a modulation has its value whether its owner is awake or not.
@@ -46,7 +46,7 @@ fn edges(drafts: &Drafts, index: usize, instance: &Instance) -> Vec<Edge> {
     ports
         .filter_map(|(port, binding)| {
             let Binding::Import {
-                source: Some((provider, number)),
+                source: Some(Source::Here(provider, number)),
                 ..
             } = *binding
             else {

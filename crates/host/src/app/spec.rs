@@ -4,7 +4,7 @@ use jde_abi::describe;
 use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
 use super::needs::keeps_awake;
-use super::{Application, Binding, Group, Instance};
+use super::{Application, Binding, Group, Instance, Source};
 
 impl Application {
     /// The application as the rules see it: the numbers of schemas and groups are those of [`Application::instances`] and
@@ -42,7 +42,7 @@ impl Application {
         let mut needs = Vec::new();
         for binding in &self.instances[index].bindings {
             let (Binding::Import {
-                source: Some((provider, port)),
+                source: Some(Source::Here(provider, port)),
                 ..
             }
             | Binding::Actuator {

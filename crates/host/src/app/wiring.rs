@@ -2,18 +2,24 @@
 
 use jde_abi::describe::{Kind, Port, Role, Schema};
 
-use super::Binding;
 use super::children::noun;
 use super::document::Text;
 use super::drafts::{Drafts, Here};
+use super::remote::{self, Remotes};
 use super::report::{Report, quote};
 use super::variable::{self, Wanted};
+use super::{Binding, Source};
 
 /// The type of the variable that says when an application is done.
 const MISSION: &str = "jde_msgs/msg/Mission";
 
-/// A port, and the variable found for it.
-type Bound = (usize, Option<(usize, usize)>);
+/// A table of roles and variables: `imports` or `actuators`.
+#[derive(Clone, Copy)]
+struct Table {
+    key: &'static str,
+    is_role: fn(&Port) -> bool,
+    wanted: Wanted,
+}
 
 /// Every port as its type has it: modulations at their defaults, everything else unbound.
 pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
@@ -37,21 +43,58 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
 }
 
 /// Reads `imports`.
-pub(super) fn imports(report: &mut Report, here: &Here, bindings: &mut [Binding]) {
-    for (port, found) in bind(report, here, "imports", is_import, Wanted::Readable) {
+pub(super) fn imports(report: &mut Report, here: &Here, remotes: &mut Remotes, bindings: &mut [Binding]) {
+    let table = Table {
+        key: "imports",
+        is_role: is_import,
+        wanted: Wanted::Readable,
+    };
+    for entry in remote::entries(report, here.section()) {
+        let Some((port, what)) = table.port(report, here, &entry.role) else {
+            continue;
+        };
+        let found = if entry.is_remote() {
+            let port = &here.schema.ports[port];
+            remotes.find(report, &what, &entry, port).map(Source::Elsewhere)
+        } else {
+            entry.refuse_stale(report, &what);
+            let found = table.find(report, here, &what, &entry.from, port);
+            found.map(|(instance, port)| Source::Here(instance, port))
+        };
         if let Binding::Import { source, .. } = &mut bindings[port] {
             *source = found;
         }
     }
+    table.refuse_unbound(report, here);
 }
 
 /// Reads `actuators`.
 pub(super) fn actuators(report: &mut Report, here: &Here, bindings: &mut [Binding]) {
-    for (port, found) in bind(report, here, "actuators", is_actuator, Wanted::Command) {
+    let table = Table {
+        key: "actuators",
+        is_role: is_actuator,
+        wanted: Wanted::Command,
+    };
+    for (role, written) in here.section().pairs(report, table.key) {
+        let Some((port, what)) = table.port(report, here, &role) else {
+            continue;
+        };
+        if written.text.contains(':') {
+            let message = format!(
+                "{what} is {}, and commands do not leave an application",
+                quote(written.text)
+            );
+            report
+                .fault(&written.span, message)
+                .advise("let a schema of the other application command, and import what it is to do");
+            continue;
+        }
+        let found = table.find(report, here, &what, &written, port);
         if let Binding::Actuator { target } = &mut bindings[port] {
             *target = found;
         }
     }
+    table.refuse_unbound(report, here);
 }
 
 /// Reads `triggers`; without the key, each import is as the type says.
@@ -124,50 +167,43 @@ pub(super) fn mission(report: &mut Report, drafts: &Drafts, written: &Text) -> O
     None
 }
 
-/// Reads a table of roles and variables, and reports what does not fit and what is missing.
-fn bind(
-    report: &mut Report,
-    here: &Here,
-    key: &str,
-    is_role: fn(&Port) -> bool,
-    wanted: Wanted,
-) -> Vec<Bound> {
-    let what = here.section().key(key);
-    let mut bound = Vec::new();
-    for (role, written) in here.section().pairs(report, key) {
-        let Some(port) = position(here.schema, is_role, role.text) else {
-            let roles = here.schema.ports.iter().filter(|port| is_role(port));
+impl Table {
+    /// The port in that role, and what messages call the entry; reports it if there is none.
+    fn port(self, report: &mut Report, here: &Here, role: &Text) -> Option<(usize, String)> {
+        let what = here.section().key(self.key);
+        let port = position(here.schema, self.is_role, role.text);
+        if port.is_none() {
+            let roles = here.schema.ports.iter().filter(|port| (self.is_role)(port));
             report
                 .fault(&role.span, format!("{what}: there is no {}", quote(role.text)))
-                .suggest(role.text, key, roles.map(|port| port.name.as_str()));
-            continue;
-        };
-        let what = format!("{} in {what}", quote(role.text));
-        let found = variable::find(
-            report,
-            here.drafts,
-            &what,
-            &written,
-            wanted,
-            Some(&here.schema.ports[port]),
-        )
-        .filter(|&found| {
-            let port = &here.schema.ports[port];
-            variable::fits(report, here.drafts, &what, port, found, &written.span)
-        });
-        bound.push((port, found));
+                .suggest(role.text, self.key, roles.map(|port| port.name.as_str()));
+        }
+        Some((port?, format!("{} in {what}", quote(role.text))))
     }
-    for port in here
-        .schema
-        .ports
-        .iter()
-        .filter(|port| is_role(port) && !port.optional)
-    {
-        if !here.section().is_given(key, &port.name) {
-            missing(report, here, key, port, wanted);
+
+    /// The variable of that name, if it fits the port; reports what does not.
+    fn find(
+        self,
+        report: &mut Report,
+        here: &Here,
+        what: &str,
+        written: &Text,
+        port: usize,
+    ) -> Option<(usize, usize)> {
+        let port = &here.schema.ports[port];
+        let found = variable::find(report, here.drafts, what, written, self.wanted, Some(port))?;
+        variable::fits(report, here.drafts, what, port, found, &written.span).then_some(found)
+    }
+
+    /// Reports what the table should have and has not.
+    fn refuse_unbound(self, report: &mut Report, here: &Here) {
+        let ports = here.schema.ports.iter();
+        for port in ports.filter(|port| (self.is_role)(port) && !port.optional) {
+            if !here.section().is_given(self.key, &port.name) {
+                missing(report, here, self.key, port, self.wanted);
+            }
         }
     }
-    bound
 }
 
 fn missing(report: &mut Report, here: &Here, key: &str, port: &Port, wanted: Wanted) {

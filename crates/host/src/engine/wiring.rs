@@ -8,7 +8,7 @@ use jde_types::Value;
 
 use super::authority::{Command, Commands};
 use super::{Bells, Engine, Signal};
-use crate::app::{Application, Binding, ChildTarget};
+use crate::app::{Application, Binding, ChildTarget, Source};
 use crate::history::Aligned;
 use crate::instance::{Port, Ports};
 
@@ -21,6 +21,7 @@ const SPARE_WRITERS: usize = 2;
 pub(crate) struct Variables {
     ports: Vec<Vec<Option<Arc<Variable>>>>,
     periods: Vec<Arc<Variable>>,
+    remotes: Vec<Arc<Variable>>,
 }
 
 impl Variables {
@@ -35,6 +36,14 @@ impl Variables {
             .iter()
             .flatten()
             .for_each(|variable| variable.retract());
+    }
+
+    /// What an import reads.
+    fn source(&self, source: Source) -> &Arc<Variable> {
+        match source {
+            Source::Here(instance, port) => self.of(instance, port).expect("imports are bound to variables"),
+            Source::Elsewhere(remote) => &self.remotes[remote],
+        }
     }
 
     /// The period of an instance, seconds.
@@ -52,6 +61,7 @@ pub(super) fn wire(
     let mut variables = Variables {
         ports: Vec::new(),
         periods: Vec::new(),
+        remotes: Vec::new(),
     };
     for (number, instance) in application.instances.iter().enumerate() {
         let mut own = Vec::new();
@@ -99,6 +109,20 @@ pub(super) fn wire(
             readers: SPARE_READERS,
         })?);
     }
+    for (remote, readers) in application.remotes.iter().zip(&users.remote_readers) {
+        let (owner, name) = remote.parts();
+        variables.remotes.push(board.declare(Declaration {
+            owner: owner.to_owned(),
+            name: name.to_owned(),
+            doc: format!("`{}` of the application `{}`.", remote.variable, remote.peer),
+            unit: remote.unit.clone(),
+            value_type: Arc::clone(&remote.value_type),
+            access: Access::Export,
+            initial: None,
+            writers: 1,
+            readers: readers + SPARE_READERS,
+        })?);
+    }
     let ports = (0..application.instances.len())
         .map(|number| ports(application, &variables, number))
         .collect::<Result<Vec<_>, _>>()?;
@@ -120,14 +144,11 @@ pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
         };
         for binding in &instance.bindings {
             if let Binding::Import {
-                source: Some((source, port)),
+                source: Some(source),
                 trigger: true,
             } = binding
             {
-                let variable = engine
-                    .variables
-                    .of(*source, *port)
-                    .expect("imports are bound to variables");
+                let variable = engine.variables.source(*source);
                 watches.push(variable.watch(ring(|| Signal::Triggered)));
             }
         }
@@ -156,7 +177,7 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             | Binding::ChildModulation { target: None } => Port::Unbound,
             Binding::Import {
                 source: Some(source), ..
-            } => Port::Input(variable(*source).reader(&instance.name)),
+            } => Port::Input(variables.source(*source).reader(&instance.name)),
             Binding::Modulation { .. } => Port::Input(variable((number, place)).reader(&instance.name)),
             Binding::Command => {
                 let Role::Command { neutral, .. } = &instance.schema.ports[place].role else {
@@ -214,6 +235,7 @@ struct Users {
     readers: Vec<Vec<usize>>,
     writers: Vec<Vec<usize>>,
     period_writers: Vec<usize>,
+    remote_readers: Vec<usize>,
 }
 
 impl Users {
@@ -229,14 +251,19 @@ impl Users {
             readers: zeros(),
             writers: zeros(),
             period_writers: vec![0; application.instances.len()],
+            remote_readers: vec![0; application.remotes.len()],
         };
         for (number, instance) in application.instances.iter().enumerate() {
             for (place, binding) in instance.bindings.iter().enumerate() {
                 match binding {
                     Binding::Import {
-                        source: Some((owner, port)),
+                        source: Some(Source::Here(owner, port)),
                         ..
                     } => users.readers[*owner][*port] += 1,
+                    Binding::Import {
+                        source: Some(Source::Elsewhere(remote)),
+                        ..
+                    } => users.remote_readers[*remote] += 1,
                     Binding::Modulation { .. } | Binding::Command => users.readers[number][place] += 1,
                     Binding::Actuator {
                         target: Some((owner, port)),

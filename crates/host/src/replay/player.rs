@@ -108,8 +108,16 @@ impl Player {
         &self.engine
     }
 
-    pub(super) fn step(&mut self) -> bool {
-        if let Some(step) = self.next.take().or_else(|| self.past.next()) {
+    pub(super) fn run_until(&mut self, until: Nanos) -> bool {
+        while !self.over {
+            let Some(step) = self.next.take().or_else(|| self.past.next()) else {
+                self.over = true;
+                break;
+            };
+            if step.time > until {
+                self.next = Some(step);
+                return true;
+            }
             if let Some(time) = self.own_time().filter(|time| *time < step.time) {
                 self.next = Some(step);
                 self.publish(time);
@@ -121,10 +129,8 @@ impl Player {
                 self.take(&step);
             }
             self.settle();
-        } else {
-            self.over = true;
         }
-        !self.over
+        false
     }
 
     pub(super) fn saw(&self, schema: usize) -> Vec<Sight> {

@@ -8,6 +8,7 @@ mod faults;
 mod hangs;
 mod operators;
 mod records;
+mod remote;
 mod selection;
 mod shutdown;
 mod time;

@@ -6,7 +6,7 @@ use std::path::Path;
 use jde_abi::describe::{Kind, Port, Role};
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance, Source};
 use jde_host::policy_name;
 
 use super::value::{plain, shown};
@@ -158,7 +158,7 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
     match binding {
         Binding::Export | Binding::Command => None,
         Binding::Import { source, trigger } => {
-            let source = source.map_or_else(unbound, |(owner, port)| variable(application, owner, port));
+            let source = source.map_or_else(unbound, |source| provider(application, source));
             let trigger = if *trigger { ", which triggers" } else { "" };
             Some(format!("{name} <- {source}{trigger}"))
         }
@@ -191,6 +191,18 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
                 "{}.{name} -> {target}",
                 instance.schema.children[child].name
             ))
+        }
+    }
+}
+
+/// What an import reads; of another application's, also the age at which it no longer counts.
+fn provider(application: &Application, source: Source) -> String {
+    let name = application.source_name(source);
+    match source {
+        Source::Here(..) => name,
+        Source::Elsewhere(remote) => {
+            let stale = Millis(application.remotes[remote].stale_ns);
+            format!("{name}, another application's, until it is {stale} old")
         }
     }
 }

@@ -1,0 +1,272 @@
+//! Imports of variables that another application exports: `robot2:pioneer.odometry`. What they are is known from the ports that
+//! take them; whether the other has such a thing shows when it is there.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use jde_abi::describe::{Port, Type};
+use jde_core::Nanos;
+use toml::de::DeValue;
+
+use super::document::{Node, Section, Text, wrong};
+use super::drafts::is_legal_name;
+use super::link::Link;
+use super::report::{Report, quote};
+use super::{time, units, variable};
+
+/// A variable of another application that is imported here. On the board it is an export that the link writes, and that has no
+/// value while nobody vouches for it: before the first arrives, and when the last is too old or the other is gone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remote {
+    /// The other's name on the link.
+    pub peer: String,
+    /// The variable's full name there: `pioneer.odometry`.
+    pub variable: String,
+    /// Its full name here, on the board: `robot2:pioneer.odometry`.
+    pub local: String,
+    /// The type that those who import it take.
+    pub value_type: Arc<Type>,
+    /// The unit that they take, where they name one.
+    pub unit: String,
+    /// The age at which a value is taken back, ns.
+    pub stale_ns: Nanos,
+}
+
+impl Remote {
+    /// Who writes it, as stamps say.
+    pub const WRITER: u32 = u32::MAX - 2;
+
+    /// Owner and name of the variable here: `robot2:pioneer` and `odometry`.
+    #[must_use]
+    pub fn parts(&self) -> (&str, &str) {
+        // Both are checked when it is read.
+        self.local.split_once('.').unwrap_or((&self.local, ""))
+    }
+}
+
+/// An entry of `imports`: the text, and the age limit if it states one.
+pub(super) struct Entry<'a> {
+    pub(super) role: Text<'a>,
+    pub(super) from: Text<'a>,
+    stale: Option<(Nanos, Range<usize>)>,
+}
+
+/// The remote variables of an application, as they are found.
+pub(super) struct Remotes<'l> {
+    link: &'l Link,
+    list: Vec<Found>,
+}
+
+struct Found {
+    remote: Remote,
+    /// Whether an import stated its age limit.
+    stated: bool,
+}
+
+/// Reads `imports`: each entry is a text, or a table with `from` and `stale`.
+pub(super) fn entries<'a>(report: &mut Report, section: &Section<'a>) -> Vec<Entry<'a>> {
+    let Some(table) = section.section(report, "imports", section.key("imports")) else {
+        return Vec::new();
+    };
+    let entries = table.entries();
+    entries
+        .filter_map(|(role, node)| entry(report, &table, role, node))
+        .collect()
+}
+
+fn entry<'a>(
+    report: &mut Report,
+    table: &Section<'a>,
+    role: Text<'a>,
+    node: &'a Node<'a>,
+) -> Option<Entry<'a>> {
+    let what = table.key(role.text);
+    match node.get_ref() {
+        DeValue::String(text) => Some(Entry {
+            role,
+            from: Text {
+                text,
+                span: node.span(),
+            },
+            stale: None,
+        }),
+        DeValue::Table(_) => {
+            let inner = table.section(report, role.text, what.clone())?;
+            inner.refuse_unknown(report, &["from", "stale"]);
+            if inner.get("from").is_none() {
+                report
+                    .fault(&inner.span, format!("{what} has no `from`"))
+                    .advise("name the variable, as in from = \"robot2:pioneer.odometry\"");
+            }
+            let from = inner.text(report, "from");
+            let stale = inner
+                .get("stale")
+                .and_then(|node| Some((time::time(report, &inner.key("stale"), node)?, node.span())));
+            Some(Entry {
+                role,
+                from: from?,
+                stale,
+            })
+        }
+        DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Array(_) => {
+            wrong(
+                report,
+                &what,
+                "a text, or a table such as { from = \"robot2:pioneer.odometry\", stale = \"300ms\" }",
+                node,
+            );
+            None
+        }
+    }
+}
+
+impl Entry<'_> {
+    /// Whether it names another application.
+    pub(super) fn is_remote(&self) -> bool {
+        self.from.text.contains(':')
+    }
+
+    /// Reports an age limit where there is nothing to grow old on the way.
+    pub(super) fn refuse_stale(&self, report: &mut Report, what: &str) {
+        if let Some((_, span)) = &self.stale {
+            report
+                .fault(
+                    span,
+                    format!("{what} has `stale`, and comes from this application"),
+                )
+                .advise("remove `stale`: whoever exports a value here takes it back");
+        }
+    }
+}
+
+impl<'l> Remotes<'l> {
+    pub(super) fn new(link: &'l Link) -> Self {
+        let list = Vec::new();
+        Self { link, list }
+    }
+
+    pub(super) fn into_list(self) -> Vec<Remote> {
+        self.list.into_iter().map(|found| found.remote).collect()
+    }
+
+    /// The place of the variable that an import names, for a port; reports what is wrong with it.
+    pub(super) fn find(
+        &mut self,
+        report: &mut Report,
+        what: &str,
+        entry: &Entry,
+        port: &Port,
+    ) -> Option<usize> {
+        let (peer, name) = self.named(report, what, &entry.from)?;
+        let local = format!("{peer}:{name}");
+        let unit = variable::unit(port).unwrap_or_default();
+        let Some(place) = self.list.iter().position(|found| found.remote.local == local) else {
+            let stale_ns = entry
+                .stale
+                .as_ref()
+                .map_or(self.link.stale_ns, |(stale, _)| *stale);
+            self.list.push(Found {
+                remote: Remote {
+                    peer: peer.to_owned(),
+                    variable: name.to_owned(),
+                    local,
+                    value_type: Arc::clone(&port.value_type),
+                    unit: unit.to_owned(),
+                    stale_ns,
+                },
+                stated: entry.stale.is_some(),
+            });
+            return Some(self.list.len() - 1);
+        };
+        let found = &mut self.list[place];
+        found.agree(report, what, entry, port, unit).then_some(place)
+    }
+
+    fn named<'e>(&self, report: &mut Report, what: &str, from: &Text<'e>) -> Option<(&'e str, &'e str)> {
+        let (peer, name) = from.text.split_once(':')?;
+        let owned = name.split_once('.');
+        if !Link::is_name(peer)
+            || !owned.is_some_and(|(owner, name)| is_legal_name(owner) && is_legal_name(name))
+        {
+            report
+                .fault(
+                    &from.span,
+                    format!(
+                        "{what} is {}, which names no variable of another application",
+                        quote(from.text)
+                    ),
+                )
+                .advise("write NAME:SCHEMA.VARIABLE, such as \"robot2:pioneer.odometry\"");
+            return None;
+        }
+        if peer == self.link.name {
+            report
+                .fault(
+                    &from.span,
+                    format!(
+                        "{what} is {}, and {} is this application itself",
+                        quote(from.text),
+                        quote(peer)
+                    ),
+                )
+                .advise(format!("write \"{name}\", or give the link another `name`"));
+            return None;
+        }
+        if self.link.off {
+            report
+                .fault(
+                    &from.span,
+                    format!("{what} is {}, and the link is off", quote(from.text)),
+                )
+                .advise("remove off = true from `[link]`, or import a variable of this application");
+            return None;
+        }
+        Some((peer, name))
+    }
+}
+
+impl Found {
+    /// Whether another import means the same variable; reports why not.
+    fn agree(&mut self, report: &mut Report, what: &str, entry: &Entry, port: &Port, unit: &str) -> bool {
+        let remote = &mut self.remote;
+        let (span, full) = (&entry.from.span, quote(&remote.local));
+        if !remote.value_type.same_as(&port.value_type) {
+            let (takes, other) = (quote(&port.value_type.name), quote(&remote.value_type.name));
+            report
+                .fault(
+                    span,
+                    format!("{what} takes {full} as {takes}, and another import takes it as {other}"),
+                )
+                .advise("one variable has one type: one of the two means another variable");
+            return false;
+        }
+        if remote.unit.is_empty() {
+            unit.clone_into(&mut remote.unit);
+        } else if !unit.is_empty() && !units::same(unit, &remote.unit) {
+            let (takes, other) = (quote(unit), quote(&remote.unit));
+            report.fault(
+                span,
+                format!("{what} takes {full} in {takes}, and another import takes it in {other}"),
+            );
+            return false;
+        }
+        let Some((stale, span)) = &entry.stale else {
+            return true;
+        };
+        if self.stated && remote.stale_ns != *stale {
+            report
+                .fault(
+                    span,
+                    format!("{what} and another import of {full} state different `stale`"),
+                )
+                .advise("state it once; it holds for all that import the variable");
+            return false;
+        }
+        (remote.stale_ns, self.stated) = (*stale, true);
+        true
+    }
+}
