@@ -230,6 +230,13 @@ impl Variable {
         }
     }
 
+    /// Whether the newest value was taken back. Waits for nobody.
+    #[must_use]
+    pub fn is_retracted(&self) -> bool {
+        let newest = self.newest();
+        newest > 0 && !self.shows(newest)
+    }
+
     /// Whether readers get a value: one was published and not taken back, or there is an initial one.
     #[inline]
     pub(crate) fn shows(&self, sequence: u64) -> bool {

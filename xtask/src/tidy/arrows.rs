@@ -58,9 +58,21 @@ const TABLE: &[Row] = &[
             "crates/core",
             "crates/host",
             "crates/ros",
+            "crates/types",
         ],
     ),
     row("crates/ros", &["crates/abi"]),
+    // The one crate that opens the network.
+    row(
+        "crates/link",
+        &[
+            "crates/abi",
+            "crates/board",
+            "crates/core",
+            "crates/host",
+            "crates/ros",
+        ],
+    ),
     Row {
         folder: "crates/jde",
         ours: Ours::AnyCrate,
@@ -86,6 +98,7 @@ const TABLE: &[Row] = &[
             "crates/p2os",
             "crates/port",
             "crates/device",
+            "crates/ros",
         ],
     ),
     row("schemas/", &["crates/schema"]),

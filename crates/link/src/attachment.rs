@@ -1,0 +1,99 @@
+//! What goes beside a value on the wire: when, which, whose. Little endian, of fixed places, the writer's name at the end.
+
+use jde_board::Nanos;
+
+/// Bytes before the writer's name.
+const HEAD: usize = 33;
+/// Longest name that is sent.
+const NAME: usize = 255;
+
+const RETRACTED: u8 = 1;
+
+/// What goes beside a value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Tag {
+    /// Counts the values of the variable from 1; 0 is the initial value, or none.
+    pub(crate) sequence: u64,
+    /// When it was measured or written, ns since the application's start.
+    pub(crate) time: Nanos,
+    /// How old it was when it was sent, ns of the application.
+    pub(crate) age: Nanos,
+    /// When a command stops being in force; the greatest number for values that stay.
+    pub(crate) valid_until: Nanos,
+    /// There is no value: it was taken back, or there has been none yet.
+    pub(crate) retracted: bool,
+    /// Who wrote it; empty for nobody.
+    pub(crate) writer: String,
+}
+
+impl Tag {
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let mut end = self.writer.len().min(NAME);
+        while !self.writer.is_char_boundary(end) {
+            end -= 1;
+        }
+        let mut bytes = Vec::with_capacity(HEAD + end);
+        for number in [self.sequence, self.time, self.age, self.valid_until] {
+            bytes.extend_from_slice(&number.to_le_bytes());
+        }
+        bytes.push(if self.retracted { RETRACTED } else { 0 });
+        bytes.extend_from_slice(&self.writer.as_bytes()[..end]);
+        bytes
+    }
+
+    pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
+        let (head, name) = bytes.split_at_checked(HEAD)?;
+        let number = |place: usize| head[place * 8..][..8].try_into().ok().map(u64::from_le_bytes);
+        if name.len() > NAME {
+            return None;
+        }
+        Some(Self {
+            sequence: number(0)?,
+            time: number(1)?,
+            age: number(2)?,
+            valid_until: number(3)?,
+            retracted: head[HEAD - 1] & RETRACTED != 0,
+            writer: std::str::from_utf8(name).ok()?.to_owned(),
+        })
+    }
+}
+
+/// The running number of an event.
+pub(crate) fn number(bytes: &[u8]) -> Option<u64> {
+    bytes.try_into().ok().map(u64::from_le_bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_tag_comes_back_as_it_was(
+            numbers in any::<[u64; 4]>(), retracted in any::<bool>(), writer in "\\PC{0,60}",
+        ) {
+            let [sequence, time, age, valid_until] = numbers;
+            let tag = Tag { sequence, time, age, valid_until, retracted, writer };
+            prop_assert_eq!(Tag::read(&tag.bytes()), Some(tag));
+        }
+
+        #[test]
+        fn no_bytes_upset_whoever_reads_them(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+            if let Some(tag) = Tag::read(&bytes) {
+                prop_assert!(bytes.len() >= HEAD && tag.writer.len() <= NAME);
+            }
+            prop_assert_eq!(number(&bytes).is_some(), bytes.len() == 8);
+        }
+
+        #[test]
+        fn a_long_name_is_cut_between_letters(writer in "\\PC{200,400}") {
+            let tag = Tag {
+                sequence: 1, time: 2, age: 3, valid_until: 4, retracted: false, writer: writer.clone(),
+            };
+            let read = Tag::read(&tag.bytes()).unwrap();
+            prop_assert!(writer.starts_with(&read.writer));
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Which application is meant. Asks nobody.
+
+use crate::Error;
+use crate::message::About;
+
+/// The place of the application that a name means; without a name, of the only one.
+pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) -> Result<usize, Error> {
+    let Some(name) = name else {
+        return match running {
+            [] => Err(Error::NothingRuns(whereabouts.to_owned())),
+            [_] => Ok(0),
+            several => Err(Error::Several(distinct(several))),
+        };
+    };
+    let (wanted, id) = match name.split_once('@') {
+        Some((wanted, id)) => (wanted, id),
+        None => (name, ""),
+    };
+    let fits = |about: &About| (wanted.is_empty() || about.name == wanted) && about.id.starts_with(id);
+    let places: Vec<usize> = (0..running.len()).filter(|place| fits(running[*place])).collect();
+    match places.as_slice() {
+        [place] => Ok(*place),
+        [] => {
+            let names = distinct(running);
+            let plain = running.iter().map(|about| about.name.as_str());
+            Err(Error::UnknownApplication {
+                name: name.to_owned(),
+                nearest: jde_board::nearest(wanted, plain).map(str::to_owned),
+                running: names,
+            })
+        }
+        several => {
+            let several: Vec<_> = several.iter().map(|place| running[*place]).collect();
+            Err(Error::Several(distinct(&several)))
+        }
+    }
+}
+
+/// Names by which each can be told from the others.
+fn distinct(running: &[&About]) -> Vec<String> {
+    let name = |about: &&About| {
+        let same = |other: &&&About| other.name == about.name;
+        if running.iter().filter(same).count() > 1 {
+            format!(
+                "{}@{} (on {})",
+                about.name,
+                &about.id[..about.id.len().min(6)],
+                about.host
+            )
+        } else {
+            about.name.clone()
+        }
+    };
+    running.iter().map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Network;
+
+    fn about(name: &str, id: &str) -> About {
+        About {
+            name: name.to_owned(),
+            id: id.to_owned(),
+            protocol: 1,
+            version: String::new(),
+            host: "base".to_owned(),
+            user: String::new(),
+            pid: 1,
+            application: String::new(),
+            file: String::new(),
+            started_ns: 0,
+            executor: String::new(),
+            speed: 1.0,
+            network: Network::Closed,
+        }
+    }
+
+    fn chosen(running: &[About], name: Option<&str>) -> Result<usize, String> {
+        let running: Vec<_> = running.iter().collect();
+        choose(&running, name, "here").map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_only_one_needs_no_name_and_one_of_several_does() {
+        let one = [about("robot1", "aa")];
+        assert_eq!(chosen(&one, None), Ok(0));
+        let two = [about("robot1", "aa"), about("robot2", "bb")];
+        assert_eq!(
+            chosen(&two, None),
+            Err("several applications run: robot1, robot2; name one".to_owned())
+        );
+        assert_eq!(chosen(&two, Some("robot2")), Ok(1));
+        assert_eq!(
+            chosen(&[], None),
+            Err("no application runs here; start one with `jde run`".to_owned())
+        );
+    }
+
+    #[test]
+    fn an_unknown_name_brings_the_nearest() {
+        let two = [about("robot1", "aa"), about("base", "bb")];
+        assert_eq!(
+            chosen(&two, Some("robto1")),
+            Err("no application is called `robto1`; did you mean `robot1`?".to_owned())
+        );
+        assert_eq!(
+            chosen(&two, Some("zebra")),
+            Err("no application is called `zebra`; there are robot1, base".to_owned())
+        );
+    }
+
+    #[test]
+    fn two_of_one_name_are_told_apart_by_their_ids() {
+        let two = [about("robot", "aaaaaaaa"), about("robot", "abbbbbbb")];
+        assert_eq!(
+            chosen(&two, Some("robot")),
+            Err(
+                "several applications run: robot@aaaaaa (on base), robot@abbbbb (on base); name one"
+                    .to_owned()
+            )
+        );
+        assert_eq!(chosen(&two, Some("robot@ab")), Ok(1));
+        assert_eq!(chosen(&two, Some("@aa")), Ok(0));
+        assert!(chosen(&two, Some("robot@c")).is_err());
+    }
+}

@@ -1,0 +1,140 @@
+//! What happened, in one order: what is told now behind what was told before, each once, and what is missing counted.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use jde_host::story::{Kind, Line};
+use serde::Deserialize;
+
+use crate::attachment;
+
+/// Lines that come while the earlier ones are fetched; of more the first go, and are counted as missing.
+const WAITING: usize = 4096;
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Happened {
+    /// What.
+    pub line: Line,
+    /// Its running number among those of its kind.
+    pub number: u64,
+    /// How many between the one before and this did not come: of this kind, at most.
+    pub missed: u64,
+}
+
+/// A line as the application keeps it.
+#[derive(Deserialize)]
+pub(super) struct Numbered {
+    number: u64,
+    line: serde_json::Value,
+}
+
+type Call = Box<dyn FnMut(Happened) + Send>;
+
+/// Puts them in order.
+pub(super) struct Merge {
+    state: Mutex<State>,
+}
+
+struct State {
+    call: Call,
+    last: [Option<u64>; Kind::ALL.len()],
+    /// What came while the earlier ones were fetched.
+    waiting: Option<Vec<(u64, Line)>>,
+}
+
+impl Merge {
+    pub(super) fn new(call: Call) -> Arc<Self> {
+        Arc::new(Self {
+            state: Mutex::new(State {
+                call,
+                last: [None; Kind::ALL.len()],
+                waiting: Some(Vec::new()),
+            }),
+        })
+    }
+
+    /// A line is told.
+    pub(super) fn hear(&self, kind: Kind, message: &[u8], attachment: Option<&[u8]>) -> Result<(), String> {
+        let number = attachment
+            .and_then(attachment::number)
+            .ok_or("a line without its number")?;
+        let line = Line::read(kind, message).map_err(|error| error.to_string())?;
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        match &mut state.waiting {
+            Some(waiting) => {
+                if waiting.len() == WAITING {
+                    waiting.remove(0);
+                }
+                waiting.push((number, line));
+            }
+            None => state.tell(number, line),
+        }
+        Ok(())
+    }
+
+    /// Tells the earlier ones, then those that have come since, and from now on each as it comes.
+    pub(super) fn begin(&self, earlier: Vec<(Kind, Numbered)>) -> Result<(), String> {
+        let mut lines = Vec::with_capacity(earlier.len());
+        for (kind, Numbered { number, line }) in earlier {
+            let json = line.to_string();
+            let line = Line::read(kind, json.as_bytes()).map_err(|error| error.to_string())?;
+            lines.push((number, line));
+        }
+        // Kinds apart they are in order already.
+        lines.sort_by_key(|(_, line)| line.time());
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        lines.extend(state.waiting.take().unwrap_or_default());
+        for (number, line) in lines {
+            state.tell(number, line);
+        }
+        Ok(())
+    }
+}
+
+impl State {
+    fn tell(&mut self, number: u64, line: Line) {
+        let last = &mut self.last[line.kind() as usize];
+        if last.is_some_and(|last| number <= last) {
+            return;
+        }
+        let missed = last.map_or(0, |last| number - last - 1);
+        *last = Some(number);
+        (self.call)(Happened { line, number, missed });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(time_ms: u64) -> Line {
+        Line::retracted(time_ms * 1_000_000, "pioneer.laser")
+    }
+
+    fn numbered(number: u64) -> (Kind, Numbered) {
+        let line = serde_json::from_slice(&line(number).json()).unwrap();
+        (Kind::Happening, Numbered { number, line })
+    }
+
+    #[test]
+    fn what_was_told_before_comes_first_and_nothing_twice() {
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let tell = Arc::clone(&told);
+        let merge = Merge::new(Box::new(move |happened: Happened| {
+            tell.lock().unwrap().push((happened.number, happened.missed));
+        }));
+        let hear = |number: u64| {
+            merge
+                .hear(Kind::Happening, &line(number).json(), Some(&number.to_le_bytes()))
+                .unwrap();
+        };
+        hear(3);
+        hear(4);
+        merge.begin(vec![numbered(2), numbered(3)]).unwrap();
+        hear(4);
+        hear(7);
+        assert_eq!(*told.lock().unwrap(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
+        assert!(merge.hear(Kind::Decision, b"{", Some(&[0; 8])).is_err());
+        assert!(merge.hear(Kind::Happening, &line(9).json(), None).is_err());
+    }
+}

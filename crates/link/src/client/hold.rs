@@ -1,0 +1,82 @@
+//! A hold of an operator that lasts as long as its client: renewed while that lives, and ended by the application when it does
+//! not.
+
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::Remote;
+use crate::Error;
+use crate::message::{Action, Request};
+
+/// Ended when dropped.
+pub struct Hold {
+    end: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+impl Hold {
+    pub(super) fn begin(remote: Remote, request: &Request, lease: Duration) -> Result<Self, Error> {
+        let lease_ms = u64::try_from(lease.as_millis()).unwrap_or(u64::MAX);
+        let schema = request.action.schema().to_owned();
+        let leased = |action: Action, lease_ms: Option<u64>| Request {
+            by: request.by.clone(),
+            action,
+            lease_ms,
+        };
+        remote.operate(&leased(request.action.clone(), Some(lease_ms)))?;
+        let renew = leased(
+            Action::Renew {
+                schema: schema.clone(),
+            },
+            Some(lease_ms),
+        );
+        let let_go = leased(Action::LetGo { schema }, None);
+        let (end, ended) = channel::<()>();
+        let lost = Arc::new(Mutex::new(None));
+        let tell = Arc::clone(&lost);
+        let keep = move || {
+            // Twice may fail before the third would be too late.
+            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(lease / 3) {
+                match remote.operate(&renew) {
+                    Ok(()) => {}
+                    Err(error @ (Error::Refused { .. } | Error::Gone(_))) => {
+                        *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+                        return;
+                    }
+                    Err(error) => tracing::warn!("a hold was not renewed: {error}"),
+                }
+            }
+            if let Err(error) = remote.operate(&let_go) {
+                tracing::warn!("a hold ends by itself only: {error}");
+            }
+        };
+        let thread = std::thread::Builder::new()
+            .name("link-hold".to_owned())
+            .spawn(keep)
+            .map_err(Error::Thread)?;
+        Ok(Self {
+            end: Some(end),
+            thread: Some(thread),
+            lost,
+        })
+    }
+
+    /// Why it ended before it was dropped, if it did.
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
+        self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Lets go, and waits until the application has.
+impl Drop for Hold {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,430 @@
+//! An application as tools see it. Any thread may call it; a clone is the same application.
+
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use jde_abi::describe::Type;
+use jde_host::snapshot::Snapshot;
+use jde_host::story::Kind;
+use serde::de::DeserializeOwned;
+use zenoh::Wait;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::SampleKind;
+
+use super::connection::{Answer, Answered, Connection};
+use super::{ANSWER, Happened, Hold, Sample, events, keys};
+use crate::Error;
+use crate::folder::new_id;
+use crate::keys::{self as key, Keys, Rate};
+use crate::message::{About, Request, Schemas, VariableInfo};
+
+/// How long an application may take to be seen once there is a connection.
+const APPEAR: Duration = Duration::from_secs(3);
+/// How often a question is asked again that the application had no room for, and how long we wait in between.
+const TRIES: usize = 5;
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// An application, near or far.
+#[derive(Clone)]
+pub struct Remote {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    about: About,
+    keys: Keys,
+    alive: Arc<Life>,
+    /// Tells our tokens from those of others.
+    client: String,
+    variables: Mutex<Option<Arc<Vec<VariableInfo>>>>,
+    _alive: Subscriber<()>,
+    // The last to go.
+    connection: Arc<Connection>,
+}
+
+type OnGone = Box<dyn FnOnce() + Send>;
+
+#[derive(Default)]
+struct Life {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    alive: bool,
+    on_gone: Vec<OnGone>,
+}
+
+/// Something that is listened to; dropped, it is not any more.
+pub struct Watching {
+    _subscribers: Vec<Subscriber<()>>,
+    _token: Option<LivelinessToken>,
+    _remote: Remote,
+}
+
+impl Remote {
+    pub(crate) fn new(connection: Arc<Connection>, about: About) -> Result<Self, Error> {
+        let keys = keys(&about);
+        let alive = Arc::new(Life::default());
+        let life = Arc::clone(&alive);
+        let watch = connection
+            .session()
+            .liveliness()
+            .declare_subscriber(keys.of(key::ALIVE))
+            .history(true)
+            .callback(move |token| life.set(token.kind() == SampleKind::Put))
+            .wait()
+            .map_err(|error| Error::Open(error.to_string()))?;
+        if !alive.wait(true, APPEAR) {
+            return Err(Error::NoAnswer {
+                application: about.name,
+                waited: APPEAR,
+            });
+        }
+        let inner = Inner {
+            keys,
+            alive,
+            client: new_id()?,
+            variables: Mutex::new(None),
+            connection,
+            about,
+            _alive: watch,
+        };
+        Ok(Self {
+            inner: Arc::new(inner),
+        })
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn about(&self) -> &About {
+        &self.inner.about
+    }
+
+    /// Whether it is still there.
+    #[must_use]
+    pub fn alive(&self) -> bool {
+        self.inner.alive.is()
+    }
+
+    /// Waits until it is gone, at most so long; answers whether it is.
+    #[must_use]
+    pub fn wait_gone(&self, timeout: Duration) -> bool {
+        self.inner.alive.wait(false, timeout)
+    }
+
+    /// Has `call` called once when it is gone: at once if it is.
+    pub fn on_gone(&self, call: impl FnOnce() + Send + 'static) {
+        self.inner.alive.on_gone(Box::new(call));
+    }
+
+    /// Its schemas and groups.
+    ///
+    /// # Errors
+    /// [`Error::Gone`], [`Error::NoAnswer`] after 5 s, [`Error::Garbled`]; so for all below.
+    pub fn schemas(&self) -> Result<Schemas, Error> {
+        self.ask(&self.inner.keys.of(key::SCHEMAS))
+    }
+
+    /// Its variables; with how each is doing, if that is wanted.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn variables(&self, with_status: bool) -> Result<Vec<VariableInfo>, Error> {
+        let all = self.inner.keys.of(key::VARIABLES);
+        if with_status {
+            return self.ask(&format!("{all}?status"));
+        }
+        Ok(self.known_variables()?.to_vec())
+    }
+
+    /// A variable by its full name.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the nearest name there is; and as above.
+    pub fn variable(&self, name: &str) -> Result<VariableInfo, Error> {
+        let variables = self.known_variables()?;
+        let found = variables.iter().find(|variable| variable.name == name);
+        found.cloned().ok_or_else(|| {
+            let names = variables.iter().map(|variable| variable.name.as_str());
+            Error::Refused {
+                text: format!("`{}` has no variable `{name}`", self.inner.about.name),
+                nearest: jde_board::nearest(name, names).map(str::to_owned),
+            }
+        })
+    }
+
+    /// The newest value of a variable.
+    ///
+    /// # Errors
+    /// As [`Self::variable`].
+    pub fn get(&self, name: &str) -> Result<Sample, Error> {
+        let (variable, value_type) = self.typed(name)?;
+        let at = self.inner.keys.variable(&variable.owner, &variable.variable);
+        let answer = self.answer(&at, None)?;
+        Sample::read(&value_type, &answer.message, answer.attachment.as_deref())
+            .map_err(|reason| self.garbled(reason))
+    }
+
+    /// Has `call` called with the newest value at once and with others as they come, on a thread of the link: it may take
+    /// its time, but then values are left out.
+    ///
+    /// # Errors
+    /// As [`Self::variable`].
+    pub fn watch(
+        &self,
+        name: &str,
+        rate: Rate,
+        mut call: impl FnMut(Sample) + Send + Sync + 'static,
+    ) -> Result<Watching, Error> {
+        let (variable, value_type) = self.typed(name)?;
+        let (owner, own, rate) = (&variable.owner, &variable.variable, rate.on_offer());
+        let session = self.inner.connection.session();
+        let application = self.inner.about.name.clone();
+        let mut last = None;
+        let hear = move |sample: zenoh::sample::Sample| {
+            let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
+            match Sample::read(&value_type, &sample.payload().to_bytes(), attachment.as_deref()) {
+                Ok(sample) => {
+                    // When others join, the newest comes again.
+                    let this = (sample.sequence, sample.bytes.is_some());
+                    if last.replace(this) != Some(this) {
+                        call(sample);
+                    }
+                }
+                Err(reason) => tracing::warn!("a value of {application} cannot be read: {reason}"),
+            }
+        };
+        let subscriber = session
+            .declare_subscriber(self.inner.keys.values(owner, own, rate))
+            .callback_mut(hear)
+            .wait()
+            .map_err(failed)?;
+        let id = new_id()?;
+        let client = format!("{}-{id}", self.inner.client);
+        let token = session
+            .liveliness()
+            .declare_token(self.inner.keys.want(owner, own, rate, &client))
+            .wait()
+            .map_err(failed)?;
+        Ok(Watching {
+            _subscribers: vec![subscriber],
+            _token: Some(token),
+            _remote: self.clone(),
+        })
+    }
+
+    /// What every schema and group is doing, at most 50 ms ago.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn hierarchy(&self) -> Result<Snapshot, Error> {
+        self.ask(&self.inner.keys.of(key::HIERARCHY))
+    }
+
+    /// Has `call` called with what every schema and group is doing, 20 times a second, on a thread of the link.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn watch_hierarchy(
+        &self,
+        mut call: impl FnMut(Snapshot) + Send + Sync + 'static,
+    ) -> Result<Watching, Error> {
+        let application = self.inner.about.name.clone();
+        let subscriber = self
+            .inner
+            .connection
+            .session()
+            .declare_subscriber(self.inner.keys.of(key::HIERARCHY))
+            .callback_mut(
+                move |sample| match serde_json::from_slice(&sample.payload().to_bytes()) {
+                    Ok(snapshot) => call(snapshot),
+                    Err(reason) => tracing::warn!("a snapshot of {application} cannot be read: {reason}"),
+                },
+            )
+            .wait()
+            .map_err(failed)?;
+        Ok(Watching {
+            _subscribers: vec![subscriber],
+            _token: None,
+            _remote: self.clone(),
+        })
+    }
+
+    /// Has `call` called with what happens, after the last so many lines of each kind that happened before; in the order of
+    /// each kind, on a thread of the link.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn events(
+        &self,
+        kinds: &[Kind],
+        last: usize,
+        call: impl FnMut(Happened) + Send + 'static,
+    ) -> Result<Watching, Error> {
+        let merge = events::Merge::new(Box::new(call));
+        let mut subscribers = Vec::new();
+        for kind in kinds {
+            let (merge, kind, application) = (Arc::clone(&merge), *kind, self.inner.about.name.clone());
+            let subscriber = self
+                .inner
+                .connection
+                .session()
+                .declare_subscriber(self.inner.keys.of(key::events(kind)))
+                .callback(move |sample| {
+                    let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
+                    if let Err(reason) = merge.hear(kind, &sample.payload().to_bytes(), attachment.as_deref())
+                    {
+                        tracing::warn!("an event of {application} cannot be read: {reason}");
+                    }
+                })
+                .wait()
+                .map_err(failed)?;
+            subscribers.push(subscriber);
+        }
+        let mut earlier = Vec::new();
+        if last > 0 {
+            for kind in kinds {
+                let key = self.inner.keys.of(key::events(*kind));
+                let lines = self.ask::<Vec<events::Numbered>>(&format!("{key}?last={last}"))?;
+                earlier.extend(lines.into_iter().map(|line| (*kind, line)));
+            }
+        }
+        merge.begin(earlier).map_err(|reason| self.garbled(reason))?;
+        Ok(Watching {
+            _subscribers: subscribers,
+            _token: None,
+            _remote: self.clone(),
+        })
+    }
+
+    /// Has the application do what an operator wants (R14).
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the reason; and as above.
+    pub fn operate(&self, request: &Request) -> Result<(), Error> {
+        let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
+        self.answer(&self.inner.keys.of(key::OPERATE), Some(json))
+            .map(drop)
+    }
+
+    /// As [`Self::operate`], until the answer is dropped, this process dies or the network is cut; then the operator's hold on
+    /// the schema ends within `lease`.
+    ///
+    /// # Errors
+    /// As [`Self::operate`].
+    pub fn hold(&self, request: &Request, lease: Duration) -> Result<Hold, Error> {
+        Hold::begin(self.clone(), request, lease)
+    }
+
+    fn known_variables(&self) -> Result<Arc<Vec<VariableInfo>>, Error> {
+        let mut known = self
+            .inner
+            .variables
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = &*known {
+            return Ok(Arc::clone(known));
+        }
+        let variables: Vec<VariableInfo> = self.ask(&self.inner.keys.of(key::VARIABLES))?;
+        Ok(Arc::clone(known.insert(Arc::new(variables))))
+    }
+
+    /// A variable with its type.
+    fn typed(&self, name: &str) -> Result<(VariableInfo, Arc<Type>), Error> {
+        let variable = self.variable(name)?;
+        let value_type = variable
+            .value_type()
+            .map_err(|error| self.garbled(format!("the type of `{name}`: {error}")))?;
+        Ok((variable, Arc::new(value_type)))
+    }
+
+    fn ask<T: DeserializeOwned>(&self, selector: &str) -> Result<T, Error> {
+        let answer = self.answer(selector, None)?;
+        serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))
+    }
+
+    fn answer(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Answer, Error> {
+        let name = || self.inner.about.name.clone();
+        let start = Instant::now();
+        for _ in 0..TRIES {
+            if !self.alive() {
+                return Err(Error::Gone(name()));
+            }
+            match self.inner.connection.ask_one(selector, payload.clone(), ANSWER)? {
+                Answered::With(answer) => return Ok(answer),
+                Answered::Refused(refusal) => {
+                    return Err(Error::Refused {
+                        text: refusal.error,
+                        nearest: refusal.nearest,
+                    });
+                }
+                Answered::NotAtAll => {
+                    if self.wait_gone(PAUSE) {
+                        return Err(Error::Gone(name()));
+                    }
+                }
+                Answered::TooLate => break,
+            }
+        }
+        if !self.alive() {
+            return Err(Error::Gone(name()));
+        }
+        Err(Error::NoAnswer {
+            application: name(),
+            waited: start.elapsed(),
+        })
+    }
+
+    fn garbled(&self, reason: impl Into<String>) -> Error {
+        Error::Garbled {
+            application: self.inner.about.name.clone(),
+            reason: reason.into(),
+        }
+    }
+}
+
+fn failed(error: zenoh::Error) -> Error {
+    Error::Open(error.to_string())
+}
+
+impl Life {
+    fn set(&self, alive: bool) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.alive = alive;
+        let calls = if alive {
+            Vec::new()
+        } else {
+            std::mem::take(&mut state.on_gone)
+        };
+        drop(state);
+        self.changed.notify_all();
+        calls.into_iter().for_each(|call| call());
+    }
+
+    fn is(&self) -> bool {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
+    }
+
+    /// Waits until it is as wanted; answers whether it is.
+    fn wait(&self, alive: bool, timeout: Duration) -> bool {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, timeout, |state| state.alive != alive)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.alive == alive
+    }
+
+    fn on_gone(&self, call: OnGone) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.alive {
+            state.on_gone.push(call);
+        } else {
+            drop(state);
+            call();
+        }
+    }
+}

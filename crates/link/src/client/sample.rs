@@ -1,0 +1,62 @@
+//! A value as it came over the link, with all that is known of it.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Type;
+use jde_board::Nanos;
+use jde_board::value::{self, Value};
+
+use crate::attachment::Tag;
+
+/// A value of a variable, or that there is none.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Its type.
+    pub value_type: Arc<Type>,
+    /// Its bytes, laid out as the type says; none if there was no value yet or it was taken back.
+    pub bytes: Option<Vec<u8>>,
+    /// Counts the values of the variable from 1; 0 is the initial value, or none.
+    pub sequence: u64,
+    /// When it was measured or written, ns since the application's start.
+    pub time: Nanos,
+    /// How old it was when it was sent, ns of the application.
+    pub age: Nanos,
+    /// When a command stops being in force; the greatest number for values that stay.
+    pub valid_until: Nanos,
+    /// Who wrote it; empty for nobody.
+    pub writer: String,
+}
+
+impl Sample {
+    pub(crate) fn read(
+        value_type: &Arc<Type>,
+        message: &[u8],
+        attachment: Option<&[u8]>,
+    ) -> Result<Self, String> {
+        let tag = attachment
+            .and_then(Tag::read)
+            .ok_or("a value without its attachment")?;
+        let bytes = if tag.retracted {
+            None
+        } else {
+            let bytes = jde_ros::cdr::decode(value_type, message).map_err(|error| error.to_string())?;
+            Some(bytes)
+        };
+        Ok(Self {
+            value_type: Arc::clone(value_type),
+            bytes,
+            sequence: tag.sequence,
+            time: tag.time,
+            age: tag.age,
+            valid_until: tag.valid_until,
+            writer: tag.writer,
+        })
+    }
+
+    /// Its fields by name.
+    #[must_use]
+    pub fn value(&self) -> Option<Value> {
+        let bytes = self.bytes.as_ref()?;
+        Some(value::decode(&self.value_type, bytes))
+    }
+}

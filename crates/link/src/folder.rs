@@ -1,0 +1,369 @@
+//! The folder in which the applications of one user on one machine announce themselves: private to the user, a file and a
+//! socket for each application. A file counts for as long as its application holds a lock on it, so that neither `kill -9`
+//! nor a number of a process used twice can deceive. Opens no session.
+
+use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
+use std::io::{Read, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::Error;
+use crate::keys;
+use crate::message::About;
+
+/// Longest file of an announcement that is read.
+const LONGEST: u64 = 64 << 10;
+/// Longest path that a socket can have.
+const SOCKET_PATH: usize = 107;
+/// Held while an application chooses its name.
+const LOCK: &str = "lock";
+/// How long others may take to choose theirs.
+const CHOOSING: Duration = Duration::from_secs(10);
+
+/// The private folder of a user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Folder {
+    path: PathBuf,
+}
+
+/// A name that is ours, while nobody else can choose one.
+pub(crate) struct Claim {
+    folder: Folder,
+    pub(crate) name: String,
+    pub(crate) id: String,
+    /// Let go of with the claim.
+    _lock: File,
+}
+
+/// An application that is announced; dropped, it is not any more.
+pub(crate) struct Announced {
+    folder: Folder,
+    id: String,
+    /// Its lock says that the application is there.
+    _file: File,
+}
+
+/// An application that runs on this machine.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) about: About,
+    pub(crate) socket: PathBuf,
+}
+
+impl Folder {
+    /// The folder of this user: `jde` in `$XDG_RUNTIME_DIR`, or `/tmp/jde-<uid>` where the system gives users none.
+    #[must_use]
+    pub fn of_user() -> Self {
+        let user = rustix::process::getuid().as_raw();
+        let own = |folder: &PathBuf| {
+            folder.is_absolute()
+                && std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
+        };
+        let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(own);
+        Self {
+            path: match runtime {
+                Some(runtime) => runtime.join("jde"),
+                None => PathBuf::from(format!("/tmp/jde-{user}")),
+            },
+        }
+    }
+
+    /// Another folder.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into() }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The applications that run, in the order of their start. Clears away what those left that were killed.
+    ///
+    /// # Errors
+    /// [`Error::Folder`]; there being none is no error.
+    pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
+        match std::fs::symlink_metadata(&self.path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+            _ => self.check()?,
+        }
+        let names = std::fs::read_dir(&self.path).map_err(|error| self.unusable(error))?;
+        let mut entries = Vec::new();
+        for file in names.flatten() {
+            let name = file.file_name();
+            let Some(id) = name.to_str().and_then(|name| name.strip_suffix(".json")) else {
+                continue;
+            };
+            match announced(&file.path()) {
+                Found::Running(about) if about.id == id => entries.push(Entry {
+                    about: *about,
+                    socket: self.socket(id),
+                }),
+                Found::Running(_) | Found::Unreadable => {
+                    tracing::warn!(file = %file.path().display(), "an announcement that cannot be read");
+                }
+                Found::Left => self.clear(id),
+            }
+        }
+        entries.sort_by(|a, b| (a.about.started_ns, &a.about.id).cmp(&(b.about.started_ns, &b.about.id)));
+        Ok(entries)
+    }
+
+    /// Chooses a name: the one wanted, or, if that is taken and was not asked for, the same with a number.
+    ///
+    /// # Errors
+    /// [`Error::Folder`]; [`Error::NameTaken`] for a name that was asked for; [`Error::Name`].
+    pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
+        if !keys::is_name(wanted) {
+            return Err(Error::Name(wanted.to_owned()));
+        }
+        self.make()?;
+        let lock = self.lock()?;
+        let running = self.list()?;
+        self.sweep(&running)?;
+        let holder = |name: &str| running.iter().find(|entry| entry.about.name == name);
+        let mut name = wanted.to_owned();
+        let mut number = 1;
+        while let Some(other) = holder(&name) {
+            if asked_for {
+                return Err(Error::NameTaken {
+                    name,
+                    pid: other.about.pid,
+                });
+            }
+            number += 1;
+            let tail = format!("-{number}");
+            name = format!("{}{tail}", &wanted[..wanted.len().min(64 - tail.len())]);
+        }
+        let claim = Claim {
+            folder: self.clone(),
+            name,
+            id: new_id()?,
+            _lock: lock,
+        };
+        let socket = claim.socket();
+        if socket.as_os_str().len() > SOCKET_PATH {
+            return Err(self.refused(
+                format!("a socket in it has a path of more than {SOCKET_PATH} bytes"),
+                "let XDG_RUNTIME_DIR name a folder nearer to the root",
+            ));
+        }
+        Ok(claim)
+    }
+
+    /// A file that only this user can read, which is gone when dropped.
+    pub(crate) fn secret(&self, text: &str) -> Result<Secret, Error> {
+        self.make()?;
+        let path = self.path.join(format!("{}.tmp", new_id()?));
+        write(&path, text).map_err(|error| self.unusable(error))?;
+        Ok(Secret { path })
+    }
+
+    fn socket(&self, id: &str) -> PathBuf {
+        self.path.join(format!("{id}.sock"))
+    }
+
+    fn make(&self) -> Result<(), Error> {
+        match DirBuilder::new().mode(0o700).create(&self.path) {
+            Ok(()) => Ok(()),
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => self.check(),
+            Err(error) => Err(self.unusable(error)),
+        }
+    }
+
+    /// Whether nobody but this user can have put anything there.
+    fn check(&self) -> Result<(), Error> {
+        let found = std::fs::symlink_metadata(&self.path).map_err(|error| self.unusable(error))?;
+        let user = rustix::process::getuid().as_raw();
+        if !found.is_dir() {
+            return Err(self.refused("it is no folder", "remove what is there"));
+        }
+        if found.uid() != user {
+            return Err(self.refused(
+                format!("it belongs to user {}, not to {user}", found.uid()),
+                "have it removed, or let XDG_RUNTIME_DIR name a folder of yours",
+            ));
+        }
+        if found.mode() & 0o077 != 0 {
+            return Err(self.refused(
+                format!("others may enter it (mode {:o})", found.mode() & 0o777),
+                format!("remove it, or say `chmod 700 {}`", self.path.display()),
+            ));
+        }
+        Ok(())
+    }
+
+    fn lock(&self) -> Result<File, Error> {
+        let lock = OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(self.path.join(LOCK))
+            .map_err(|error| self.unusable(error))?;
+        let deadline = Instant::now() + CHOOSING;
+        loop {
+            match lock.try_lock() {
+                Ok(()) => return Ok(lock),
+                Err(TryLockError::WouldBlock) if Instant::now() < deadline => {
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                Err(TryLockError::WouldBlock) => {
+                    return Err(self.refused(
+                        "another application has been choosing its name in it for too long",
+                        "end the one that is stopped",
+                    ));
+                }
+                Err(TryLockError::Error(error)) => return Err(self.unusable(error)),
+            }
+        }
+    }
+
+    /// Removes what belongs to nobody that runs; under the lock, so that nobody is just coming.
+    fn sweep(&self, running: &[Entry]) -> Result<(), Error> {
+        let names = std::fs::read_dir(&self.path).map_err(|error| self.unusable(error))?;
+        for file in names.flatten() {
+            let name = file.file_name();
+            let name = name.to_string_lossy();
+            let of_running = running
+                .iter()
+                .any(|entry| name.starts_with(entry.about.id.as_str()));
+            let ours = [".sock", ".sock.lock", ".tmp"];
+            if !of_running && ours.iter().any(|end| name.ends_with(end)) {
+                let _ = std::fs::remove_file(file.path());
+            }
+        }
+        Ok(())
+    }
+
+    fn clear(&self, id: &str) {
+        for end in ["json", "sock", "sock.lock"] {
+            // Somebody else may clear it away at the same time.
+            let _ = std::fs::remove_file(self.path.join(format!("{id}.{end}")));
+        }
+    }
+
+    fn unusable(&self, error: std::io::Error) -> Error {
+        self.refused(
+            error.to_string(),
+            "let XDG_RUNTIME_DIR name a folder that you may write to",
+        )
+    }
+
+    fn refused(&self, reason: impl Into<String>, advice: impl Into<String>) -> Error {
+        Error::Folder {
+            path: self.path.clone(),
+            reason: reason.into(),
+            advice: advice.into(),
+        }
+    }
+}
+
+impl Claim {
+    /// Where the application listens.
+    pub(crate) fn socket(&self) -> PathBuf {
+        self.folder.socket(&self.id)
+    }
+
+    /// Lets everybody know; the application listens by now.
+    pub(crate) fn announce(self, about: &About) -> Result<Announced, Error> {
+        let folder = &self.folder;
+        let path = folder.path.join(format!("{}.json", self.id));
+        let new = folder.path.join(format!("{}.tmp", self.id));
+        let announce = || {
+            let text = serde_json::to_string_pretty(about).map_err(std::io::Error::from)?;
+            let file = write(&new, &text)?;
+            file.lock()?;
+            std::fs::rename(&new, &path)?;
+            Ok(file)
+        };
+        let file = announce().map_err(|error| folder.unusable(error))?;
+        Ok(Announced {
+            folder: self.folder.clone(),
+            id: self.id,
+            _file: file,
+        })
+    }
+}
+
+impl Drop for Announced {
+    fn drop(&mut self) {
+        self.folder.clear(&self.id);
+    }
+}
+
+/// A file that only this user can read, for as long as this is there.
+pub(crate) struct Secret {
+    path: PathBuf,
+}
+
+impl Secret {
+    pub(crate) fn path(&self) -> String {
+        self.path.to_string_lossy().into_owned()
+    }
+}
+
+impl Drop for Secret {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// What a file of the folder is.
+enum Found {
+    Running(Box<About>),
+    /// Its application is gone.
+    Left,
+    Unreadable,
+}
+
+fn announced(path: &Path) -> Found {
+    let Ok(mut file) = OpenOptions::new()
+        .read(true)
+        .custom_flags(rustix::fs::OFlags::NOFOLLOW.bits().cast_signed())
+        .open(path)
+    else {
+        return Found::Unreadable;
+    };
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => {}
+        Ok(()) => return Found::Left,
+        Err(TryLockError::Error(_)) => return Found::Unreadable,
+    }
+    let mut text = String::new();
+    if Read::by_ref(&mut file)
+        .take(LONGEST)
+        .read_to_string(&mut text)
+        .is_err()
+    {
+        return Found::Unreadable;
+    }
+    match serde_json::from_str(&text) {
+        Ok(about) => Found::Running(Box::new(about)),
+        Err(_) => Found::Unreadable,
+    }
+}
+
+fn write(path: &Path, text: &str) -> std::io::Result<File> {
+    let mut file = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create_new(true)
+        .mode(0o600)
+        .open(path)?;
+    file.write_all(text.as_bytes())?;
+    Ok(file)
+}
+
+/// 16 hexadecimal digits that nobody has had before.
+pub(crate) fn new_id() -> Result<String, Error> {
+    let mut bytes = [0; 8];
+    let mut random = File::open("/dev/urandom").map_err(|error| Error::Open(error.to_string()))?;
+    random
+        .read_exact(&mut bytes)
+        .map_err(|error| Error::Open(error.to_string()))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

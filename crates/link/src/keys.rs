@@ -1,0 +1,261 @@
+//! The layout of keys: `jde/1/<name>/<id>/...`. One robot or a fleet: the same keys, only more names. Sends nothing.
+
+use std::fmt;
+
+use jde_host::story::Kind;
+
+/// The version of this protocol, the second part of every key. Both ends must speak the same.
+pub const PROTOCOL: u32 = 1;
+
+/// The key by which every application of any version answers what it is.
+pub(crate) const EVERYBODY: &str = "jde/*/*/*/about";
+
+/// What an application can be asked or listened to for, below its own key.
+pub(crate) const ABOUT: &str = "about";
+pub(crate) const ALIVE: &str = "alive";
+pub(crate) const SCHEMAS: &str = "schemas";
+pub(crate) const VARIABLES: &str = "variables";
+pub(crate) const HIERARCHY: &str = "hierarchy";
+pub(crate) const OPERATE: &str = "operate";
+
+/// Where lines of a kind are published, and asked for.
+pub(crate) fn events(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Decision => "events/decisions",
+        Kind::Change => "events/states",
+        Kind::Happening => "events/events",
+    }
+}
+
+/// The key of all applications of a name.
+pub(crate) fn of_name(name: &str) -> String {
+    format!("jde/{PROTOCOL}/{}/*", chunk(name))
+}
+
+/// The keys of one application.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Keys {
+    root: String,
+}
+
+/// How often a value is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Rate {
+    /// At most so many values a second: the newest each time, if it is new.
+    Hz(u16),
+    /// Every value that is seen: as it is published, and none twice.
+    Full,
+}
+
+/// The rates on offer, so that those who ask for nearly the same share one stream.
+const RATES: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
+
+/// What is said for the rates in keys.
+const FULL: &str = "full";
+
+impl Keys {
+    pub(crate) fn new(name: &str, id: &str) -> Self {
+        Self {
+            root: format!("jde/{PROTOCOL}/{}/{}", chunk(name), chunk(id)),
+        }
+    }
+
+    /// A key below the application's own.
+    pub(crate) fn of(&self, what: &str) -> String {
+        format!("{}/{what}", self.root)
+    }
+
+    /// Everything of the application.
+    pub(crate) fn all(&self) -> String {
+        self.of("**")
+    }
+
+    /// Where values of a variable are published for those who want this rate.
+    pub(crate) fn values(&self, owner: &str, variable: &str, rate: Rate) -> String {
+        format!("{}/{rate}", self.variable(owner, variable))
+    }
+
+    /// Where the newest value of a variable is asked for.
+    pub(crate) fn variable(&self, owner: &str, variable: &str) -> String {
+        self.of(&format!("var/{}/{}", chunk(owner), chunk(variable)))
+    }
+
+    /// The token by which a client says that it wants values.
+    pub(crate) fn want(&self, owner: &str, variable: &str, rate: Rate, client: &str) -> String {
+        self.of(&format!(
+            "want/{}/{}/{rate}/{}",
+            chunk(owner),
+            chunk(variable),
+            chunk(client)
+        ))
+    }
+
+    /// All such tokens.
+    pub(crate) fn wants(&self) -> String {
+        self.of("want/**")
+    }
+
+    /// What stands behind the application's own key.
+    pub(crate) fn below<'a>(&self, key: &'a str) -> Option<&'a str> {
+        key.strip_prefix(&self.root)?.strip_prefix('/')
+    }
+}
+
+/// Owner, variable and rate of a token, as they stand in the key.
+pub(crate) fn wanted(below: &str) -> Option<(String, Rate)> {
+    let mut parts = below.strip_prefix("want/")?.split('/');
+    let (owner, variable, rate) = (parts.next()?, parts.next()?, parts.next()?);
+    let _client = parts.next()?;
+    if parts.next().is_some() {
+        return None;
+    }
+    Some((format!("{owner}/{variable}"), Rate::read(rate)?))
+}
+
+/// Where a variable is found below `var/` and `want/`.
+pub(crate) fn place(owner: &str, variable: &str) -> String {
+    format!("{}/{}", chunk(owner), chunk(variable))
+}
+
+/// A name as one part of a key: what has a meaning in key expressions is written as `%` and its number in hexadecimal.
+pub(crate) fn chunk(name: &str) -> String {
+    let mut chunk = String::with_capacity(name.len());
+    for letter in name.chars() {
+        if "/*$#?%@".contains(letter) || letter.is_control() || letter.is_whitespace() {
+            letter
+                .encode_utf8(&mut [0; 4])
+                .bytes()
+                .for_each(|byte| chunk.push_str(&format!("%{byte:02x}")));
+        } else {
+            chunk.push(letter);
+        }
+    }
+    if chunk.is_empty() {
+        chunk.push('%');
+    }
+    chunk
+}
+
+/// Whether an application may be called so: 1 to 64 letters, digits, `-` and `_`.
+#[must_use]
+pub fn is_name(name: &str) -> bool {
+    let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    (1..=64).contains(&name.len()) && name.chars().all(legal)
+}
+
+/// A name made of whatever letters of a text an application may be called by.
+#[must_use]
+pub fn as_name(text: &str) -> String {
+    let legal = |c: char| {
+        if c.is_ascii_alphanumeric() || c == '_' {
+            c
+        } else {
+            '-'
+        }
+    };
+    let name: String = text.trim().chars().take(64).map(legal).collect();
+    if name.is_empty() {
+        "application".to_owned()
+    } else {
+        name
+    }
+}
+
+impl Rate {
+    /// What tools ask for unless told otherwise.
+    pub const USUAL: Self = Self::Hz(50);
+
+    /// The rate on offer for so many values a second: the least that is not below it; every value beyond 100 Hz.
+    #[must_use]
+    pub fn at_least(hz: f64) -> Self {
+        RATES
+            .into_iter()
+            .find(|rate| f64::from(*rate) >= hz)
+            .map_or(Self::Full, Self::Hz)
+    }
+
+    /// Time between two values, ns; none if every value is wanted.
+    pub(crate) fn period_ns(self) -> Option<u64> {
+        match self {
+            Self::Hz(hz) => Some(1_000_000_000 / u64::from(hz.max(1))),
+            Self::Full => None,
+        }
+    }
+
+    /// This rate, or the next that is on offer.
+    pub(crate) fn on_offer(self) -> Self {
+        match self {
+            Self::Hz(hz) => Self::at_least(hz.into()),
+            Self::Full => Self::Full,
+        }
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        if text == FULL {
+            return Some(Self::Full);
+        }
+        let hz = text.strip_suffix("hz")?.parse().ok()?;
+        RATES.contains(&hz).then_some(Self::Hz(hz))
+    }
+}
+
+impl fmt::Display for Rate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hz(hz) => write!(f, "{hz}hz"),
+            Self::Full => f.write_str(FULL),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn any_name_is_one_part_of_a_key(name in any::<String>(), other in any::<String>()) {
+            let part = chunk(&name);
+            let key = format!("jde/{part}/x");
+            prop_assert!(zenoh::key_expr::KeyExpr::new(key.as_str()).is_ok(), "{key}");
+            prop_assert!(!part.contains('/'));
+            prop_assert_eq!(part == chunk(&other), name == other);
+        }
+
+        #[test]
+        fn a_token_says_what_is_wanted(owner in "[a-z:]{1,9}", name in "[a-z]{1,9}", hz in 0.0..200.0) {
+            let keys = Keys::new("robot2", "ab12");
+            let rate = Rate::at_least(hz);
+            let key = keys.want(&owner, &name, rate, "c1");
+            let found = wanted(keys.below(&key).unwrap());
+            prop_assert_eq!(found, Some((place(&owner, &name), rate)));
+        }
+
+        #[test]
+        fn no_text_upsets_whoever_reads_tokens(text in any::<String>()) {
+            let _ = wanted(&text);
+        }
+    }
+
+    #[test]
+    fn rates_are_those_on_offer() {
+        assert_eq!(Rate::at_least(0.1), Rate::Hz(1));
+        assert_eq!(Rate::at_least(11.0), Rate::Hz(20));
+        assert_eq!(Rate::at_least(101.0), Rate::Full);
+        assert_eq!(Rate::Hz(30).on_offer(), Rate::Hz(50));
+        assert_eq!(Rate::read("50hz"), Some(Rate::Hz(50)));
+        assert_eq!(Rate::read("51hz"), None);
+        assert_eq!(Rate::read("full"), Some(Rate::Full));
+    }
+
+    #[test]
+    fn names_are_letters_digits_and_two_signs() {
+        assert!(is_name("robot_2-b"));
+        assert!(!is_name("robot 2") && !is_name("") && !is_name(&"x".repeat(65)));
+        assert_eq!(as_name("safe navigation"), "safe-navigation");
+        assert_eq!(as_name("é/"), "--");
+        assert_eq!(as_name(""), "application");
+    }
+}

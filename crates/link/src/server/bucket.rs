@@ -1,0 +1,49 @@
+//! How often something may happen: so many times a second, and as many at once after a quiet second.
+
+use std::time::Instant;
+
+/// So many a second.
+pub(super) struct Bucket {
+    rate: f64,
+    left: f64,
+    last: Instant,
+}
+
+impl Bucket {
+    pub(super) fn new(rate: f64, now: Instant) -> Self {
+        Self {
+            rate,
+            left: rate,
+            last: now,
+        }
+    }
+
+    /// Whether it may happen now; then it counts.
+    pub(super) fn take(&mut self, now: Instant) -> bool {
+        let passed = now.saturating_duration_since(self.last).as_secs_f64();
+        self.left = (self.left + passed * self.rate).min(self.rate);
+        self.last = now;
+        let may = self.left >= 1.0;
+        if may {
+            self.left -= 1.0;
+        }
+        may
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn what_is_not_used_is_saved_for_a_second_and_no_longer() {
+        let start = Instant::now();
+        let mut bucket = Bucket::new(10.0, start);
+        let taken = |bucket: &mut Bucket, at| (0..100).filter(|_| bucket.take(at)).count();
+        assert_eq!(taken(&mut bucket, start), 10);
+        assert_eq!(taken(&mut bucket, start + Duration::from_millis(550)), 5);
+        assert_eq!(taken(&mut bucket, start + Duration::from_secs(60)), 10);
+    }
+}

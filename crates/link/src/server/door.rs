@@ -1,0 +1,195 @@
+//! One way in: a session with what clients find there. The private socket and the network are two doors with nothing between
+//! them, so that where somebody came in cannot be pretended, and nobody gets from one application to the next.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use jde_host::story::Kind;
+use serde_json::{Value, json};
+use zenoh::bytes::ZBytes;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use super::inbox::{Inbox, Origin};
+use crate::keys::{self, Keys};
+use crate::{Error, session};
+
+/// A session and what is to be found there.
+pub(super) struct Door {
+    pub(super) origin: Origin,
+    pub(super) session: Session,
+    pub(super) hierarchy: Outlet,
+    events: [Outlet; Kind::ALL.len()],
+    alive: Option<LivelinessToken>,
+}
+
+/// Something that is published while somebody listens.
+pub(super) struct Outlet {
+    publisher: Publisher<'static>,
+    listened: Arc<AtomicBool>,
+}
+
+impl Door {
+    pub(super) fn open(
+        origin: Origin,
+        session: Session,
+        keys: &Keys,
+        inbox: &Arc<Inbox>,
+    ) -> Result<Self, Error> {
+        let failed = |error: zenoh::Error| Error::Open(error.to_string());
+        let asks = Arc::clone(inbox);
+        session
+            .declare_queryable(keys.all())
+            .complete(true)
+            .callback(move |query| asks.ask(origin, query))
+            .background()
+            .wait()
+            .map_err(failed)?;
+        let (wants, below) = (Arc::clone(inbox), keys.clone());
+        session
+            .liveliness()
+            .declare_subscriber(keys.wants())
+            .history(true)
+            .callback(move |token| {
+                let there = token.kind() == SampleKind::Put;
+                wants.want(origin, &below, token.key_expr().as_str(), there);
+            })
+            .background()
+            .wait()
+            .map_err(failed)?;
+        let outlet = |what: &str| Outlet::open(&session, keys.of(what), inbox);
+        let events = [
+            outlet(keys::events(Kind::ALL[0]))?,
+            outlet(keys::events(Kind::ALL[1]))?,
+            outlet(keys::events(Kind::ALL[2]))?,
+        ];
+        let hierarchy = outlet(keys::HIERARCHY)?;
+        // Last: who sees it finds everything else.
+        let alive = session
+            .liveliness()
+            .declare_token(keys.of(keys::ALIVE))
+            .wait()
+            .map_err(failed)?;
+        Ok(Self {
+            origin,
+            session,
+            hierarchy,
+            events,
+            alive: Some(alive),
+        })
+    }
+
+    pub(super) fn events(&self, kind: Kind) -> &Outlet {
+        &self.events[kind as usize]
+    }
+
+    /// Lets everybody know that the application leaves, and leaves.
+    pub(super) fn close(mut self) {
+        if let Some(alive) = self.alive.take() {
+            let _ = alive.undeclare().wait();
+        }
+        session::close(self.session);
+    }
+}
+
+impl Outlet {
+    fn open(session: &Session, key: String, inbox: &Arc<Inbox>) -> Result<Self, Error> {
+        let failed = |error: zenoh::Error| Error::Open(error.to_string());
+        let publisher = session
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Drop)
+            .wait()
+            .map_err(failed)?;
+        let listened = Arc::new(AtomicBool::new(false));
+        let (known, waiting) = (Arc::clone(&listened), Arc::clone(inbox));
+        publisher
+            .matching_listener()
+            .callback(move |status| {
+                known.store(status.matching(), Ordering::Release);
+                waiting.wake();
+            })
+            .background()
+            .wait()
+            .map_err(failed)?;
+        Ok(Self { publisher, listened })
+    }
+
+    /// Whether somebody listens.
+    pub(super) fn listened(&self) -> bool {
+        self.listened.load(Ordering::Acquire)
+    }
+
+    pub(super) fn put(&self, message: ZBytes, attachment: Option<Vec<u8>>) {
+        let put = self.publisher.put(message);
+        let sent = match attachment {
+            Some(attachment) => put.attachment(attachment).wait(),
+            None => put.wait(),
+        };
+        if let Err(error) = sent {
+            tracing::debug!("{} was not sent: {error}", self.publisher.key_expr());
+        }
+    }
+}
+
+/// What Zenoh lets in at a door, whoever is there: questions and wishes to listen, and from the applications imported from,
+/// their values. Nobody can publish under our keys, answer for us or be heard by other clients through us.
+pub(super) fn guard(keys: &Keys, peers: &[String]) -> Value {
+    let rule = |id: &str, flow: &str, messages: Value, keys: Vec<String>| {
+        json!({
+            "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys,
+        })
+    };
+    let mut rules = vec![
+        rule(
+            "ask",
+            "ingress",
+            json!([
+                "query",
+                "declare_subscriber",
+                "liveliness_query",
+                "declare_liveliness_subscriber"
+            ]),
+            vec!["jde/**".to_owned()],
+        ),
+        rule("want", "ingress", json!(["liveliness_token"]), vec![keys.wants()]),
+        rule(
+            "speak",
+            "egress",
+            json!([
+                "put",
+                "delete",
+                "query",
+                "reply",
+                "declare_subscriber",
+                "declare_queryable",
+                "liveliness_token",
+                "liveliness_query",
+                "declare_liveliness_subscriber"
+            ]),
+            vec!["jde/**".to_owned()],
+        ),
+    ];
+    if !peers.is_empty() {
+        let of_peers = |what: &str| {
+            let key = |peer: &String| format!("{}/{what}", keys::of_name(peer));
+            peers.iter().map(key).collect::<Vec<_>>()
+        };
+        rules.push(rule(
+            "peers",
+            "ingress",
+            json!(["put", "reply", "declare_queryable", "liveliness_token"]),
+            of_peers("**"),
+        ));
+    }
+    let ids: Vec<_> = rules.iter().map(|rule| rule["id"].clone()).collect();
+    json!({
+        "enabled": true,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": [{ "id": "anybody" }],
+        "policies": [{ "rules": ids, "subjects": ["anybody"] }],
+    })
+}

@@ -1,0 +1,164 @@
+//! What happened, for those who listen and for those who come later. Whoever tells it holds the application's lock: telling is
+//! a push into a queue, and never more.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crossbeam_queue::ArrayQueue;
+use jde_host::app::Application;
+use jde_host::event::{Event, Observer};
+use jde_host::story::{Kind, Line, Story};
+
+/// Events that wait to be told: more than the busiest application has between two looks of the worker.
+const WAITING: usize = 4096;
+/// Lines of each kind that are kept for those who come later.
+const KEPT: usize = 1000;
+
+/// Hears what happens, and keeps it until the link has told it.
+#[derive(Clone)]
+pub struct Events {
+    heard: Arc<Heard>,
+    story: Arc<dyn Fn() -> Option<Story> + Send + Sync>,
+}
+
+struct Heard {
+    waiting: ArrayQueue<Happened>,
+    lost: AtomicU64,
+}
+
+enum Happened {
+    Event(Event),
+    Line(Line),
+}
+
+/// What has happened so far.
+pub(super) struct Chronicle {
+    heard: Arc<Heard>,
+    story: Option<Story>,
+    kinds: [Kept; Kind::ALL.len()],
+}
+
+#[derive(Default)]
+struct Kept {
+    lines: VecDeque<Numbered>,
+    /// The number of the last line.
+    last: u64,
+}
+
+/// A line with its running number. One that is missing was lost on the way.
+pub(super) struct Numbered {
+    pub(super) number: u64,
+    pub(super) line: Line,
+}
+
+impl Events {
+    /// Of an application, whose events become lines of its story.
+    #[must_use]
+    pub fn of(application: &Application) -> Self {
+        let application = Arc::new(application.clone());
+        Self {
+            heard: Heard::new(),
+            story: Arc::new(move || Some(Story::new(&application))),
+        }
+    }
+
+    /// Of something that tells its lines itself: a recording that plays.
+    #[must_use]
+    pub fn told() -> Self {
+        Self {
+            heard: Heard::new(),
+            story: Arc::new(|| None),
+        }
+    }
+
+    /// Hears the events of a running application. It never waits: of more than there is room for, the oldest go, and the
+    /// numbers of the lines show it.
+    #[must_use]
+    pub fn observer(&self) -> Box<dyn Observer> {
+        let heard = Arc::clone(&self.heard);
+        Box::new(move |event: &Event| heard.push(Happened::Event(event.clone())))
+    }
+
+    /// Tells a line.
+    pub fn tell(&self, line: Line) {
+        self.heard.push(Happened::Line(line));
+    }
+
+    pub(super) fn chronicle(&self) -> Chronicle {
+        Chronicle {
+            heard: Arc::clone(&self.heard),
+            story: (self.story)(),
+            kinds: Default::default(),
+        }
+    }
+}
+
+impl Heard {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            waiting: ArrayQueue::new(WAITING),
+            lost: AtomicU64::new(0),
+        })
+    }
+
+    fn push(&self, happened: Happened) {
+        if self.waiting.force_push(happened).is_some() {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Chronicle {
+    /// Takes in what was heard; `tell` gets each new line.
+    pub(super) fn catch_up(&mut self, mut tell: impl FnMut(Kind, &Numbered)) {
+        // At most what was there at the start: a busy application does not keep the worker here.
+        for _ in 0..self.heard.waiting.len() {
+            let Some(happened) = self.heard.waiting.pop() else {
+                break;
+            };
+            // Of which kind the lost ones were nobody knows any more.
+            let lost = self.heard.lost.swap(0, Ordering::Relaxed);
+            self.kinds.iter_mut().for_each(|kind| kind.last += lost);
+            let lines = match (happened, &mut self.story) {
+                (Happened::Event(event), Some(story)) => story.hear(&event),
+                (Happened::Event(_), None) => Vec::new(),
+                (Happened::Line(line), _) => vec![line],
+            };
+            for line in lines {
+                let kind = line.kind();
+                tell(kind, self.kinds[kind as usize].add(line));
+            }
+        }
+    }
+
+    /// The last lines of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`.
+    pub(super) fn last(&self, kind: Kind, count: usize) -> Vec<u8> {
+        let lines = &self.kinds[kind as usize].lines;
+        let mut json = vec![b'['];
+        for Numbered { number, line } in lines.range(lines.len().saturating_sub(count)..) {
+            if json.len() > 1 {
+                json.push(b',');
+            }
+            json.extend_from_slice(format!("{{\"number\":{number},\"line\":").as_bytes());
+            json.extend_from_slice(&line.json());
+            json.push(b'}');
+        }
+        json.push(b']');
+        json
+    }
+}
+
+impl Kept {
+    fn add(&mut self, line: Line) -> &Numbered {
+        self.last += 1;
+        if self.lines.len() == KEPT {
+            self.lines.pop_front();
+        }
+        self.lines.push_back(Numbered {
+            number: self.last,
+            line,
+        });
+        &self.lines[self.lines.len() - 1]
+    }
+}

@@ -1,0 +1,100 @@
+//! The one thread of the link that takes the application's locks: as urgent as the application's own threads, so that it is
+//! never stopped with a lock in hand while something less important runs. It does little, and the worker asks it seldom.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+
+use jde_board::VariableStatus;
+use jde_host::snapshot::Snapshot;
+use zenoh::query::Query;
+
+use super::inbox::Inbox;
+use super::subject::Subject;
+use crate::Error;
+use crate::message::{Refusal, Request};
+
+/// Errands on their way.
+const ERRANDS: usize = 32;
+
+/// What is to be done.
+pub(super) enum Errand {
+    Snapshot,
+    Statuses,
+    Act(Box<Act>),
+}
+
+/// What an operator wants.
+pub(super) struct Act {
+    pub(super) request: Request,
+    /// Whom to answer; nobody for a lease that ran out.
+    pub(super) query: Option<Query>,
+}
+
+/// What has been done.
+pub(super) enum Done {
+    Snapshot(Box<Snapshot>),
+    /// In the order of the board.
+    Statuses(Vec<VariableStatus>),
+    Acted(Box<Act>, Result<(), Refusal>),
+}
+
+/// The thread.
+pub(super) struct Hands {
+    errands: Option<SyncSender<Errand>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Hands {
+    pub(super) fn start(subject: Arc<dyn Subject>, inbox: Arc<Inbox>) -> Result<Self, Error> {
+        let (errands, todo) = sync_channel(ERRANDS);
+        let thread = std::thread::Builder::new()
+            .name("link-hands".to_owned())
+            .spawn(move || work(&*subject, &inbox, &todo))
+            .map_err(Error::Thread)?;
+        Ok(Self {
+            errands: Some(errands),
+            thread: Some(thread),
+        })
+    }
+
+    /// Has it done; gives it back if too much is to be done already.
+    pub(super) fn send(&self, errand: Errand) -> Result<(), Errand> {
+        let Some(errands) = &self.errands else {
+            return Err(errand);
+        };
+        errands.try_send(errand).map_err(|error| match error {
+            TrySendError::Full(errand) | TrySendError::Disconnected(errand) => errand,
+        })
+    }
+}
+
+/// Waits until what was begun is done.
+impl Drop for Hands {
+    fn drop(&mut self) {
+        drop(self.errands.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn work(subject: &dyn Subject, inbox: &Inbox, todo: &Receiver<Errand>) {
+    for errand in todo {
+        let done = match errand {
+            Errand::Snapshot => Done::Snapshot(Box::new(subject.snapshot())),
+            Errand::Statuses => {
+                let now = subject.now();
+                let variables = subject.board().list();
+                Done::Statuses(variables.map(|variable| variable.status(now)).collect())
+            }
+            Errand::Act(act) => {
+                let outcome = subject.act(&act.request.by, &act.request.action);
+                Done::Acted(act, outcome)
+            }
+        };
+        // There is room for more than can be on the way.
+        let _ = inbox.done.push(done);
+        inbox.wake();
+    }
+}

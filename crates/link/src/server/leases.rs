@@ -1,0 +1,169 @@
+//! Holds of operators that end by themselves: a client that died, or was cut off, lets go. Keeps times, acts on nothing.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use crate::message::{Action, Refusal, Request};
+
+/// The shortest and the longest lease, ms.
+const SHORTEST: u64 = 100;
+const LONGEST: u64 = 3_600_000;
+/// Most leases at once; more than operators and schemas make sense of.
+const MOST: usize = 256;
+
+/// All leases, by operator and schema.
+#[derive(Default)]
+pub(super) struct Leases {
+    until: BTreeMap<(String, String), Instant>,
+}
+
+impl Leases {
+    /// Whether a request may be carried out, as far as leases go.
+    pub(super) fn check(&self, request: &Request) -> Result<(), Refusal> {
+        let Some(lease) = request.lease_ms else {
+            return match request.action {
+                Action::Renew { .. } => Err(Refusal::new("to renew a lease takes `lease_ms`")),
+                _ => Ok(()),
+            };
+        };
+        if !(SHORTEST..=LONGEST).contains(&lease) {
+            return Err(Refusal::new(format!(
+                "a lease of {lease} ms is not given; ask for {SHORTEST} to {LONGEST}"
+            )));
+        }
+        let known = self.until.contains_key(&key(request));
+        match request.action {
+            Action::Renew { .. } if !known => Err(Refusal::new(format!(
+                "`{}` holds nothing at `{}` by a lease any more",
+                request.by,
+                request.action.schema()
+            ))),
+            _ if !known && self.until.len() >= MOST => Err(Refusal::new(format!(
+                "there are {MOST} leases already; let go of some"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// A request was carried out.
+    pub(super) fn acted(&mut self, request: &Request, now: Instant) {
+        match (&request.action, request.lease_ms) {
+            (Action::Release { schema }, _) => self.until.retain(|(_, held), _| held != schema),
+            (Action::LetGo { .. }, _) | (_, None) => {
+                self.until.remove(&key(request));
+            }
+            (_, Some(lease)) => {
+                let until = now + Duration::from_millis(lease.min(LONGEST));
+                self.until.insert(key(request), until);
+            }
+        }
+    }
+
+    /// Those that ran out, as requests to let go.
+    pub(super) fn over(&mut self, now: Instant) -> Vec<Request> {
+        self.until
+            .extract_if(.., |_, until| *until <= now)
+            .map(|(key, _)| let_go(key))
+            .collect()
+    }
+
+    /// All of them, as requests to let go.
+    pub(super) fn end(&mut self) -> Vec<Request> {
+        std::mem::take(&mut self.until).into_keys().map(let_go).collect()
+    }
+
+    /// Puts one back that could not be ended now.
+    pub(super) fn retry(&mut self, request: &Request, now: Instant) {
+        self.until
+            .insert(key(request), now + Duration::from_millis(SHORTEST));
+    }
+
+    /// When the next runs out.
+    pub(super) fn next(&self) -> Option<Instant> {
+        self.until.values().min().copied()
+    }
+}
+
+fn key(request: &Request) -> (String, String) {
+    (request.by.clone(), request.action.schema().to_owned())
+}
+
+fn let_go((by, schema): (String, String)) -> Request {
+    Request {
+        by,
+        action: Action::LetGo { schema },
+        lease_ms: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(by: &str, action: Action, lease_ms: Option<u64>) -> Request {
+        Request {
+            by: by.to_owned(),
+            action,
+            lease_ms,
+        }
+    }
+
+    fn play() -> Action {
+        Action::Play {
+            schema: "goon".to_owned(),
+        }
+    }
+
+    fn renew() -> Action {
+        Action::Renew {
+            schema: "goon".to_owned(),
+        }
+    }
+
+    #[test]
+    fn r14_a_lease_ends_unless_it_is_renewed() {
+        let (mut leases, start) = (Leases::default(), Instant::now());
+        leases.acted(&request("ana", play(), Some(1000)), start);
+        assert!(leases.over(start + Duration::from_millis(999)).is_empty());
+        let renewal = request("ana", renew(), Some(1000));
+        assert_eq!(leases.check(&renewal), Ok(()));
+        leases.acted(&renewal, start + Duration::from_millis(999));
+        assert!(leases.over(start + Duration::from_millis(1998)).is_empty());
+        let over = leases.over(start + Duration::from_millis(1999));
+        assert_eq!(over.len(), 1);
+        assert_eq!((over[0].by.as_str(), over[0].action.schema()), ("ana", "goon"));
+        assert!(leases.check(&renewal).is_err(), "what is over is not renewed");
+        assert_eq!(leases.next(), None);
+    }
+
+    #[test]
+    fn r14_what_is_done_without_a_lease_stands_and_a_release_ends_all() {
+        let (mut leases, start) = (Leases::default(), Instant::now());
+        leases.acted(&request("ana", play(), Some(1000)), start);
+        leases.acted(&request("ben", play(), Some(1000)), start);
+        leases.acted(&request("ana", play(), None), start);
+        assert_eq!(leases.over(start + Duration::from_secs(2)).len(), 1);
+        leases.acted(&request("ana", play(), Some(1000)), start);
+        let release = Action::Release {
+            schema: "goon".to_owned(),
+        };
+        leases.acted(&request("eva", release, None), start);
+        assert_eq!(leases.next(), None);
+    }
+
+    #[test]
+    fn leases_of_no_length_and_of_all_lengths_are_refused_and_so_are_too_many() {
+        let mut leases = Leases::default();
+        assert!(leases.check(&request("ana", play(), Some(0))).is_err());
+        assert!(leases.check(&request("ana", play(), Some(u64::MAX))).is_err());
+        assert!(leases.check(&request("ana", renew(), None)).is_err());
+        for number in 0..MOST {
+            leases.acted(
+                &request(&format!("a{number}"), play(), Some(1000)),
+                Instant::now(),
+            );
+        }
+        assert!(leases.check(&request("ana", play(), Some(1000))).is_err());
+        assert_eq!(leases.check(&request("a0", play(), Some(1000))), Ok(()));
+    }
+}

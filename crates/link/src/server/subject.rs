@@ -1,0 +1,360 @@
+//! What is looked into and steered: a running application, or a recording that plays. Tools see both alike.
+
+use std::sync::Arc;
+
+use jde_abi::describe::{Port, Role, Type};
+use jde_board::value::Value;
+use jde_board::{Access, Board, Nanos, Stamp, Variable};
+use jde_core::Policy;
+use jde_host::Handle;
+use jde_host::app::{Application, Binding, ChildTarget, Executor};
+use jde_host::snapshot::Snapshot;
+
+use crate::message::{
+    Action, ChildInfo, GroupInfo, PortInfo, Range, Refusal, SchemaInfo, Schemas, VariableInfo,
+};
+use crate::value;
+
+/// What is looked into and steered. Called from threads of the link only, at bounded rates.
+pub trait Subject: Send + Sync + 'static {
+    /// What it is.
+    fn title(&self) -> Title;
+    /// Its schemas and groups.
+    fn schemas(&self) -> Schemas;
+    /// Its variables.
+    fn board(&self) -> &Board;
+    /// Least and greatest value of a variable, and whether it is read on awakening only.
+    fn limits(&self, variable: &Variable) -> (Range, bool);
+    /// Who a writer of variables is; empty for nobody.
+    fn writer(&self, number: u32) -> String;
+    /// ns since its start.
+    fn now(&self) -> Nanos;
+    /// What every schema and group is doing.
+    fn snapshot(&self) -> Snapshot;
+    /// Carries out what an operator wants (R14); leases are the link's business.
+    ///
+    /// # Errors
+    /// Why not.
+    fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
+}
+
+/// What a subject is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Title {
+    /// The name of the application.
+    pub application: String,
+    /// The file it was read from.
+    pub file: String,
+    /// `threads`, `pool`, `lockstep` or `replay`.
+    pub executor: String,
+    /// Seconds of the application in a second of the machine.
+    pub speed: f64,
+}
+
+impl Title {
+    /// Of an application at a speed.
+    #[must_use]
+    pub fn new(application: &Application, speed: f64) -> Self {
+        Self {
+            application: application.name.clone(),
+            file: application.path.display().to_string(),
+            executor: match application.executor {
+                Executor::Threads => "threads",
+                Executor::Pool => "pool",
+            }
+            .to_owned(),
+            speed,
+        }
+    }
+}
+
+/// A running application as a subject.
+pub struct Running {
+    handle: Handle,
+    title: Title,
+}
+
+impl Running {
+    /// Of a handle; the title says how it runs.
+    #[must_use]
+    pub fn new(handle: Handle, title: Title) -> Self {
+        Self { handle, title }
+    }
+
+    fn place(&self, schema: &str) -> Result<usize, Refusal> {
+        let application = self.handle.application();
+        application.instance(schema).ok_or_else(|| {
+            let names = application
+                .instances
+                .iter()
+                .map(|instance| instance.name.as_str());
+            Refusal::unknown("schema", schema, names)
+        })
+    }
+}
+
+impl Subject for Running {
+    fn title(&self) -> Title {
+        self.title.clone()
+    }
+
+    fn schemas(&self) -> Schemas {
+        schemas(self.handle.application())
+    }
+
+    fn board(&self) -> &Board {
+        self.handle.board()
+    }
+
+    fn limits(&self, variable: &Variable) -> (Range, bool) {
+        let declared = variable.describe();
+        let application = self.handle.application();
+        application
+            .instance(&declared.owner)
+            .and_then(|place| {
+                let ports = &application.instances[place].schema.ports;
+                ports.iter().find(|port| port.name == declared.name)
+            })
+            .map(limits)
+            .unwrap_or_default()
+    }
+
+    fn writer(&self, number: u32) -> String {
+        let application = self.handle.application();
+        match application.instances.get(number as usize) {
+            Some(instance) => instance.name.clone(),
+            None if number == Stamp::NOBODY => String::new(),
+            None => "operator".to_owned(),
+        }
+    }
+
+    fn now(&self) -> Nanos {
+        self.handle.now()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        self.handle.snapshot()
+    }
+
+    fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
+        let schema = self.place(action.schema())?;
+        let operator = self.handle.operator(by);
+        match action {
+            Action::Play { .. } => operator.play(schema),
+            Action::Stop { .. } => operator.hold_asleep(schema),
+            Action::Force { .. } => operator.force(schema),
+            Action::Release { .. } => operator.release(schema),
+            Action::LetGo { .. } => operator.let_go(schema),
+            Action::Period { period_s, .. } => match period_ns(*period_s) {
+                Some(period) => operator.set_period(schema, period),
+                None => Err(format!("{period_s} s is no period; give 0.0001 s or more")),
+            },
+            Action::Modulate {
+                schema: owner,
+                variable,
+                value,
+            } => return self.modulate(&operator, schema, owner, variable, value),
+            Action::Renew { .. } => Ok(()),
+        }
+        .map_err(Refusal::new)
+    }
+}
+
+impl Running {
+    /// Checks what the engine, which trusts its callers' ranges, does not.
+    fn modulate(
+        &self,
+        operator: &jde_host::Operating,
+        schema: usize,
+        owner: &str,
+        variable: &str,
+        json: &serde_json::Value,
+    ) -> Result<(), Refusal> {
+        let full = format!("{owner}.{variable}");
+        let Some(found) = self.board().find(&full) else {
+            let known: Vec<_> = self
+                .board()
+                .list()
+                .filter(|variable| variable.describe().owner == owner)
+                .map(|variable| variable.describe().name.clone())
+                .collect();
+            let mut refusal = Refusal::unknown("modulation", variable, known.iter().map(String::as_str));
+            refusal.error = format!("`{owner}` has no modulation `{variable}`");
+            return Err(refusal);
+        };
+        let new = value::from_json(json).map_err(|error| Refusal::new(format!("`{full}`: {error}")))?;
+        let (range, _) = self.limits(&found);
+        let value_type = &found.describe().value_type;
+        if let Some(number) = plain_number(value_type, &new)
+            && !range.holds(number)
+        {
+            return Err(Refusal::new(format!(
+                "`{full}` takes {range}{}, not {number}",
+                unit(&found.describe().unit)
+            )));
+        }
+        operator.modulate(schema, variable, &new).map_err(Refusal::new)
+    }
+}
+
+/// The number that a value is for a type that is nothing else. What does not fit the type is for others to refuse.
+fn plain_number(value_type: &Type, value: &Value) -> Option<f64> {
+    value_type.as_number()?;
+    let mut bytes = vec![0; value_type.bytes];
+    jde_board::value::encode(value_type, value, &mut bytes).ok()?;
+    let Value::Map(fields) = jde_board::value::decode(value_type, &bytes) else {
+        return None;
+    };
+    match fields.first()?.1 {
+        Value::Int(number) => Some(number as f64),
+        Value::UInt(number) => Some(number as f64),
+        Value::Float(number) => Some(number),
+        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
+    }
+}
+
+fn unit(unit: &str) -> String {
+    match unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    }
+}
+
+/// A period in seconds as a number of ns, if it is one.
+fn period_ns(seconds: f64) -> Option<Nanos> {
+    (seconds.is_finite() && seconds > 0.0 && seconds < 1e9).then(|| (seconds * 1e9).round() as Nanos)
+}
+
+/// The schemas and groups of an application.
+#[must_use]
+pub fn schemas(application: &Application) -> Schemas {
+    let name = |place: usize| application.instances[place].name.clone();
+    let group = |place: usize| application.groups[place].name.clone();
+    let schemas = application.instances.iter().map(|instance| {
+        let roles = instance.schema.children.iter().zip(&instance.children);
+        let ports = instance.schema.ports.iter().zip(&instance.bindings);
+        SchemaInfo {
+            name: instance.name.clone(),
+            type_name: format!(
+                "{}/{}",
+                application.plugins[instance.plugin].name, instance.schema.name
+            ),
+            kind: instance.schema.kind.to_string(),
+            doc: if instance.doc.is_empty() {
+                instance.schema.doc.clone()
+            } else {
+                instance.doc.clone()
+            },
+            father: instance.father.map(name),
+            group: instance.group.map(group),
+            period_s: instance.period_ns as f64 / 1e9,
+            budget_s: instance.budget_ns as f64 / 1e9,
+            children: roles
+                .map(|(role, child)| ChildInfo {
+                    role: role.name.clone(),
+                    doc: role.doc.clone(),
+                    schema: child.map(name),
+                })
+                .collect(),
+            ports: ports
+                .map(|(port, binding)| port_info(application, &instance.name, port, binding))
+                .collect(),
+        }
+    });
+    let groups = application.groups.iter().map(|group| GroupInfo {
+        name: group.name.clone(),
+        father: group.father.map(name),
+        members: group.members.iter().copied().map(name).collect(),
+        policy: policy(group.policy),
+    });
+    Schemas {
+        schemas: schemas.collect(),
+        groups: groups.collect(),
+    }
+}
+
+fn policy(policy: Policy) -> String {
+    jde_host::policy_name(policy).to_owned()
+}
+
+fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {
+    let (range, fixed) = limits(port);
+    let role = match port.role {
+        Role::Import { .. } => "import",
+        Role::Export => "export",
+        Role::Modulation { .. } => "modulation",
+        Role::Command { .. } => "command",
+        Role::Actuator => "actuator",
+        Role::ChildModulation { .. } => "child-modulation",
+    };
+    PortInfo {
+        name: port.name.clone(),
+        role: role.to_owned(),
+        type_name: port.value_type.name.clone(),
+        unit: port.unit.clone(),
+        doc: port.doc.clone(),
+        range,
+        fixed,
+        variable: variable(application, owner, port, binding),
+    }
+}
+
+/// The variable that a port reads or writes.
+fn variable(application: &Application, owner: &str, port: &Port, binding: &Binding) -> Option<String> {
+    let of = |(instance, place): (usize, usize)| {
+        let instance = &application.instances[instance];
+        format!("{}.{}", instance.name, instance.schema.ports[place].name)
+    };
+    match binding {
+        Binding::Export | Binding::Modulation { .. } | Binding::Command => {
+            Some(format!("{owner}.{}", port.name))
+        }
+        Binding::Import { source, .. } => source.map(|source| application.source_name(source)),
+        Binding::Actuator { target } => target.map(of),
+        Binding::ChildModulation { target } => target.map(|target| match target {
+            ChildTarget::Port(instance, place) => of((instance, place)),
+            ChildTarget::Period(instance) => format!("{}.period", application.instances[instance].name),
+        }),
+    }
+}
+
+fn limits(port: &Port) -> (Range, bool) {
+    match &port.role {
+        Role::Modulation { range, fixed, .. } => (
+            Range {
+                least: range.0,
+                greatest: range.1,
+            },
+            *fixed,
+        ),
+        Role::Import { .. }
+        | Role::Export
+        | Role::Command { .. }
+        | Role::Actuator
+        | Role::ChildModulation { .. } => (Range::default(), false),
+    }
+}
+
+/// What is said of a variable, but for how it is doing.
+pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> VariableInfo {
+    let declared = variable.describe();
+    let (range, fixed) = subject.limits(variable);
+    VariableInfo {
+        name: declared.full_name(),
+        owner: declared.owner.clone(),
+        variable: declared.name.clone(),
+        access: match declared.access {
+            Access::Export => "export",
+            Access::Modulation => "modulation",
+            Access::Command { .. } => "command",
+        }
+        .to_owned(),
+        type_name: jde_ros::definition::name(&declared.value_type),
+        definition: jde_ros::definition::definition(&declared.value_type),
+        unit: declared.unit.clone(),
+        doc: declared.doc.clone(),
+        range,
+        fixed,
+        status: None,
+    }
+}

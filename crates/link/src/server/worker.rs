@@ -1,0 +1,405 @@
+//! The thread that answers and publishes. It gives way to the application's threads, takes none of the application's locks,
+//! and lives with whatever clients send: what is too much is dropped, what makes no sense is answered with the reason.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use jde_board::{Reader, VariableStatus};
+use jde_host::snapshot::Snapshot;
+use jde_host::story::Kind;
+use serde::Serialize;
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::key_expr::KeyExpr;
+use zenoh::query::Query;
+
+use super::bucket::Bucket;
+use super::door::Door;
+use super::events::Chronicle;
+use super::hands::{Act, Done, Errand, Hands};
+use super::inbox::{Ask, Inbox, Origin};
+use super::lanes::{self, Lanes};
+use super::leases::Leases;
+use super::subject::{Subject, variable_info};
+use crate::keys::{self, Keys};
+use crate::message::{About, Network, Refusal, Request, VariableInfo};
+
+/// Between two snapshots, and between two looks at how all variables are doing.
+const FRESH: Duration = Duration::from_millis(50);
+/// How often events are looked for, while somebody listens and while nobody does.
+const LISTENING: Duration = Duration::from_millis(20);
+const IDLE: Duration = Duration::from_millis(250);
+/// Requests answered between two looks at everything else.
+const ROUND: usize = 16;
+/// Questions that wait for the same thing.
+const WAITING: usize = 256;
+/// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
+const LONGEST: usize = 1 << 20;
+/// Lines that a question for events gets unless it says how many.
+const USUAL: usize = 100;
+/// Requests to operate in a second, from all clients together: each takes the application's locks.
+const ACTS: f64 = 100.0;
+
+/// What the thread works with.
+pub(super) struct Worker {
+    pub(super) subject: Arc<dyn Subject>,
+    pub(super) inbox: Arc<Inbox>,
+    pub(super) keys: Keys,
+    pub(super) doors: Vec<Door>,
+    hands: Hands,
+    chronicle: Chronicle,
+    lanes: Lanes,
+    leases: Leases,
+    acts: Bucket,
+    about: Answer,
+    network: Network,
+    schemas: Answer,
+    variables: Vec<VariableInfo>,
+    plain_variables: Answer,
+    readers: Vec<Option<Reader>>,
+    hierarchy: Fetched,
+    statuses: Fetched,
+}
+
+/// Something in JSON.
+type Answer = ZBytes;
+
+/// Something that the hands fetch, when somebody wants it, and not too often.
+#[derive(Default)]
+struct Fetched {
+    newest: Option<(Instant, Answer)>,
+    under_way: bool,
+    waiting: Vec<Query>,
+}
+
+impl Worker {
+    pub(super) fn new(
+        subject: Arc<dyn Subject>,
+        inbox: Arc<Inbox>,
+        keys: Keys,
+        about: &About,
+        doors: Vec<Door>,
+        hands: Hands,
+        chronicle: Chronicle,
+    ) -> Self {
+        let board: Vec<_> = subject.board().list().collect();
+        let variables: Vec<_> = board
+            .iter()
+            .map(|variable| variable_info(&*subject, variable))
+            .collect();
+        Self {
+            schemas: json(&subject.schemas()),
+            plain_variables: json(&variables),
+            readers: board.iter().map(|_| None).collect(),
+            variables,
+            about: json(about),
+            network: about.network,
+            acts: Bucket::new(ACTS, Instant::now()),
+            subject,
+            inbox,
+            keys,
+            doors,
+            hands,
+            chronicle,
+            lanes: Lanes::default(),
+            leases: Leases::default(),
+            hierarchy: Fetched::default(),
+            statuses: Fetched::default(),
+        }
+    }
+
+    /// Works until it is told to stop, and then takes leave.
+    pub(super) fn run(mut self) {
+        while !self.inbox.stopping() {
+            let next = self.round();
+            if self.inbox.asks.is_empty() && self.inbox.done.is_empty() {
+                std::thread::park_timeout(next.saturating_duration_since(Instant::now()));
+            }
+        }
+        self.tell_events();
+        for request in self.leases.end() {
+            let _ = self.subject.act(&request.by, &request.action);
+        }
+        drop((self.lanes, self.hierarchy, self.statuses));
+        self.doors.into_iter().for_each(Door::close);
+    }
+
+    /// Does what is to be done now; answers when the next thing is.
+    fn round(&mut self) -> Instant {
+        let fresh = self.inbox.take_fresh();
+        if let Some(wants) = self.inbox.wants() {
+            self.lanes
+                .follow(&wants, &*self.subject, &self.doors, &self.keys, &self.inbox);
+        }
+        let next_value = self.lanes.serve(&*self.subject, fresh);
+        self.tell_events();
+        for _ in 0..self.inbox.done.len() {
+            if let Some(done) = self.inbox.done.pop() {
+                self.take_back(done);
+            }
+        }
+        self.end_leases();
+        for _ in 0..ROUND {
+            let Some(ask) = self.inbox.asks.pop() else { break };
+            self.answer(ask);
+        }
+        let looked_at = self.doors.iter().any(|door| door.hierarchy.listened());
+        let next_snapshot = (looked_at || !self.hierarchy.waiting.is_empty())
+            .then(|| self.fetch(true))
+            .flatten();
+        let next_look = (!self.statuses.waiting.is_empty())
+            .then(|| self.fetch(false))
+            .flatten();
+        let listening = Kind::ALL
+            .iter()
+            .any(|kind| self.doors.iter().any(|door| door.events(*kind).listened()));
+        let now = Instant::now();
+        let look = now + if listening { LISTENING } else { IDLE };
+        [next_value, next_snapshot, next_look, self.leases.next()]
+            .into_iter()
+            .flatten()
+            .fold(look, Instant::min)
+    }
+
+    fn tell_events(&mut self) {
+        let doors = &self.doors;
+        self.chronicle.catch_up(|kind, line| {
+            for door in doors.iter().filter(|door| door.events(kind).listened()) {
+                let number = line.number.to_le_bytes().to_vec();
+                door.events(kind).put(line.line.json().into(), Some(number));
+            }
+        });
+    }
+
+    /// Has the hands fetch a snapshot, or how the variables are doing, unless that is too soon; answers when it is not.
+    fn fetch(&mut self, snapshot: bool) -> Option<Instant> {
+        let now = Instant::now();
+        let (what, errand) = if snapshot {
+            (&mut self.hierarchy, Errand::Snapshot)
+        } else {
+            (&mut self.statuses, Errand::Statuses)
+        };
+        if what.under_way {
+            return None;
+        }
+        match &what.newest {
+            Some((at, _)) if now < *at + FRESH => Some(*at + FRESH),
+            _ => {
+                what.under_way = self.hands.send(errand).is_ok();
+                (!what.under_way).then(|| now + FRESH)
+            }
+        }
+    }
+
+    fn take_back(&mut self, done: Done) {
+        match done {
+            Done::Snapshot(snapshot) => self.shown(&snapshot),
+            Done::Statuses(statuses) => self.looked(&statuses),
+            Done::Acted(act, outcome) => {
+                if outcome.is_ok() {
+                    self.leases.acted(&act.request, Instant::now());
+                }
+                if let Some(query) = act.query {
+                    match outcome {
+                        Ok(()) => reply(&query, &self.keys.of(keys::OPERATE), json(&Fine { ok: true })),
+                        Err(refusal) => refuse(&query, &refusal),
+                    }
+                }
+            }
+        }
+    }
+
+    fn shown(&mut self, snapshot: &Snapshot) {
+        let message = json(snapshot);
+        let key = self.keys.of(keys::HIERARCHY);
+        self.hierarchy.arrived(&key, message.clone());
+        for door in self.doors.iter().filter(|door| door.hierarchy.listened()) {
+            door.hierarchy.put(message.clone(), None);
+        }
+    }
+
+    fn looked(&mut self, statuses: &[VariableStatus]) {
+        let names = |writer: u32| Some(self.subject.writer(writer)).filter(|name| !name.is_empty());
+        for (info, status) in self.variables.iter_mut().zip(statuses) {
+            info.status = Some(crate::message::Status {
+                sequence: status.sequence,
+                age_s: status.age.map(|age| age as f64 / 1e9),
+                rate_hz: status.rate_hz,
+                retracted: status.retracted,
+                last_writer: status.last_writer.and_then(names),
+                writers: status.writers.clone(),
+                readers: status.readers.clone(),
+                refused: status.refused,
+                not_finite: status.not_finite,
+            });
+        }
+        let message = json(&self.variables);
+        self.statuses.arrived(&self.keys.of(keys::VARIABLES), message);
+    }
+
+    fn end_leases(&mut self) {
+        let now = Instant::now();
+        for request in self.leases.over(now) {
+            let act = Act { request, query: None };
+            if let Err(Errand::Act(act)) = self.hands.send(Errand::Act(Box::new(act))) {
+                self.leases.retry(&act.request, now);
+            }
+        }
+    }
+
+    /// Answers whatever of the application a question is about; a question for much is answered in parts.
+    fn answer(&mut self, ask: Ask) {
+        let Ask { origin, query } = ask;
+        let key = query.key_expr().clone();
+        let asked = |what: &str| about(&key, what);
+        let keys = self.keys.clone();
+        let of = |what: &str| keys.of(what);
+        for (what, answer) in [(keys::ABOUT, &self.about), (keys::SCHEMAS, &self.schemas)] {
+            if asked(&of(what)) {
+                reply(&query, &of(what), answer.clone());
+            }
+        }
+        for kind in Kind::ALL {
+            let events = of(keys::events(kind));
+            if asked(&events) {
+                let count = parameter(&query, "last").unwrap_or(USUAL);
+                reply(&query, &events, self.chronicle.last(kind, count).into());
+            }
+        }
+        if asked(&of("var/*/*")) {
+            self.answer_values(&query, &key);
+        }
+        // These keep the question until there is an answer, so only one of them gets it.
+        if key.as_str() == of(keys::OPERATE) {
+            self.operate(origin, query);
+        } else if asked(&of(keys::HIERARCHY)) {
+            self.hierarchy.ask(query, &of(keys::HIERARCHY));
+        } else if asked(&of(keys::VARIABLES)) {
+            if query.parameters().contains_key("status") {
+                self.statuses.ask(query, &of(keys::VARIABLES));
+            } else {
+                reply(&query, &of(keys::VARIABLES), self.plain_variables.clone());
+            }
+        }
+    }
+
+    fn answer_values(&mut self, query: &Query, key: &KeyExpr<'_>) {
+        for (place, info) in self.variables.iter().enumerate() {
+            let variable = self.keys.variable(&info.owner, &info.variable);
+            if !about(key, &variable) {
+                continue;
+            }
+            if self.readers[place].is_none() {
+                let found = self.subject.board().find(&info.name);
+                self.readers[place] = found.map(|variable| variable.reader("link"));
+            }
+            let Some(reader) = &mut self.readers[place] else {
+                continue;
+            };
+            if let (Some(tag), value) = lanes::newest(reader, &*self.subject, None) {
+                let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
+                if let Err(error) = sent {
+                    tracing::debug!("an answer was not sent: {error}");
+                }
+            }
+        }
+    }
+
+    fn operate(&mut self, origin: Origin, query: Query) {
+        if origin == Origin::Network && self.network != Network::Operate {
+            return refuse(
+                &query,
+                &Refusal::new(
+                    "clients from the network may only look; operate on the machine itself, or let the application say `access = \"operate\"`",
+                ),
+            );
+        }
+        let request = match request(&query) {
+            Ok(request) => request,
+            Err(refusal) => return refuse(&query, &refusal),
+        };
+        if let Err(refusal) = self.leases.check(&request) {
+            return refuse(&query, &refusal);
+        }
+        let busy = Refusal::new("too much is asked of the application at once; try again");
+        if !self.acts.take(Instant::now()) {
+            return refuse(&query, &busy);
+        }
+        let act = Act {
+            request,
+            query: Some(query),
+        };
+        if let Err(Errand::Act(act)) = self.hands.send(Errand::Act(Box::new(act)))
+            && let Some(query) = &act.query
+        {
+            refuse(query, &busy);
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Fine {
+    ok: bool,
+}
+
+impl Fetched {
+    /// Answers with what is fresh, or keeps the question until there is something.
+    fn ask(&mut self, query: Query, key: &str) {
+        match &self.newest {
+            Some((at, answer)) if at.elapsed() < FRESH => reply(&query, key, answer.clone()),
+            // Beyond that the question ends without an answer.
+            _ if self.waiting.len() < WAITING => self.waiting.push(query),
+            _ => {}
+        }
+    }
+
+    fn arrived(&mut self, key: &str, answer: Answer) {
+        self.under_way = false;
+        for query in self.waiting.drain(..) {
+            reply(&query, key, answer.clone());
+        }
+        self.newest = Some((Instant::now(), answer));
+    }
+}
+
+/// Whether a question is about a key.
+fn about(question: &KeyExpr<'_>, key: &str) -> bool {
+    KeyExpr::new(key).is_ok_and(|key| question.intersects(&key))
+}
+
+fn parameter(query: &Query, name: &str) -> Option<usize> {
+    query.parameters().get(name)?.parse().ok()
+}
+
+/// What is asked of `operate`.
+fn request(query: &Query) -> Result<Request, Refusal> {
+    let payload = query
+        .payload()
+        .ok_or_else(|| Refusal::new("a request is a message in JSON; there is none"))?;
+    read_request(&payload.to_bytes())
+}
+
+/// A request in JSON, from whoever.
+pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
+    if bytes.len() > LONGEST {
+        return Err(Refusal::new(format!("a request has at most {LONGEST} bytes")));
+    }
+    serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("no request: {error}")))
+}
+
+fn reply(query: &Query, key: &str, message: Answer) {
+    if let Err(error) = query.reply(key, message).wait() {
+        tracing::debug!("an answer was not sent: {error}");
+    }
+}
+
+fn refuse(query: &Query, refusal: &Refusal) {
+    if let Err(error) = query.reply_err(json(refusal)).wait() {
+        tracing::debug!("an answer was not sent: {error}");
+    }
+}
+
+/// Numbers, texts and lists of them always have a form in JSON.
+fn json(message: &impl Serialize) -> Answer {
+    ZBytes::from(serde_json::to_vec(message).unwrap_or_default())
+}

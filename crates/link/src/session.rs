@@ -1,0 +1,182 @@
+//! Zenoh sessions that open nothing by themselves: no multicast, no gossip, no port, no shared memory, no admin space; only the
+//! endpoints they are given. Knows nothing of applications.
+
+use std::sync::mpsc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use zenoh::{Config, Session, Wait};
+
+use crate::Error;
+
+/// How much less urgent than the application all threads of the link are: a tenth of the share of a thread of its own.
+const NICE: i32 = 10;
+/// How long a connection may be silent before it counts as cut. Each end sends a sign of life four times in it.
+const LEASE_MS: u64 = 3000;
+/// How long an endpoint may take to let us in.
+const OPEN_MS: u64 = 3000;
+/// Whoever does not take what he asked for is cut off after this, us: his answers hold up those of others.
+const BLOCKED_US: u64 = 200_000;
+/// Largest message: the largest picture with room to spare.
+const LARGEST: u64 = 64 << 20;
+/// How long a session may take to say good-bye.
+const CLOSING: Duration = Duration::from_secs(1);
+
+/// What to open.
+#[derive(Default)]
+pub(crate) struct Opening<'a> {
+    pub(crate) listen: &'a [String],
+    pub(crate) connect: &'a [String],
+    /// Go on looking for those to connect to, for ever; else not reaching one is an error.
+    pub(crate) patient: bool,
+    /// Find others by multicast.
+    pub(crate) discover: bool,
+    pub(crate) login: Option<&'a Login>,
+    /// The file of users who may connect, `user:password` a line.
+    pub(crate) users: Option<&'a str>,
+    pub(crate) tls: Option<&'a Tls>,
+    pub(crate) guard: Option<Value>,
+}
+
+/// Who we are to those we connect to.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Login {
+    /// The user.
+    pub user: String,
+    /// The password.
+    pub password: String,
+}
+
+/// Certificates, as files in PEM.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tls {
+    /// Our certificate and its key, to be recognised by.
+    pub identity: Option<(String, String)>,
+    /// Who signs those we believe; those that browsers believe are believed as well.
+    pub authority: Option<String>,
+    /// Whoever connects must show a certificate of the authority.
+    pub clients: bool,
+}
+
+/// A password is not for logs.
+impl std::fmt::Debug for Login {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Login {{ user: {:?} }}", self.user)
+    }
+}
+
+/// Opens a session; all its threads give way to the application's.
+pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
+    let config = config(opening)?;
+    gently("link-open", move || zenoh::open(config).wait())?.map_err(|error| Error::Open(error.to_string()))
+}
+
+/// Says good-bye to all peers, in bounded time.
+pub(crate) fn close(session: Session) {
+    let (done, closed) = mpsc::channel();
+    let close = move || {
+        // Whether it can still say so or not, it goes.
+        let _ = session.close().wait();
+        drop(session);
+        let _ = done.send(());
+    };
+    if std::thread::Builder::new()
+        .name("link-close".to_owned())
+        .spawn(close)
+        .is_ok()
+    {
+        let _ = closed.recv_timeout(CLOSING);
+    }
+}
+
+/// Runs `work` on a thread that gives way to others, and waits for it. Threads started there inherit that.
+pub(crate) fn gently<T: Send>(name: &str, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .name(name.to_owned())
+            .spawn_scoped(scope, || {
+                give_way();
+                work()
+            })
+            .map_err(Error::Thread)?;
+        Ok(thread
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
+/// Makes the calling thread, and those that it starts, give way to others.
+pub(crate) fn give_way() {
+    // A system that refuses even this leaves it as urgent as the others.
+    let _ = rustix::process::nice(NICE);
+}
+
+fn config(opening: &Opening<'_>) -> Result<Config, Error> {
+    let mut settings = vec![
+        ("mode", json!("peer")),
+        ("listen/endpoints", json!(opening.listen)),
+        ("listen/timeout_ms", json!(0)),
+        ("listen/exit_on_failure", json!(true)),
+        ("connect/endpoints", json!(opening.connect)),
+        ("connect/timeout_ms", json!(if opening.patient { -1 } else { 0 })),
+        ("connect/exit_on_failure", json!(!opening.patient)),
+        ("scouting/multicast/enabled", json!(opening.discover)),
+        ("scouting/gossip/enabled", json!(false)),
+        ("timestamping/enabled", json!(false)),
+        ("adminspace/enabled", json!(false)),
+        ("transport/shared_memory/enabled", json!(false)),
+        ("transport/unicast/open_timeout", json!(OPEN_MS)),
+        ("transport/unicast/accept_timeout", json!(OPEN_MS)),
+        ("transport/link/tx/lease", json!(LEASE_MS)),
+        ("transport/link/tx/keep_alive", json!(4)),
+        (
+            "transport/link/tx/queue/congestion_control/block/wait_before_close",
+            json!(BLOCKED_US),
+        ),
+        ("transport/link/rx/max_message_size", json!(LARGEST)),
+    ];
+    if opening.patient {
+        // Whether peers are there at the start makes no difference.
+        settings.push(("open/return_conditions/connect_scouted", json!(false)));
+    }
+    if opening.discover {
+        settings.push(("scouting/multicast/autoconnect", json!({ "peer": ["peer"] })));
+    }
+    if let Some(login) = opening.login {
+        settings.push(("transport/auth/usrpwd/user", json!(login.user)));
+        settings.push(("transport/auth/usrpwd/password", json!(login.password)));
+    }
+    if let Some(users) = opening.users {
+        settings.push(("transport/auth/usrpwd/dictionary_file", json!(users)));
+    }
+    if let Some(tls) = opening.tls {
+        settings.push(("transport/link/tls", tls.json()));
+    }
+    if let Some(guard) = &opening.guard {
+        settings.push(("access_control", guard.clone()));
+    }
+    let mut config = Config::default();
+    for (key, value) in settings {
+        config
+            .insert_json5(key, &value.to_string())
+            .map_err(|error| Error::Open(format!("{key}: {error}")))?;
+    }
+    Ok(config)
+}
+
+impl Tls {
+    fn json(&self) -> Value {
+        let (certificate, key) = self.identity.clone().unzip();
+        let mutual = self.identity.is_some() && self.authority.is_some() && self.clients;
+        json!({
+            "root_ca_certificate": self.authority,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+            "enable_mtls": mutual,
+            "verify_name_on_connect": true,
+            "close_link_on_expiration": true,
+        })
+    }
+}
