@@ -5,5 +5,7 @@ pub mod cdr;
 pub mod definition;
 pub mod hash;
 
+pub use jde_abi::describe::Type;
+
 #[cfg(test)]
 mod random;

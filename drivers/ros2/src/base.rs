@@ -1,0 +1,294 @@
+//! A robot of ROS 2 as a base: behind the same ports as the simulated Pioneer and the real one, so that an application changes
+//! its driver's lines alone.
+
+use jde_schema::prelude::*;
+
+use crate::drive::Drive;
+use crate::keys::{Quality, Topic};
+use crate::messages::Codec;
+use crate::node::Plan;
+use crate::scan::Sweep;
+use crate::settings::Settings;
+use crate::topics::is_finite;
+use crate::wire::{Inlet, Wire};
+
+/// The battery speaks seldom: so many times longer it may be silent.
+const BATTERY: u32 = 10;
+
+/// A robot that speaks ROS 2, as a base: its topics are exports, and the velocity commanded is published for it.
+///
+/// A topic's name is put into the namespace unless it begins with `/`; an empty name switches the topic off. What is not heard
+/// any more is taken back, and comes back by itself.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "20ms")]
+pub struct Base {
+    /// Where the router of ROS 2 is, or other nodes are; several with commas between.
+    #[modulation(default = "tcp/localhost:7447", fixed)]
+    connect: Modulation<Text<512>>,
+    /// Where others may connect to, as in "tcp/localhost:7448"; with none, everything goes by way of the router.
+    #[modulation(default = "", fixed)]
+    listen: Modulation<Text<512>>,
+    /// A configuration of Zenoh instead of these two, for TLS, passwords and all else.
+    #[modulation(default = "", unit = "path", fixed)]
+    config: Modulation<Text<1024>>,
+    /// Domain; -1 for that of the environment's ROS_DOMAIN_ID, or 0.
+    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+    domain: Modulation<i32>,
+    /// Namespace of the node and its topics.
+    #[modulation(default = "", fixed)]
+    namespace: Modulation<Text<128>>,
+    /// Name of the node; empty for that of this schema.
+    #[modulation(default = "", fixed)]
+    node: Modulation<Text<128>>,
+    /// Topic of the laser.
+    #[modulation(default = "scan", fixed)]
+    laser_topic: Modulation<Text<128>>,
+    /// Topic of the odometry.
+    #[modulation(default = "odom", fixed)]
+    odometry_topic: Modulation<Text<128>>,
+    /// Topic of the camera.
+    #[modulation(default = "", fixed)]
+    image_topic: Modulation<Text<128>>,
+    /// Topic of the battery.
+    #[modulation(default = "battery_state", fixed)]
+    battery_topic: Modulation<Text<128>>,
+    /// Topic of the velocity.
+    #[modulation(default = "cmd_vel", fixed)]
+    velocity_topic: Modulation<Text<128>>,
+    /// How far the laser is turned left on the base.
+    #[modulation(default = 0.0, unit = "rad", fixed)]
+    laser_yaw: Modulation<f64>,
+    /// How long what was heard counts if nothing else comes; ten times that for the battery.
+    #[modulation(default = 1.0, unit = "s", min = 0.01)]
+    stale: Modulation<f64>,
+    /// Speeds of the base.
+    #[command(neutral = Twist::ZERO, validity = "500ms")]
+    velocity: Command<Twist>,
+    /// What the laser sees; of more beams than fit the nearest of those side by side.
+    #[export]
+    laser: Export<LaserScan>,
+    /// Pose and velocity as the wheels tell.
+    #[export]
+    odometry: Export<Odometry>,
+    /// What the camera sees.
+    #[export]
+    image: Export<Image>,
+    /// How the battery is.
+    #[export]
+    battery: Export<BatteryState>,
+    /// Whether the robot is heard.
+    #[export]
+    connection: Export<Connection>,
+    up: Option<Up>,
+}
+
+/// A node with these topics.
+struct Up {
+    wire: Wire,
+    laser: Option<Inlet<Sweep>>,
+    odometry: Option<Inlet<Odometry>>,
+    image: Option<Inlet<Image>>,
+    battery: Option<Inlet<BatteryState>>,
+    velocity: Option<Codec<Twist>>,
+    drive: Drive,
+    /// Where scans are unpacked: too large for a stack.
+    sweep: Box<Sweep>,
+}
+
+impl Schema for Base {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()?;
+        if self.up.is_none() {
+            self.up = Some(self.start(cx)?);
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(up) = &mut self.up else {
+            return Err("it is not awake".into());
+        };
+        up.wire.begin(cx);
+        up.scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
+        up.locate(cx, &mut self.odometry);
+        up.picture(cx, &mut self.image);
+        up.charge(cx, &mut self.battery);
+        let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
+        silent(&mut up.laser, now, stale, || self.laser.retract(cx));
+        silent(&mut up.odometry, now, stale, || self.odometry.retract(cx));
+        silent(&mut up.image, now, stale, || self.image.retract(cx));
+        silent(&mut up.battery, now, stale * BATTERY, || self.battery.retract(cx));
+        let command = self.velocity.get(cx);
+        if let Some(twist) = up.drive.step(now, command.in_force().then_some(*command)) {
+            up.say(&twist);
+        }
+        let looking = (!up.is_heard()).then_some("robot");
+        up.wire.tell(cx, &mut self.connection, looking);
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Some(mut up) = self.up.take() {
+            if let Some(stop) = up.drive.end() {
+                up.say(&stop);
+            }
+            up.wire.rest(cx, &mut self.connection);
+            self.laser.retract(cx);
+            self.odometry.retract(cx);
+            self.image.retract(cx);
+            self.battery.retract(cx);
+        }
+    }
+}
+
+impl Base {
+    fn start(&self, cx: &Context) -> Result<Up> {
+        let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
+        let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
+        let settings = Settings {
+            config: config.as_str(),
+            connect: connect.as_str(),
+            listen: listen.as_str(),
+            has_way: !connect.is_default() || !listen.is_default(),
+            domain: self.domain.get(cx),
+            namespace: namespace.as_str(),
+            node: node.as_str(),
+            schema: cx.name(),
+        };
+        let name = settings.name()?;
+        let (config, place) = settings.way()?;
+        let mut topics = Vec::new();
+        let space = name.namespace.as_str();
+        let laser = inlet(&mut topics, space, &self.laser_topic.get(cx))?;
+        let odometry = inlet(&mut topics, space, &self.odometry_topic.get(cx))?;
+        let image = inlet(&mut topics, space, &self.image_topic.get(cx))?;
+        let battery = inlet(&mut topics, space, &self.battery_topic.get(cx))?;
+        let codec = Codec::new();
+        let velocity = crate::names::topic(space, self.velocity_topic.get(cx).as_str())?
+            .map(|topic| codec.topic(topic, Quality::Reliable));
+        let has_velocity = velocity.is_some();
+        let wire = Wire::start(Plan {
+            config,
+            place,
+            publications: velocity.into_iter().collect(),
+            subscriptions: topics,
+            name,
+        })?;
+        Ok(Up {
+            wire,
+            laser,
+            odometry,
+            image,
+            battery,
+            velocity: has_velocity.then_some(codec),
+            drive: Drive::default(),
+            sweep: Box::new(Sweep::zeroed()),
+        })
+    }
+}
+
+impl Up {
+    fn scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
+        let Some(inlet) = &mut self.laser else { return };
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut self.sweep) else {
+            return;
+        };
+        let time = self.wire.stamp(cx, inlet, &mut self.sweep.header, arrived);
+        let mut laser = export.loan(cx);
+        match self.sweep.fill(yaw, &mut laser) {
+            Ok(()) => {
+                inlet.hear(arrived);
+                laser.publish_at(time);
+            }
+            Err(why) => self.wire.complain(cx, format!("{}: {why}", inlet.topic())),
+        }
+    }
+
+    fn locate(&mut self, cx: &Context, export: &mut Export<Odometry>) {
+        let Some(inlet) = &mut self.odometry else { return };
+        let mut odometry = Odometry::default();
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut odometry) else {
+            return;
+        };
+        let pose = odometry.pose2d();
+        if !(pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite())
+            || !is_finite(&odometry.twist.twist)
+        {
+            let words = format!("{}: its place and speed are no numbers", inlet.topic());
+            self.wire.complain(cx, words);
+            return;
+        }
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut odometry.header, arrived);
+        export.write_at(cx, odometry, time);
+    }
+
+    fn picture(&mut self, cx: &Context, export: &mut Export<Image>) {
+        let Some(inlet) = &mut self.image else { return };
+        let mut image = export.loan(cx);
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut image) else {
+            return;
+        };
+        let bytes = u64::from(image.step) * u64::from(image.height);
+        if bytes > image.data.len() as u64 {
+            let words = format!("{}: a picture with rows missing", inlet.topic());
+            self.wire.complain(cx, words);
+            return;
+        }
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut image.header, arrived);
+        image.publish_at(time);
+    }
+
+    fn charge(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
+        let Some(inlet) = &mut self.battery else { return };
+        let mut battery = BatteryState::default();
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut battery) else {
+            return;
+        };
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut battery.header, arrived);
+        export.write_at(cx, battery, time);
+    }
+
+    fn say(&self, twist: &Twist) {
+        if let Some(codec) = &self.velocity {
+            self.wire.node.publish(0, vec![codec.encode(twist)]);
+        }
+    }
+
+    /// Whether the robot has said anything of late that tells how it is.
+    fn is_heard(&self) -> bool {
+        self.laser.as_ref().is_some_and(Inlet::is_heard)
+            || self.odometry.as_ref().is_some_and(Inlet::is_heard)
+            || self.image.as_ref().is_some_and(Inlet::is_heard)
+    }
+}
+
+/// A subscription to that topic, unless it has no name.
+fn inlet<T: Value>(topics: &mut Vec<Topic>, namespace: &str, name: &Text<128>) -> Result<Option<Inlet<T>>> {
+    let Some(topic) = crate::names::topic(namespace, name.as_str())? else {
+        return Ok(None);
+    };
+    if topics.iter().any(|other| other.name == topic) {
+        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
+    }
+    let codec = Codec::new();
+    topics.push(codec.topic(topic.clone(), Quality::Sensor));
+    Ok(Some(Inlet::new(topics.len() - 1, topic, codec)))
+}
+
+/// Takes back what comes from a topic once it has fallen silent.
+fn silent<T: Value>(
+    inlet: &mut Option<Inlet<T>>,
+    now: Duration,
+    patience: Duration,
+    take_back: impl FnOnce(),
+) {
+    if inlet
+        .as_mut()
+        .is_some_and(|inlet| inlet.falls_silent(now, patience))
+    {
+        take_back();
+    }
+}

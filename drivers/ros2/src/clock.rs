@@ -1,0 +1,124 @@
+//! Between the time of this application, which begins at its start, and that of ROS 2, which is the wall's. It reads no clock:
+//! both are given.
+
+use core::time::Duration;
+
+use jde_schema::prelude::Time;
+
+/// How far the two may drift apart before they are compared anew: stamps of one instant stay equal, and an adjusted clock counts.
+const DRIFT: i128 = 1_000_000;
+/// Beyond this, two machines' clocks are not the same, or the other side lives in simulated time.
+const APART: i128 = 10_000_000_000;
+
+/// Nanoseconds of the wall's clock at the application's start.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Clock(Option<i128>);
+
+/// When a message was measured, in the application's time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Measured {
+    /// By its stamp.
+    At(Duration),
+    /// By its arrival, since its stamp is this far from it; behind if negative.
+    OnArrival(Duration, f64),
+}
+
+impl Clock {
+    /// Compares the two; once an iteration.
+    pub(crate) fn compare(&mut self, now: Duration, wall: Duration) {
+        let offset = nanos(wall) - nanos(now);
+        if self.0.is_none_or(|known| (known - offset).abs() > DRIFT) {
+            self.0 = Some(offset);
+        }
+    }
+
+    /// The stamp that ROS 2 gives to a time of ours.
+    pub(crate) fn stamp(&self, time: Duration) -> Time {
+        let wall = nanos(time) + self.0.unwrap_or(0);
+        Time::from(Duration::from_nanos(u64::try_from(wall).unwrap_or(0)))
+    }
+
+    /// When what bears a stamp and arrived then was measured; never after its arrival.
+    pub(crate) fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
+        let wall = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
+        let ahead = wall - self.0.unwrap_or(0) - nanos(arrived);
+        if ahead.abs() > APART {
+            return Measured::OnArrival(arrived, ahead as f64 / 1e9);
+        }
+        let time = (nanos(arrived) + ahead.min(0)).max(0);
+        Measured::At(Duration::from_nanos(u64::try_from(time).unwrap_or(0)))
+    }
+}
+
+fn nanos(time: Duration) -> i128 {
+    i128::try_from(time.as_nanos()).unwrap_or(i128::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WALL: Duration = Duration::from_secs(1_700_000_000);
+
+    fn clock() -> Clock {
+        let mut clock = Clock::default();
+        clock.compare(Duration::from_secs(10), WALL + Duration::from_secs(10));
+        clock
+    }
+
+    #[test]
+    fn a_stamp_and_back_is_the_same_time() {
+        let time = Duration::from_millis(12_345);
+        let stamp = clock().stamp(time);
+        assert_eq!((stamp.sec, stamp.nanosec), (1_700_000_012, 345_000_000));
+        assert_eq!(
+            clock().measured(stamp, Duration::from_secs(13)),
+            Measured::At(time)
+        );
+    }
+
+    #[test]
+    fn nothing_was_measured_after_it_arrived_or_before_the_start() {
+        let stamp = clock().stamp(Duration::from_secs(15));
+        assert_eq!(
+            clock().measured(stamp, Duration::from_secs(14)),
+            Measured::At(Duration::from_secs(14))
+        );
+        let before = Time {
+            sec: 1_699_999_999,
+            nanosec: 0,
+        };
+        assert_eq!(
+            clock().measured(before, Duration::from_secs(1)),
+            Measured::At(Duration::ZERO)
+        );
+    }
+
+    #[test]
+    fn a_stamp_of_another_clock_counts_as_its_arrival() {
+        let arrived = Duration::from_secs(20);
+        let Measured::OnArrival(time, ahead) = clock().measured(Time { sec: 5, nanosec: 0 }, arrived) else {
+            panic!("simulated time is not ours");
+        };
+        assert_eq!(time, arrived);
+        assert!((ahead + 1_700_000_015.0).abs() < 1e-3, "{ahead}");
+        let extreme = Time {
+            sec: i32::MIN,
+            nanosec: u32::MAX,
+        };
+        assert!(matches!(
+            clock().measured(extreme, arrived),
+            Measured::OnArrival(..)
+        ));
+    }
+
+    #[test]
+    fn small_differences_leave_stamps_equal_and_a_clock_that_was_set_counts() {
+        let mut clock = clock();
+        let stamp = clock.stamp(Duration::from_secs(11));
+        clock.compare(Duration::from_secs(12), WALL + Duration::from_micros(12_000_300));
+        assert_eq!(clock.stamp(Duration::from_secs(11)), stamp);
+        clock.compare(Duration::from_secs(13), WALL + Duration::from_secs(14));
+        assert_eq!(clock.stamp(Duration::from_secs(11)).sec, stamp.sec + 1);
+    }
+}

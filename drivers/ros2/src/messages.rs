@@ -1,0 +1,129 @@
+//! Messages of topics from values and back: CDR, with stamps in the time of whoever reads them.
+
+use core::marker::PhantomData;
+use core::time::Duration;
+
+use jde_ros::{Type, cdr, definition, hash};
+use jde_schema::prelude::*;
+
+use crate::clock::Clock;
+use crate::keys::{Quality, Topic};
+
+/// Where a header's stamp is in a message: behind the encapsulation, because a header begins with its stamp and every stamped
+/// interface with its header.
+const STAMP: core::ops::Range<usize> = 4..12;
+
+/// Messages of one type.
+#[derive(Debug)]
+pub(crate) struct Codec<T> {
+    value_type: Type,
+    value: PhantomData<fn() -> T>,
+}
+
+/// A value whose interface begins with a header.
+pub(crate) trait Stamped: Value {
+    /// Its header.
+    fn header(&self) -> &Header;
+}
+
+macro_rules! stamped {
+    ($($stamped:ty),*) => { $(
+        impl Stamped for $stamped {
+            fn header(&self) -> &Header {
+                &self.header
+            }
+        }
+    )* };
+}
+
+stamped!(
+    LaserScan,
+    Odometry,
+    Image,
+    BatteryState,
+    Range,
+    crate::scan::Sweep
+);
+
+impl<T: Value> Codec<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            value_type: T::describe(),
+            value: PhantomData,
+        }
+    }
+
+    /// The topic of that name with these messages.
+    pub(crate) fn topic(&self, name: String, quality: Quality) -> Topic {
+        Topic {
+            name,
+            type_name: definition::name(&self.value_type),
+            hash: hash::rihs01(&self.value_type),
+            quality,
+        }
+    }
+
+    pub(crate) fn encode(&self, value: &T) -> Vec<u8> {
+        let mut message = Vec::new();
+        cdr::encode(&self.value_type, value.as_bytes(), &mut message);
+        message
+    }
+
+    /// Replaces a value by that of a message.
+    ///
+    /// # Errors
+    /// If the message is of another type or does not fit; the value is then of no use.
+    pub(crate) fn decode_into(&self, message: &[u8], value: &mut T) -> Result<(), cdr::Error> {
+        cdr::decode_into(&self.value_type, message, value.as_bytes_mut())
+    }
+}
+
+impl<T: Stamped> Codec<T> {
+    /// The message of a value that was measured at its stamp, or then if it has none.
+    pub(crate) fn encode_stamped(&self, value: &T, time: Duration, clock: &Clock) -> Vec<u8> {
+        let mut message = self.encode(value);
+        let stamp = clock.stamp(measured(value.header(), time));
+        if let Some(room) = message.get_mut(STAMP) {
+            let (seconds, nanos) = room.split_at_mut(4);
+            seconds.copy_from_slice(&stamp.sec.to_le_bytes());
+            nanos.copy_from_slice(&stamp.nanosec.to_le_bytes());
+        }
+        message
+    }
+}
+
+/// When what bears this header was measured, in our time; `time` if the header does not say.
+pub(crate) fn measured(header: &Header, time: Duration) -> Duration {
+    if header.stamp == Time::default() {
+        return time;
+    }
+    header.stamp.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_has_its_stamp_in_the_time_of_ros() {
+        let mut clock = Clock::default();
+        clock.compare(Duration::ZERO, Duration::from_secs(1_700_000_000));
+        let codec = Codec::<Odometry>::new();
+        let value = Odometry::planar(
+            Duration::from_millis(2500),
+            Pose2D::new(1.0, 2.0, 0.0),
+            Twist::ZERO,
+        );
+        let message = codec.encode_stamped(&value, Duration::from_secs(9), &clock);
+        let mut back = Odometry::default();
+        codec.decode_into(&message, &mut back).unwrap();
+        assert_eq!(
+            (back.header.stamp.sec, back.header.stamp.nanosec),
+            (1_700_000_002, 500_000_000)
+        );
+        assert_eq!(back.pose, value.pose);
+        let unstamped = codec.encode_stamped(&Odometry::default(), Duration::from_secs(9), &clock);
+        codec.decode_into(&unstamped, &mut back).unwrap();
+        assert_eq!(back.header.stamp.sec, 1_700_000_009);
+    }
+}

@@ -1,0 +1,152 @@
+//! Names of ROS 2: what a topic, a namespace and a node may be called, and what a topic's full name is. Names alone, no keys.
+
+/// The full name of a topic, as in `/robot/scan`: a name that begins with `/` has it already, any other is put into the
+/// namespace. Nothing for an empty name, which switches a topic off.
+///
+/// # Errors
+/// If ROS 2 could not call a topic so.
+pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, String> {
+    if name.is_empty() {
+        return Ok(None);
+    }
+    let full = if name.starts_with('/') {
+        name.to_owned()
+    } else {
+        format!("{namespace}/{name}")
+    };
+    let tokens = full.strip_prefix('/').unwrap_or(&full);
+    if tokens.split('/').all(is_token) {
+        return Ok(Some(full));
+    }
+    Err(format!(
+        "`{name}` is no name of a topic; use letters, digits and `_`, with `/` between parts, as in \"scan\" or \"/robot/scan\""
+    ))
+}
+
+/// A namespace as keys begin with it: empty, or `/robot`.
+///
+/// # Errors
+/// If ROS 2 could not call a namespace so.
+pub(crate) fn namespace(name: &str) -> Result<String, String> {
+    let tokens = name.trim_matches('/');
+    if tokens.is_empty() {
+        return Ok(String::new());
+    }
+    if tokens.split('/').all(is_token) {
+        return Ok(format!("/{tokens}"));
+    }
+    Err(format!(
+        "namespace = \"{name}\": use letters, digits and `_`, with `/` between parts, as in \"robot\""
+    ))
+}
+
+/// The name of a node: the one given, or what is left of the schema's name by the rules of ROS 2.
+///
+/// # Errors
+/// If ROS 2 could not call a node so.
+pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
+    if name.is_empty() {
+        let letter = |letter: char| {
+            if letter.is_ascii_alphanumeric() {
+                letter
+            } else {
+                '_'
+            }
+        };
+        let plain: String = schema.chars().map(letter).collect();
+        return Ok(if plain.starts_with(|first: char| first.is_ascii_digit()) {
+            format!("_{plain}")
+        } else {
+            plain
+        });
+    }
+    if is_token(name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!(
+        "node = \"{name}\": use letters, digits and `_`, as in \"pioneer\""
+    ))
+}
+
+/// The domain: the number given, or that of the environment's ROS_DOMAIN_ID, or 0.
+///
+/// # Errors
+/// If the environment's is no number from 0 to 232.
+pub(crate) fn domain(given: i32, environment: Option<&str>) -> Result<u32, String> {
+    if let Ok(given) = u32::try_from(given) {
+        return Ok(given);
+    }
+    let text = environment.map_or("", str::trim);
+    if text.is_empty() {
+        return Ok(0);
+    }
+    match text.parse() {
+        Ok(domain) if domain <= 232 => Ok(domain),
+        Ok(_) | Err(_) => Err(format!(
+            "the environment has ROS_DOMAIN_ID={text}; expected a number from 0 to 232"
+        )),
+    }
+}
+
+fn is_token(token: &str) -> bool {
+    let mut letters = token.chars();
+    letters
+        .next()
+        .is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
+        && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+        && !token.contains("__")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_stands_in_the_namespace_unless_it_begins_with_a_slash() {
+        let full = |namespace, name| topic(namespace, name).unwrap().unwrap();
+        assert_eq!(full("", "scan"), "/scan");
+        assert_eq!(full("/robot", "front/scan"), "/robot/front/scan");
+        assert_eq!(full("/robot", "/scan"), "/scan");
+        assert_eq!(topic("/robot", ""), Ok(None));
+    }
+
+    #[test]
+    fn what_ros_could_not_be_asked_for_is_refused() {
+        for name in [
+            "/", "a b", "a//b", "scan/", "2d", "a__b", "sc*n", "a$b", "#", "?", "@",
+        ] {
+            assert!(topic("", name).is_err(), "{name}");
+        }
+        assert!(namespace("a b").is_err());
+        assert!(node("a/b", "x").is_err());
+    }
+
+    #[test]
+    fn a_namespace_has_one_slash_ahead() {
+        for name in ["robot", "/robot", "/robot/"] {
+            assert_eq!(namespace(name), Ok("/robot".to_owned()));
+        }
+        assert_eq!(namespace("/"), Ok(String::new()));
+    }
+
+    #[test]
+    fn a_node_is_called_like_its_schema_unless_it_has_a_name() {
+        assert_eq!(node("", "ros-topics"), Ok("ros_topics".to_owned()));
+        assert_eq!(node("", "2"), Ok("_2".to_owned()));
+        assert_eq!(node("jde", "x"), Ok("jde".to_owned()));
+    }
+
+    #[test]
+    fn the_domain_is_the_one_given_then_the_environments_then_0() {
+        assert_eq!(domain(7, Some("3")), Ok(7));
+        assert_eq!(domain(-1, Some(" 3 ")), Ok(3));
+        assert_eq!(domain(-1, Some("")), Ok(0));
+        assert_eq!(domain(-1, None), Ok(0));
+        assert!(
+            domain(-1, Some("many"))
+                .unwrap_err()
+                .contains("ROS_DOMAIN_ID=many")
+        );
+        assert!(domain(-1, Some("233")).is_err());
+    }
+}

@@ -1,0 +1,140 @@
+//! Laser scans of ROS 2, which may have any number of beams, as the scans of schemas, which have a bound: of beams side by side
+//! the nearest stays, so that nothing that was seen is lost.
+
+use jde_schema::prelude::*;
+
+/// A scan of up to 16384 beams.
+#[derive(Clone, Copy, Debug, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/LaserScan")]
+pub(crate) struct Sweep {
+    pub(crate) header: Header,
+    pub(crate) angle_min: f32,
+    pub(crate) angle_max: f32,
+    pub(crate) angle_increment: f32,
+    pub(crate) time_increment: f32,
+    pub(crate) scan_time: f32,
+    pub(crate) range_min: f32,
+    pub(crate) range_max: f32,
+    pub(crate) ranges: Seq<f32, 16384>,
+    pub(crate) intensities: Seq<f32, 16384>,
+}
+
+impl Sweep {
+    /// Writes the scan that this is, of a scanner turned left by `yaw` rad in its frame, in place of another.
+    ///
+    /// # Errors
+    /// If its angles or limits are no numbers: whoever looks for obstacles in such a scan finds none.
+    pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), &'static str> {
+        let numbers = [self.angle_min, self.angle_increment, self.range_min];
+        if numbers.iter().any(|number| !number.is_finite()) || self.range_max.is_nan() {
+            return Err("its angles and limits are no numbers");
+        }
+        let together = self.ranges.len().div_ceil(Seq::<f32, 1088>::CAPACITY).max(1);
+        let wide = together as f32;
+        scan.header = self.header;
+        scan.angle_min = self.angle_min + yaw + self.angle_increment * (wide - 1.0) / 2.0;
+        scan.angle_increment = self.angle_increment * wide;
+        scan.time_increment = self.time_increment * wide;
+        scan.scan_time = self.scan_time;
+        scan.range_min = self.range_min;
+        scan.range_max = self.range_max;
+        scan.ranges.clear();
+        scan.intensities.clear();
+        for (group, ranges) in self.ranges.chunks(together).enumerate() {
+            let (nearest, range) = self.nearest(ranges);
+            // Their number was divided so that they fit.
+            let _ = scan.ranges.push(range);
+            if let Some(intensity) = self.intensities.get(group * together + nearest) {
+                let _ = scan.intensities.push(*intensity);
+            }
+        }
+        let last = scan.ranges.len().saturating_sub(1) as f32;
+        scan.angle_max = scan.angle_min + last * scan.angle_increment;
+        Ok(())
+    }
+
+    /// The nearest of ranges side by side, and its place; one that measured something goes before those that did not.
+    fn nearest(&self, ranges: &[f32]) -> (usize, f32) {
+        let measured =
+            |range: f32| range == f32::NEG_INFINITY || (self.range_min..=self.range_max).contains(&range);
+        let rank = |range: f32| match range {
+            range if measured(range) => 0,
+            f32::INFINITY => 1,
+            _ => 2,
+        };
+        let order = |a: &(usize, &f32), b: &(usize, &f32)| {
+            rank(*a.1).cmp(&rank(*b.1)).then_with(|| a.1.total_cmp(b.1))
+        };
+        let nearest = ranges.iter().enumerate().min_by(order);
+        nearest.map_or((0, f32::NAN), |(place, range)| (place, *range))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(ranges: &[f32]) -> Box<Sweep> {
+        let mut sweep = Box::new(Sweep::zeroed());
+        sweep.angle_min = -1.0;
+        sweep.angle_increment = 0.001;
+        sweep.range_min = 0.1;
+        sweep.range_max = 10.0;
+        sweep.ranges.extend_from_slice(ranges).unwrap();
+        sweep
+    }
+
+    #[test]
+    fn a_scan_that_fits_stays_as_it_is() {
+        let mut ours = LaserScan::default();
+        let mut sweep = sweep(&[1.0, f32::INFINITY, 0.0]);
+        sweep.intensities.extend_from_slice(&[5.0, 6.0, 7.0]).unwrap();
+        sweep.fill(0.0, &mut ours).unwrap();
+        assert_eq!(ours.ranges.as_slice(), [1.0, f32::INFINITY, 0.0]);
+        assert_eq!(ours.intensities.as_slice(), [5.0, 6.0, 7.0]);
+        assert_eq!((ours.angle_min, ours.angle_increment), (-1.0, 0.001));
+        assert!((ours.angle_max + 0.998).abs() < 1e-6);
+        sweep.fill(0.5, &mut ours).unwrap();
+        assert_eq!(ours.angle_min, -0.5);
+    }
+
+    #[test]
+    fn of_beams_too_many_the_nearest_of_each_group_stays_where_it_was() {
+        let mut ranges = vec![5.0_f32; 2000];
+        ranges[1000] = f32::NAN;
+        ranges[1001] = 2.0;
+        ranges[10] = f32::NEG_INFINITY;
+        ranges[20] = 0.05;
+        ranges[1999] = 1.0;
+        let mut ours = LaserScan::default();
+        sweep(&ranges).fill(0.0, &mut ours).unwrap();
+        assert_eq!(ours.ranges.len(), 1000);
+        assert_eq!((ours.ranges[500], ours.ranges[999]), (2.0, 1.0));
+        assert_eq!(ours.ranges[5], f32::NEG_INFINITY);
+        assert_eq!(
+            ours.ranges[10], 5.0,
+            "what is below the least range was not measured"
+        );
+        let angle = ours.angle(500);
+        assert!((angle - (-1.0 + 1000.5 * 0.001)).abs() < 1e-4, "{angle}");
+    }
+
+    #[test]
+    fn beams_that_hit_nothing_are_free_rather_than_unknown() {
+        let mut ranges = vec![f32::NAN; 1089];
+        ranges[1] = f32::INFINITY;
+        let mut ours = LaserScan::default();
+        sweep(&ranges).fill(0.0, &mut ours).unwrap();
+        assert_eq!(ours.ranges.len(), 545);
+        assert_eq!(ours.ranges[0], f32::INFINITY);
+        assert!(ours.ranges[1].is_nan());
+    }
+
+    #[test]
+    fn a_scan_without_angles_is_refused() {
+        let mut blind = sweep(&[1.0]);
+        blind.angle_min = f32::NAN;
+        assert!(blind.fill(0.0, &mut LaserScan::default()).is_err());
+    }
+}

@@ -1,0 +1,250 @@
+//! The thread of a node: it opens a session of Zenoh, announces the node and its topics, sends what it is handed and files what
+//! comes. It is of no importance to the robot's control, and says so to the scheduler.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::qos::CongestionControl;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::keys::{Topic, Way};
+use crate::node::{Link, Plan, Shared};
+
+/// How much the robot's own threads go before this one and those of Zenoh, which inherit it from here.
+const NICE: i32 = 10;
+/// From the first failed attempt to the second, and the longest between two.
+const FIRST_PAUSE: Duration = Duration::from_millis(200);
+const LONGEST_PAUSE: Duration = Duration::from_secs(2);
+/// How often it is looked who is there.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Everything that is declared; dropped, it is taken back.
+struct Declared {
+    publishers: Vec<Outlet>,
+    _subscribers: Vec<Subscriber<()>>,
+    _tokens: Vec<LivelinessToken>,
+}
+
+/// A publication, and what goes with each of its messages.
+struct Outlet {
+    publisher: Publisher<'static>,
+    sequence: i64,
+    /// Who publishes, as ROS 2 counts.
+    gid: [u8; 16],
+}
+
+/// Says that the thread is done, however it ends.
+struct Ending<'a>(&'a Shared);
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0
+                .failed("its session of Zenoh failed; stop the schema and start it again".to_owned());
+        }
+        self.0.end();
+    }
+}
+
+/// Keeps the node there until it is to end.
+pub(crate) fn run(shared: &Arc<Shared>, plan: &Plan) {
+    let _ending = Ending(shared);
+    // Without the right to it, it has a usual thread's place, which is no reason to fail.
+    let _ = rustix::process::nice(NICE);
+    let mut pause = FIRST_PAUSE;
+    loop {
+        match open(shared, plan) {
+            Ok((session, declared)) => {
+                serve(shared, plan, &session, declared);
+                let _ = session.close().wait();
+                return;
+            }
+            Err(error) => shared.failed(format!("{}: {}", plan.place, words(&error))),
+        }
+        if shared.pause(pause) {
+            return;
+        }
+        pause = (2 * pause).min(LONGEST_PAUSE);
+    }
+}
+
+fn open(shared: &Arc<Shared>, plan: &Plan) -> zenoh::Result<(Session, Declared)> {
+    let session = zenoh::open(plan.config.clone()).wait()?;
+    let declared = declare(shared, plan, &session)?;
+    Ok((session, declared))
+}
+
+/// The node first, then its topics, then an ear for everybody else's.
+fn declare(shared: &Arc<Shared>, plan: &Plan, session: &Session) -> zenoh::Result<Declared> {
+    let (name, id) = (&plan.name, session.zid());
+    let own = id.to_string();
+    let mut tokens = vec![session.liveliness().declare_token(name.token(&own)).wait()?];
+    let mut publishers = Vec::new();
+    for (number, topic) in plan.publications.iter().enumerate() {
+        let publisher = session
+            .declare_publisher(topic.key(name))
+            .congestion_control(CongestionControl::Drop)
+            .wait()?;
+        let theirs = Arc::clone(shared);
+        publisher
+            .matching_listener()
+            .callback(move |status| theirs.want(number, status.matching()))
+            .background()
+            .wait()?;
+        shared.want(number, publisher.matching_status().wait()?.matching());
+        let token = topic.token(name, &own, Way::Out, 1 + number);
+        publishers.push(Outlet {
+            publisher,
+            sequence: 0,
+            gid: gid(id.to_le_bytes(), 1 + number),
+        });
+        tokens.push(session.liveliness().declare_token(token).wait()?);
+    }
+    let mut subscribers = Vec::new();
+    for (number, topic) in plan.subscriptions.iter().enumerate() {
+        let theirs = Arc::clone(shared);
+        let subscriber = session
+            .declare_subscriber(topic.key(name))
+            .callback(move |sample| {
+                if sample.kind() == SampleKind::Put {
+                    theirs.arrive(number, sample.payload().clone());
+                }
+            })
+            .wait()?;
+        let token = topic.token(name, &own, Way::In, 1 + plan.publications.len() + number);
+        subscribers.push(subscriber);
+        tokens.push(session.liveliness().declare_token(token).wait()?);
+    }
+    let (theirs, known) = (Arc::clone(shared), plan.clone());
+    let everyone = session
+        .liveliness()
+        .declare_subscriber(name.everyone())
+        .history(true)
+        .callback(move |sample| {
+            let ways = [(Way::Out, &known.publications), (Way::In, &known.subscriptions)];
+            for (way, topics) in ways {
+                let mismatch = |topic: &Topic| topic.mismatch(way, sample.key_expr());
+                if sample.kind() == SampleKind::Put {
+                    topics
+                        .iter()
+                        .filter_map(mismatch)
+                        .for_each(|words| theirs.remark(words));
+                }
+            }
+        })
+        .wait()?;
+    subscribers.push(everyone);
+    Ok(Declared {
+        publishers,
+        _subscribers: subscribers,
+        _tokens: tokens,
+    })
+}
+
+/// Sends and looks, until the node is to end.
+fn serve(shared: &Shared, plan: &Plan, session: &Session, mut declared: Declared) {
+    let mut looked: Option<Instant> = None;
+    let mut met = false;
+    loop {
+        if looked.is_none_or(|looked| looked.elapsed() >= LOOK) {
+            looked = Some(Instant::now());
+            let others =
+                session.info().routers_zid().wait().count() + session.info().peers_zid().wait().count();
+            let link = match (others, met) {
+                (0, false) => Link::Alone,
+                (0, true) => Link::Lost(format!("{}: nobody is there any more", plan.place)),
+                _ => Link::Connected,
+            };
+            met |= others > 0;
+            shared.stands(link);
+        }
+        let work = shared.work(LOOK);
+        for (number, batch) in work.batches {
+            let outlet = &mut declared.publishers[number];
+            for message in batch {
+                outlet.put(message);
+            }
+        }
+        if work.ending {
+            return;
+        }
+    }
+}
+
+impl Outlet {
+    fn put(&mut self, message: Vec<u8>) {
+        self.sequence += 1;
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let attachment = attachment(self.sequence, since.as_nanos() as i64, self.gid);
+        // What cannot be sent is lost as on any bad day of the network; the look at who is there says why.
+        let _ = self.publisher.put(message).attachment(attachment).wait();
+    }
+}
+
+/// What rmw_zenoh attaches to a message: number, time in ns of the wall, and who sent it behind the length of that, as the
+/// serialisation of Zenoh writes them.
+fn attachment(sequence: i64, nanos: i64, gid: [u8; 16]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(33);
+    bytes.extend(sequence.to_le_bytes());
+    bytes.extend(nanos.to_le_bytes());
+    bytes.push(gid.len() as u8);
+    bytes.extend(gid);
+    bytes
+}
+
+/// A number that no other publication has: that of the session with that of the topic.
+fn gid(session: [u8; 16], number: usize) -> [u8; 16] {
+    let number = (number as u128).rotate_right(32);
+    (u128::from_le_bytes(session) ^ number).to_le_bytes()
+}
+
+/// What went wrong, without the places in Zenoh's source.
+fn words(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    let mut rest = text.as_str();
+    let mut words = String::new();
+    while let Some((before, after)) = rest.split_once(" at /") {
+        words += before.trim_end();
+        rest = after.split_once(".rs:").map_or("", |(_, line)| {
+            line.trim_start_matches(|letter: char| letter.is_ascii_digit())
+                .trim_start_matches('.')
+        });
+    }
+    words += rest;
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attachment_is_two_numbers_and_a_counted_name() {
+        let bytes = attachment(2, 0x0102, [7; 16]);
+        assert_eq!(bytes[..8], [2, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes[8..16], [2, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes[16..], [&[16][..], &[7; 16]].concat());
+    }
+
+    #[test]
+    fn publications_of_a_session_have_numbers_of_their_own() {
+        let session = [9; 16];
+        assert_ne!(gid(session, 1), gid(session, 2));
+        assert_ne!(gid(session, 1), gid([8; 16], 1));
+    }
+
+    #[test]
+    fn what_went_wrong_is_said_without_places_in_the_source() {
+        let error = |text: &str| words(&zenoh::Error::from(text.to_owned()));
+        let busy = "Can not listen: [127.0.0.1:1: Address already in use (os error 98) at /a b/tcp.rs:61.] at /c/unicast.rs:338.";
+        assert_eq!(
+            error(busy),
+            "Can not listen: [127.0.0.1:1: Address already in use (os error 98)]"
+        );
+        assert_eq!(error("plain"), "plain");
+        assert_eq!(error("cut at /home/x"), "cut");
+    }
+}

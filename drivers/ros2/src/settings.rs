@@ -1,0 +1,217 @@
+//! What the application says of the node and of the way to others, checked as far as that goes without trying.
+
+use zenoh::Config;
+use zenoh::config::EndPoint;
+
+use crate::keys::Name;
+use crate::names;
+
+/// Ways that this plugin is built with.
+const WAYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
+/// Larger messages are not let in: a picture that fits is a sixteenth of it.
+const MOST_BYTES: usize = 16 << 20;
+
+/// The modulations that every driver of this plugin has.
+pub(crate) struct Settings<'a> {
+    /// Path of a configuration of Zenoh, or empty.
+    pub(crate) config: &'a str,
+    /// Where to connect, with commas between.
+    pub(crate) connect: &'a str,
+    /// Where to listen, with commas between.
+    pub(crate) listen: &'a str,
+    /// Whether the application has said either.
+    pub(crate) has_way: bool,
+    /// Less than 0 for the environment's.
+    pub(crate) domain: i32,
+    pub(crate) namespace: &'a str,
+    pub(crate) node: &'a str,
+    /// What the schema is called.
+    pub(crate) schema: &'a str,
+}
+
+impl Settings<'_> {
+    /// The node's name.
+    pub(crate) fn name(&self) -> Result<Name, String> {
+        let environment = std::env::var("ROS_DOMAIN_ID").ok();
+        Ok(Name {
+            domain: names::domain(self.domain, environment.as_deref())?,
+            namespace: names::namespace(self.namespace)?,
+            node: names::node(self.node, self.schema)?,
+        })
+    }
+
+    /// The way to others, and the same in words.
+    pub(crate) fn way(&self) -> Result<(Config, String), String> {
+        if !self.config.is_empty() {
+            if self.has_way {
+                return Err(
+                    "give either config, or connect and listen: the file says where to go".to_owned(),
+                );
+            }
+            let config = Config::from_file(self.config)
+                .map_err(|error| format!("config = \"{}\": {error}", self.config))?;
+            return Ok((config, self.config.to_owned()));
+        }
+        let (connect, listen) = (
+            endpoints("connect", self.connect)?,
+            endpoints("listen", self.listen)?,
+        );
+        let (mode, place) = match (connect.is_empty(), listen.is_empty()) {
+            (true, true) => {
+                return Err(
+                    "it can reach nobody; give it connect = \"tcp/localhost:7447\", where the router is, or \
+                     listen = \"tcp/localhost:7448\" for others to come"
+                        .to_owned(),
+                );
+            }
+            (false, true) => ("client", self.connect),
+            (_, false) => ("peer", self.listen),
+        };
+        let mut config = Config::default();
+        let lists = |places: &[EndPoint]| {
+            let quoted: Vec<String> = places
+                .iter()
+                .map(|place| format!("{:?}", place.to_string()))
+                .collect();
+            format!("[{}]", quoted.join(","))
+        };
+        // A client has one way out and waits for it here; a peer listens or says why not, and looks for others meanwhile.
+        let patient = mode == "peer";
+        let entries = [
+            ("mode", format!("{mode:?}")),
+            ("connect/endpoints", lists(&connect)),
+            ("connect/timeout_ms", if patient { "-1" } else { "0" }.to_owned()),
+            ("connect/exit_on_failure", (!patient).to_string()),
+            (
+                "connect/retry",
+                "{ period_init_ms: 200, period_max_ms: 1000, period_increase_factor: 2 }".to_owned(),
+            ),
+            ("listen/endpoints", lists(&listen)),
+            ("listen/timeout_ms", "0".to_owned()),
+            ("listen/exit_on_failure", "true".to_owned()),
+            // As ROS 2 has it: nobody is called on the whole network, and who is met tells of others.
+            ("scouting/multicast/enabled", "false".to_owned()),
+            ("scouting/gossip/enabled", "true".to_owned()),
+            ("transport/link/rx/max_message_size", MOST_BYTES.to_string()),
+        ];
+        for (key, value) in entries {
+            config
+                .insert_json5(key, &value)
+                .map_err(|error| format!("Zenoh takes no `{key}` of {value}: {error}"))?;
+        }
+        Ok((config, place.to_owned()))
+    }
+}
+
+/// Places with commas between.
+fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
+    let places = text.split(',').map(str::trim).filter(|place| !place.is_empty());
+    places
+        .map(|place| {
+            let wrong = || {
+                format!(
+                    "{key} = \"{place}\" is no place; expected tcp/HOST:PORT, tls/HOST:PORT or unixsock-stream/PATH, as in \
+                     \"tcp/localhost:7447\""
+                )
+            };
+            let endpoint: EndPoint = place.parse().map_err(|_| wrong())?;
+            let way = endpoint.protocol();
+            let address = endpoint.address();
+            let has_port = way.as_str() == "unixsock-stream"
+                || address
+                    .as_str()
+                    .rsplit_once(':')
+                    .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+            if WAYS.contains(&way.as_str()) && has_port {
+                Ok(endpoint)
+            } else {
+                Err(wrong())
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings<'a>(connect: &'a str, listen: &'a str) -> Settings<'a> {
+        Settings {
+            config: "",
+            connect,
+            listen,
+            has_way: false,
+            domain: 3,
+            namespace: "fleet",
+            node: "",
+            schema: "one",
+        }
+    }
+
+    #[test]
+    fn who_listens_is_a_peer_and_who_does_not_a_client() {
+        let mode = |connect, listen| {
+            let (config, place) = settings(connect, listen).way().unwrap();
+            (config.get_json("mode").unwrap(), place)
+        };
+        assert_eq!(
+            mode("tcp/localhost:7447", ""),
+            ("\"client\"".to_owned(), "tcp/localhost:7447".to_owned())
+        );
+        assert_eq!(
+            mode("", "tcp/localhost:0"),
+            ("\"peer\"".to_owned(), "tcp/localhost:0".to_owned())
+        );
+        let (config, _) = settings("tcp/a:1, tls/b:2", "tcp/[::1]:3").way().unwrap();
+        assert_eq!(
+            config.get_json("connect/endpoints").unwrap(),
+            "[\"tcp/a:1\",\"tls/b:2\"]"
+        );
+    }
+
+    #[test]
+    fn a_place_that_is_none_is_refused_with_what_was_expected() {
+        for place in [
+            "localhost:7447",
+            "tcp/localhost",
+            "tcp/:7447",
+            "tcp/a:70000",
+            "udp/a:1",
+            "tcp",
+            "/",
+        ] {
+            let error = settings(place, "").way().unwrap_err();
+            assert!(
+                error.contains(place) && error.contains("tcp/HOST:PORT"),
+                "{error}"
+            );
+        }
+        assert!(
+            settings("", "")
+                .way()
+                .unwrap_err()
+                .contains("it can reach nobody")
+        );
+    }
+
+    #[test]
+    fn a_file_says_where_to_go_alone() {
+        let both = Settings {
+            config: "zenoh.json5",
+            has_way: true,
+            ..settings("tcp/a:1", "")
+        };
+        assert!(both.way().unwrap_err().contains("either"));
+        let missing = Settings {
+            config: "no-such-file.json5",
+            ..settings("", "")
+        };
+        assert!(missing.way().unwrap_err().contains("no-such-file.json5"));
+    }
+
+    #[test]
+    fn the_node_has_its_schemas_name_in_its_namespace() {
+        let name = settings("", "").name().unwrap();
+        assert_eq!((name.domain, name.full().as_str()), (3, "/fleet/one"));
+    }
+}

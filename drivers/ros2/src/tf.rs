@@ -1,0 +1,177 @@
+//! Where a robot's frames stand to each other, as the tree of ROS 2 wants it: what RViz and Nav2 need to place a scan. Frames
+//! that never move are told along with the one that does.
+
+use jde_schema::prelude::*;
+
+use crate::clock::Clock;
+use crate::messages::measured;
+
+/// The base, a scanner, and a ring of sonars.
+const MOST: usize = 34;
+
+/// A place and a rotation, as a step from one frame to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/Transform")]
+pub(crate) struct Transform {
+    pub(crate) translation: Vector3,
+    pub(crate) rotation: Quaternion,
+}
+
+/// One step: where the child frame is in the frame of the header.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/TransformStamped")]
+pub(crate) struct TransformStamped {
+    pub(crate) header: Header,
+    pub(crate) child_frame_id: Frame,
+    pub(crate) transform: Transform,
+}
+
+/// Several steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "tf2_msgs/msg/TFMessage")]
+pub(crate) struct Transforms {
+    pub(crate) transforms: Seq<TransformStamped, MOST>,
+}
+
+impl Transforms {
+    /// Where the base is by an odometry measured at its stamp, or then if it has none, and what sits on the base.
+    pub(crate) fn of(odometry: &Odometry, time: Duration, clock: &Clock) -> Self {
+        let pose = odometry.pose.pose;
+        let mut this = Self::default();
+        let stamp = clock.stamp(measured(&odometry.header, time));
+        this.push(TransformStamped {
+            header: Header {
+                stamp,
+                frame_id: odometry.header.frame_id,
+            },
+            child_frame_id: odometry.child_frame_id,
+            transform: Transform {
+                translation: Vector3 {
+                    x: pose.position.x,
+                    y: pose.position.y,
+                    z: pose.position.z,
+                },
+                rotation: pose.orientation,
+            },
+        });
+        this
+    }
+
+    /// Adds a frame that sits on the base.
+    pub(crate) fn mount(&mut self, frame: Frame, place: Pose2D) {
+        let Some(base) = self.transforms.first().copied() else {
+            return;
+        };
+        if frame.is_empty() || frame == base.child_frame_id {
+            return;
+        }
+        self.push(TransformStamped {
+            header: Header {
+                stamp: base.header.stamp,
+                frame_id: base.child_frame_id,
+            },
+            child_frame_id: frame,
+            transform: Transform {
+                translation: Vector3 {
+                    x: place.x,
+                    y: place.y,
+                    z: 0.0,
+                },
+                rotation: Quaternion::from_yaw(place.theta),
+            },
+        });
+    }
+
+    fn push(&mut self, step: TransformStamped) {
+        // A ring has 32 sonars at most, so there is room.
+        let _ = self.transforms.push(step);
+    }
+}
+
+/// The echoes of a ring of sonars as ROS 2 has them, one message a sonar, each in a frame of its own.
+pub(crate) fn echoes(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> + '_ {
+    let sonars = ring.ranges.iter().zip(&ring.poses).enumerate();
+    sonars.map(|(number, (range, pose))| {
+        let echo = Range {
+            header: Header {
+                stamp: ring.header.stamp,
+                frame_id: Frame::truncated(&format!("sonar_{number}")),
+            },
+            radiation_type: ring.radiation_type,
+            field_of_view: ring.field_of_view,
+            min_range: ring.min_range,
+            max_range: ring.max_range,
+            range: *range,
+            ..Range::default()
+        };
+        (echo, *pose)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_sits_on_the_base_is_told_with_it_and_in_its_frame() {
+        let mut clock = Clock::default();
+        clock.compare(Duration::ZERO, Duration::from_secs(100));
+        let odometry = Odometry::planar(Duration::from_secs(2), Pose2D::new(1.0, 2.0, 1.0), Twist::ZERO);
+        let mut tree = Transforms::of(&odometry, Duration::from_secs(3), &clock);
+        tree.mount(Frame::new("laser"), Pose2D::new(0.1, 0.0, 0.5));
+        tree.mount(Frame::new("base_link"), Pose2D::ORIGIN);
+        tree.mount(Frame::EMPTY, Pose2D::ORIGIN);
+        let steps: Vec<_> = tree
+            .transforms
+            .iter()
+            .map(|step| {
+                (
+                    step.header.frame_id.as_str(),
+                    step.child_frame_id.as_str(),
+                    step.header.stamp.sec,
+                )
+            })
+            .collect();
+        assert_eq!(steps, [("odom", "base_link", 102), ("base_link", "laser", 102)]);
+        let base = tree.transforms[0].transform;
+        assert_eq!((base.translation.x, base.translation.y), (1.0, 2.0));
+        assert!((base.rotation.yaw() - 1.0).abs() < 1e-12);
+        let laser = tree.transforms[1].transform;
+        assert_eq!(laser.translation.x, 0.1);
+        assert!((laser.rotation.yaw() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ring_is_as_many_echoes_in_frames_of_their_own() {
+        let mut ring = RangeRing {
+            max_range: 5.0,
+            ..RangeRing::default()
+        };
+        ring.ranges.extend_from_slice(&[1.0, f32::INFINITY]).unwrap();
+        let place = Pose2D::new(0.2, 0.1, 0.3);
+        ring.poses.extend_from_slice(&[Pose2D::ORIGIN, place]).unwrap();
+        let echoes: Vec<_> = echoes(&ring).collect();
+        assert_eq!(echoes.len(), 2);
+        let (echo, pose) = &echoes[1];
+        assert_eq!(
+            (echo.header.frame_id.as_str(), echo.range, echo.max_range),
+            ("sonar_1", f32::INFINITY, 5.0)
+        );
+        assert_eq!(*pose, place);
+    }
+
+    #[test]
+    fn the_tree_has_the_types_of_ros() {
+        let topic = crate::messages::Codec::<Transforms>::new()
+            .topic("/tf".to_owned(), crate::keys::Quality::Reliable);
+        assert_eq!(topic.type_name, "tf2_msgs/msg/TFMessage");
+        // Of ROS 2 Jazzy, as `rosbags` 0.11.9 computes it.
+        assert_eq!(
+            topic.hash,
+            "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
+        );
+    }
+}

@@ -1,0 +1,310 @@
+//! Topics of a robot of ours: what it senses is published, and what ROS 2 wants it to do is exported for a motor schema to obey.
+
+use jde_schema::prelude::*;
+
+use crate::clock::Clock;
+use crate::keys::{Quality, Topic};
+use crate::messages::{Codec, Stamped};
+use crate::node::{Node, Plan};
+use crate::settings::Settings;
+use crate::tf::{Transforms, echoes};
+use crate::wire::{Inlet, Wire};
+
+/// Shows a robot to ROS 2: each import that the application binds is published on its topic whenever it is new and somebody
+/// listens, and velocities that come from ROS 2 are exported for `ros2/follow`.
+///
+/// A topic's name is put into the namespace unless it begins with `/`; an empty name switches the topic off.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "20ms")]
+pub struct Topics {
+    /// Where the router of ROS 2 is, or other nodes are; several with commas between.
+    #[modulation(default = "tcp/localhost:7447", fixed)]
+    connect: Modulation<Text<512>>,
+    /// Where others may connect to, as in "tcp/localhost:7448"; with none, everything goes by way of the router.
+    #[modulation(default = "", fixed)]
+    listen: Modulation<Text<512>>,
+    /// A configuration of Zenoh instead of these two, for TLS, passwords and all else.
+    #[modulation(default = "", unit = "path", fixed)]
+    config: Modulation<Text<1024>>,
+    /// Domain; -1 for that of the environment's ROS_DOMAIN_ID, or 0.
+    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+    domain: Modulation<i32>,
+    /// Namespace of the node and its topics.
+    #[modulation(default = "", fixed)]
+    namespace: Modulation<Text<128>>,
+    /// Name of the node; empty for that of this schema.
+    #[modulation(default = "", fixed)]
+    node: Modulation<Text<128>>,
+    /// Topic of the laser.
+    #[modulation(default = "scan", fixed)]
+    laser_topic: Modulation<Text<128>>,
+    /// Topic of the odometry.
+    #[modulation(default = "odom", fixed)]
+    odometry_topic: Modulation<Text<128>>,
+    /// Topic of the camera.
+    #[modulation(default = "image", fixed)]
+    image_topic: Modulation<Text<128>>,
+    /// Topic of the sonars: a message for each, in frames `sonar_0`, `sonar_1` and so on.
+    #[modulation(default = "sonar", fixed)]
+    sonars_topic: Modulation<Text<128>>,
+    /// Topic of the battery.
+    #[modulation(default = "battery_state", fixed)]
+    battery_topic: Modulation<Text<128>>,
+    /// Topic of where the frames stand to each other: the base by the odometry, and on it the laser and the sonars.
+    #[modulation(default = "/tf", fixed)]
+    tf_topic: Modulation<Text<128>>,
+    /// Topic of the velocities that ROS 2 wants.
+    #[modulation(default = "cmd_vel", fixed)]
+    cmd_vel_topic: Modulation<Text<128>>,
+    /// Where the laser sits on the base.
+    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    laser_mount: Modulation<Pose2D>,
+    /// How long a velocity that came counts if no other comes.
+    #[modulation(default = 0.5, unit = "s", min = 0.01)]
+    stale: Modulation<f64>,
+    /// What a laser sees.
+    #[import(optional)]
+    laser: Import<LaserScan>,
+    /// Where the robot is, by its wheels.
+    #[import(optional)]
+    odometry: Import<Odometry>,
+    /// What a camera sees.
+    #[import(optional)]
+    image: Import<Image>,
+    /// What the sonars hear.
+    #[import(optional)]
+    sonars: Import<RangeRing>,
+    /// How the battery is.
+    #[import(optional)]
+    battery: Import<BatteryState>,
+    /// The velocity that ROS 2 wants, while it is fresh.
+    #[export]
+    cmd_vel: Export<Twist>,
+    /// Whether the router is there.
+    #[export]
+    connection: Export<Connection>,
+    up: Option<Up>,
+}
+
+/// A node with these topics.
+struct Up {
+    wire: Wire,
+    laser: Option<Outlet<LaserScan>>,
+    odometry: Option<Outlet<Odometry>>,
+    image: Option<Outlet<Image>>,
+    sonars: Option<Outlet<Range>>,
+    battery: Option<Outlet<BatteryState>>,
+    tf: Option<Outlet<Transforms>>,
+    cmd_vel: Option<Inlet<Twist>>,
+}
+
+/// A publication.
+struct Outlet<T> {
+    number: usize,
+    codec: Codec<T>,
+    /// Number of the value that was sent last.
+    sent: u64,
+}
+
+impl Schema for Topics {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()?;
+        if self.up.is_none() {
+            self.up = Some(self.start(cx)?);
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(up) = &mut self.up else {
+            return Err("it is not awake".into());
+        };
+        up.wire.begin(cx);
+        let (node, clock) = (&up.wire.node, &up.wire.clock);
+        let (laser, odometry, sonars) = (self.laser.get(cx), self.odometry.get(cx), self.sonars.get(cx));
+        offer(node, clock, &mut up.laser, laser);
+        offer(node, clock, &mut up.odometry, odometry);
+        offer(node, clock, &mut up.image, self.image.get(cx));
+        offer(node, clock, &mut up.battery, self.battery.get(cx));
+        if let Some((outlet, ring)) = due(node, &mut up.sonars, sonars) {
+            let message = |(echo, _)| outlet.codec.encode_stamped(&echo, ring.time(), clock);
+            node.publish(outlet.number, echoes(&ring).map(message).collect());
+        }
+        if let Some((outlet, odometry)) = due(node, &mut up.tf, odometry) {
+            let mut tree = Transforms::of(&odometry, odometry.time(), clock);
+            if let Some(laser) = laser {
+                tree.mount(laser.header.frame_id, self.laser_mount.get(cx));
+            }
+            if let Some(sonars) = sonars.filter(|_| up.sonars.is_some()) {
+                echoes(&sonars).for_each(|(echo, place)| tree.mount(echo.header.frame_id, place));
+            }
+            node.publish(outlet.number, vec![outlet.codec.encode(&tree)]);
+        }
+        if let Some(inlet) = &mut up.cmd_vel {
+            let mut twist = Twist::ZERO;
+            if let Some(arrived) = up.wire.receive(cx, inlet, &mut twist) {
+                if is_finite(&twist) {
+                    inlet.hear(arrived);
+                    self.cmd_vel.write_at(cx, twist, arrived);
+                } else {
+                    let words = format!("{}: a velocity that is no number is not obeyed", inlet.topic());
+                    up.wire.complain(cx, words);
+                }
+            }
+            if inlet.falls_silent(cx.now(), Duration::from_secs_f64(self.stale.get(cx))) {
+                self.cmd_vel.retract(cx);
+            }
+        }
+        up.wire.tell(cx, &mut self.connection, None);
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Some(up) = self.up.take() {
+            up.wire.rest(cx, &mut self.connection);
+            self.cmd_vel.retract(cx);
+        }
+    }
+}
+
+impl Topics {
+    /// A node with a topic for each import that is bound.
+    fn start(&self, cx: &Context) -> Result<Up> {
+        let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
+        let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
+        let settings = Settings {
+            config: config.as_str(),
+            connect: connect.as_str(),
+            listen: listen.as_str(),
+            has_way: !connect.is_default() || !listen.is_default(),
+            domain: self.domain.get(cx),
+            namespace: namespace.as_str(),
+            node: node.as_str(),
+            schema: cx.name(),
+        };
+        let name = settings.name()?;
+        let (config, place) = settings.way()?;
+        let mut topics = Vec::new();
+        let space = name.namespace.as_str();
+        let odometry = self.odometry.is_bound(cx);
+        let sensor = Quality::Sensor;
+        let laser = outlet(
+            &mut topics,
+            space,
+            self.laser.is_bound(cx),
+            &self.laser_topic.get(cx),
+            sensor,
+        )?;
+        let up = (
+            laser,
+            outlet(&mut topics, space, odometry, &self.odometry_topic.get(cx), sensor)?,
+            outlet(
+                &mut topics,
+                space,
+                self.image.is_bound(cx),
+                &self.image_topic.get(cx),
+                sensor,
+            )?,
+            outlet(
+                &mut topics,
+                space,
+                self.sonars.is_bound(cx),
+                &self.sonars_topic.get(cx),
+                sensor,
+            )?,
+            outlet(
+                &mut topics,
+                space,
+                self.battery.is_bound(cx),
+                &self.battery_topic.get(cx),
+                sensor,
+            )?,
+            outlet(
+                &mut topics,
+                space,
+                odometry,
+                &self.tf_topic.get(cx),
+                Quality::Reliable,
+            )?,
+        );
+        let (laser, odometry, image, sonars, battery, tf) = up;
+        let codec = Codec::new();
+        let cmd_vel = crate::names::topic(space, self.cmd_vel_topic.get(cx).as_str())?
+            .map(|topic| codec.topic(topic, Quality::Reliable));
+        let wire = Wire::start(Plan {
+            config,
+            place,
+            publications: topics,
+            subscriptions: cmd_vel.clone().into_iter().collect(),
+            name,
+        })?;
+        Ok(Up {
+            wire,
+            laser,
+            odometry,
+            image,
+            sonars,
+            battery,
+            tf,
+            cmd_vel: cmd_vel.map(|topic| Inlet::new(0, topic.name, codec)),
+        })
+    }
+}
+
+/// A publication of that topic, unless it has no name or nothing to say.
+fn outlet<T: Value>(
+    topics: &mut Vec<Topic>,
+    namespace: &str,
+    bound: bool,
+    name: &Text<128>,
+    quality: Quality,
+) -> Result<Option<Outlet<T>>> {
+    let topic = crate::names::topic(namespace, name.as_str())?;
+    let Some(topic) = topic.filter(|_| bound) else {
+        return Ok(None);
+    };
+    if topics.iter().any(|other| other.name == topic) {
+        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
+    }
+    let codec = Codec::new();
+    topics.push(codec.topic(topic, quality));
+    Ok(Some(Outlet {
+        number: topics.len() - 1,
+        codec,
+        sent: 0,
+    }))
+}
+
+/// A publication that is wanted, and the value that it has not sent.
+fn due<'a, 'call, T, V: Value>(
+    node: &Node,
+    outlet: &'a mut Option<Outlet<T>>,
+    value: Option<Sample<'call, V>>,
+) -> Option<(&'a Outlet<T>, Sample<'call, V>)> {
+    let (outlet, value) = (outlet.as_mut()?, value?);
+    if outlet.sent == value.sequence() || !node.is_wanted(outlet.number) {
+        return None;
+    }
+    outlet.sent = value.sequence();
+    Some((outlet, value))
+}
+
+/// Publishes a value that was not sent yet, if anybody listens.
+fn offer<T: Stamped>(
+    node: &Node,
+    clock: &Clock,
+    outlet: &mut Option<Outlet<T>>,
+    value: Option<Sample<'_, T>>,
+) {
+    if let Some((outlet, value)) = due(node, outlet, value) {
+        let message = outlet.codec.encode_stamped(&value, value.time(), clock);
+        node.publish(outlet.number, vec![message]);
+    }
+}
+
+/// Whether all of its numbers are some.
+pub(crate) fn is_finite(twist: &Twist) -> bool {
+    [twist.linear, twist.angular]
+        .iter()
+        .all(|part| part.x.is_finite() && part.y.is_finite() && part.z.is_finite())
+}
