@@ -1,0 +1,133 @@
+//! Makes recordings of the applications as they are delivered.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, OnceLock};
+
+use jde_host::app::{self, Application};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{BeforeStart, Lockstep, Options, Running};
+use jde_log::{Origin, Recorder, Recording, Selection};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+pub(crate) const SECOND: u64 = 1_000_000_000;
+
+/// A recorded drive of safe-navigation.
+pub(crate) struct Scene {
+    _folder: tempfile::TempDir,
+    file: PathBuf,
+    plugins: Plugins,
+}
+
+impl Scene {
+    pub(crate) fn lockstep(name: &str, limit: u64, only: &[&str]) -> Self {
+        Self::new(name, limit, None, only)
+    }
+
+    pub(crate) fn real_time(name: &str, limit: u64, speed: f64, only: &[&str]) -> Self {
+        Self::new(name, limit, Some(speed), only)
+    }
+
+    fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        let plugins = plugins(&["sim", "example", "goon", "vff", "stop"]);
+        let scene = Self {
+            _folder: folder,
+            file,
+            plugins,
+        };
+        let application = scene.application(&[]);
+        let recorder = scene.recorder(&application, speed.is_none());
+        let only = only.iter().map(|pattern| (*pattern).to_owned()).collect();
+        let selection = Selection::new(only, &jde_log::variables(&application)).unwrap();
+        let options = Options {
+            observers: vec![recorder.observer()],
+            before_start: Some(watch(&recorder, selection)),
+            limit: Some(limit),
+            speed: speed.unwrap_or(1.0),
+            on_turn: Some(jde_log::turns(&recorder, &application, speed.is_none())),
+        };
+        if speed.is_some() {
+            Running::start(application, &scene.plugins, options).unwrap().wait();
+        } else {
+            Lockstep::start(application, &scene.plugins, options).unwrap().run();
+        }
+        let status = recorder.finish();
+        assert_eq!(status.lost, 0, "{status:?}");
+        scene
+    }
+
+    pub(crate) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    pub(crate) fn plugins(&self) -> &Plugins {
+        &self.plugins
+    }
+
+    pub(crate) fn application(&self, sets: &[&str]) -> Application {
+        let sets: Vec<_> = sets.iter().map(|set| set.parse().unwrap()).collect();
+        let file = Path::new(ROOT).join("apps/safe-navigation.toml");
+        app::load(&file, &sets, &self.plugins).unwrap_or_else(|faults| panic!("{faults}"))
+    }
+
+    /// How many selections were recorded.
+    pub(crate) fn decisions(&self) -> u64 {
+        let recording = Recording::open(&self.file).unwrap();
+        let messages = recording.messages().unwrap();
+        messages
+            .filter(|message| message.as_ref().unwrap().channel.topic == "/jde/decisions")
+            .count() as u64
+    }
+
+    fn recorder(&self, application: &Application, lossless: bool) -> Arc<Recorder> {
+        let options = jde_log::Options {
+            origin: Origin::of(application),
+            application: Some(application),
+            overwrite: false,
+            lossless,
+            on_trouble: Box::new(|trouble| panic!("{trouble}")),
+        };
+        Arc::new(Recorder::create(&self.file, options).unwrap())
+    }
+}
+
+fn watch(recorder: &Arc<Recorder>, selection: Selection) -> BeforeStart {
+    let recorder = Arc::clone(recorder);
+    Box::new(move |handle| {
+        for variable in handle.board().list() {
+            if selection.has(&variable.describe().full_name()) {
+                let handle = handle.clone();
+                recorder.watch(&variable, Arc::new(move || handle.now()));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The folder of the plugins `names`, built if need be.
+fn plugins(names: &[&str]) -> Plugins {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        cargo.args(names.iter().flat_map(|plugin| ["-p", plugin]));
+        let done = cargo.output().expect("cargo starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let mut libraries = messages.lines().filter_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            let is_ours = names.iter().any(|plugin| message["target"]["name"] == *plugin);
+            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.next().expect("cargo names the libraries it made")
+    });
+    let mut path = SearchPath::default();
+    path.push(folder, "built for this test");
+    Plugins::new(path)
+}
