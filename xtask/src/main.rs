@@ -9,6 +9,7 @@ mod metadata;
 mod paint;
 mod peers;
 mod prerequisites;
+mod ros2;
 mod shell;
 mod step;
 mod test;

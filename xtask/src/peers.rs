@@ -1,5 +1,5 @@
-//! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, and the libraries of
-//! MCAP and ROS 2 read what we have recorded.
+//! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, the libraries of MCAP
+//! and ROS 2 read what we have recorded, and ROS 2 and we drive each other's robots.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -7,14 +7,15 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
+use crate::ros2;
 use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
 
 /// What is installed into a Python environment of its own.
-const PACKAGES: &[&str] = &["Soar==1.5.2", "mcap==1.6.0", "mcap-ros2-support==0.6.0"];
+const PACKAGES: &[&str] = &["Soar==1.5.2", "mcap==1.6.0", "mcap-ros2-support==0.6.0", ros2::PACKAGE];
 /// What of these is imported, to see whether it is there.
-const IMPORTS: &str = "import soar.robot.arcos, mcap.reader, mcap_ros2.decoder";
+const IMPORTS: &[&str] = &["soar.robot.arcos", "mcap.reader", "mcap_ros2.decoder", ros2::IMPORT];
 /// Reads a recording of the demonstration and compares its numbers with ours.
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Drives ahead, turns and stops, and fails if the robot does not.
@@ -42,6 +43,7 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         );
     }
     read_recording(context, &python)?;
+    ros2::run(context, &python)?;
     Ok(Done::Passed)
 }
 
@@ -84,7 +86,8 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
 fn environment(context: &Context) -> Result<PathBuf> {
     let folder = context.target.join("peers");
     let python = folder.join("bin/python");
-    if !shell::succeeds(Command::new(&python).args(["-c", IMPORTS])) {
+    let imports = format!("import {}", IMPORTS.join(", "));
+    if !shell::succeeds(Command::new(&python).args(["-c", &imports])) {
         shell::run(
             Command::new("python3")
                 .args(["-m", "venv", "--clear"])

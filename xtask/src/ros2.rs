@@ -1,0 +1,133 @@
+//! ROS 2 as others speak it, over a router of Zenoh and real sockets of the loopback: a program drives a robot of ours by its
+//! topics, and a robot of theirs is driven by our schemas. A part of the step `peers`.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use anyhow::{Context as _, Result, ensure};
+
+use crate::shell;
+use crate::test::Context;
+
+/// What is to be installed for it, and imported to see whether it is there.
+pub(crate) const PACKAGE: &str = "zenoh_ros2_sdk==0.1.8";
+pub(crate) const IMPORT: &str = "zenoh_ros2_sdk";
+/// A router, a program that drives, and a robot, all three without a line of ours.
+const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
+/// The longest that one of ours can take.
+const LIMIT: &str = "180s";
+
+/// A peer that goes on until its standard input ends, or until this is dropped.
+struct Peer {
+    process: Child,
+    words: BufReader<ChildStdout>,
+}
+
+pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
+    let mut router = Peer::start(context, python, &["router"])?;
+    let port = router.line()?;
+    drive(context, python, &port)?;
+    serve(context, python, &port)
+}
+
+/// Has a robot of ours driven by a program of ROS 2.
+fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
+    let mut command = jde(context, "ros2", "topics", port);
+    shell::show(&command, context.paint);
+    let ours = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .context("cannot start `jde run ros2`")?;
+    let mut ours = Running(ours);
+    let mut program = Command::new(python);
+    program.arg(context.root.join(PEER)).args(["drive", port]);
+    shell::show(&program, context.paint);
+    print!("{}", shell::read(&mut program).context("the program of ROS 2 failed")?);
+    ensure!(
+        ours.0.try_wait()?.is_none(),
+        "`jde run ros2` ended before it was asked to"
+    );
+    shell::read(Command::new("kill").args(["-INT", &ours.0.id().to_string()]))?;
+    let status = ours.0.wait()?;
+    ensure!(status.success(), "`jde run ros2` ended with {status}");
+    Ok(())
+}
+
+/// Drives a robot of ROS 2 by the schemas of safe-navigation.
+fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
+    let mut robot = Peer::start(context, python, &["serve", port])?;
+    let ready = robot.line()?;
+    ensure!(ready == "ready", "the robot of ROS 2 says {ready}");
+    let mut command = jde(context, "ros2-robot", "robot", port);
+    shell::show(&command, context.paint);
+    // It succeeds if the robot has been to all of its targets.
+    shell::read(&mut command).context("our schemas did not drive the robot of ROS 2")?;
+    println!("{}", robot.end()?);
+    Ok(())
+}
+
+/// An application whose driver goes to this port.
+fn jde(context: &Context, application: &str, driver: &str, port: &str) -> Command {
+    let mut command = Command::new(context.target.join("debug/jde"));
+    command
+        .args(["run", application, "--plain", "--for", LIMIT, "--set"])
+        .arg(format!("{driver}.connect=tcp/127.0.0.1:{port}"))
+        .env_remove("ROS_DOMAIN_ID")
+        .current_dir(&context.root);
+    command
+}
+
+impl Peer {
+    fn start(context: &Context, python: &Path, arguments: &[&str]) -> Result<Self> {
+        let mut command = Command::new(python);
+        command.arg(context.root.join(PEER)).args(arguments);
+        shell::show(&command, context.paint);
+        let mut process = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("cannot start the peer")?;
+        let words = process.stdout.take().context("it has no standard output")?;
+        Ok(Self {
+            process,
+            words: BufReader::new(words),
+        })
+    }
+
+    /// What it says next.
+    fn line(&mut self) -> Result<String> {
+        let mut line = String::new();
+        self.words.read_line(&mut line)?;
+        ensure!(line.ends_with('\n'), "the peer ended, and said why above");
+        Ok(line.trim().to_owned())
+    }
+
+    /// Lets it end by itself; what it says at last.
+    fn end(&mut self) -> Result<String> {
+        drop(self.process.stdin.take());
+        let last = self.line()?;
+        let status = self.process.wait()?;
+        ensure!(status.success(), "the peer ended with {status}");
+        Ok(last)
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A program that does not outlive this.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
