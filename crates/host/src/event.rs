@@ -94,6 +94,16 @@ pub enum Event {
 pub enum OperatorAction {
     /// Plays, stops, forces or releases a schema.
     Hierarchy(Operator),
+    /// Ends the instance of a schema.
+    Unload {
+        /// Of which schema.
+        schema: usize,
+    },
+    /// Lets a schema have a fresh instance.
+    Load {
+        /// Which.
+        schema: usize,
+    },
     /// Changes a period, ns.
     Period {
         /// Of which schema.
@@ -120,7 +130,10 @@ impl OperatorAction {
             Self::Hierarchy(
                 Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id),
             ) => id.index(),
-            Self::Period { schema, .. } | Self::Modulate { schema, .. } => *schema,
+            Self::Unload { schema }
+            | Self::Load { schema }
+            | Self::Period { schema, .. }
+            | Self::Modulate { schema, .. } => *schema,
         }
     }
 
@@ -132,6 +145,8 @@ impl OperatorAction {
             Self::Hierarchy(Operator::Stop(_)) => format!("stopped {name}"),
             Self::Hierarchy(Operator::Force(_)) => format!("forced {name}"),
             Self::Hierarchy(Operator::Release(_)) => format!("released {name}"),
+            Self::Unload { .. } => format!("unloaded {name}"),
+            Self::Load { .. } => format!("loaded {name}"),
             Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
             Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
         }

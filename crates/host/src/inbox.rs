@@ -13,6 +13,7 @@ pub(crate) struct Inbox {
     pub(crate) triggered: bool,
     pub(crate) retimed: bool,
     pub(crate) replaced: bool,
+    pub(crate) unloaded: bool,
     /// At most one question a group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
@@ -26,6 +27,7 @@ impl Inbox {
                 self.promoted = false;
             }
             Signal::Replaced => self.replaced = true,
+            Signal::Unloaded => self.unloaded = true,
             Signal::Promoted => self.promoted = true,
             Signal::Triggered => self.triggered = true,
             Signal::Retimed => self.retimed = true,
@@ -38,7 +40,7 @@ impl Inbox {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        let flagged = self.promoted || self.triggered || self.retimed || self.replaced;
+        let flagged = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 

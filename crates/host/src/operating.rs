@@ -42,6 +42,23 @@ impl Operating {
         self.hierarchy(schema, Operator::Stop)
     }
 
+    /// Ends the instance of a schema, which holds it asleep: its memory goes, its device is let go of, and what it exported is
+    /// taken back; its modulations and its period stay. It ends between two iterations, soon after this has returned.
+    ///
+    /// # Errors
+    /// When it is a perceptive schema or a driver that somebody awake needs.
+    pub fn unload(&self, schema: usize) -> Result<(), String> {
+        self.engine.unload(&self.by, schema)
+    }
+
+    /// Lets go of a schema that was unloaded: it gets a fresh instance when it wakes up, at once if anybody wants it awake.
+    ///
+    /// # Errors
+    /// When it is not unloaded, or has not come to rest since.
+    pub fn load(&self, schema: usize) -> Result<(), String> {
+        self.engine.load(&self.by, schema)
+    }
+
     /// Makes a schema the winner of its group while it is awake.
     ///
     /// # Errors

@@ -31,6 +31,8 @@ pub(crate) struct Runner {
     /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
     last_iteration: Nanos,
     late: bool,
+    /// Its instance ends as soon as it sleeps.
+    unloading: bool,
     /// For those who want to know of turns.
     journal: Option<Arc<Journal>>,
     /// The present one.
@@ -81,6 +83,7 @@ impl Runner {
             last_check: 0,
             last_iteration: 0,
             late: false,
+            unloading: false,
             journal,
             told: Turn::of(Turn::CYCLED, number),
         }
@@ -127,6 +130,9 @@ impl Runner {
         }
         if inbox.replaced {
             self.give_up();
+        }
+        if inbox.unloaded {
+            self.unload();
         }
         for awake in inbox.life {
             if awake { self.wake_up() } else { self.fall_asleep() }
@@ -318,6 +324,10 @@ impl Runner {
     }
 
     fn wake_up(&mut self) {
+        // It was woken before it was unloaded, and is asleep again since.
+        if self.engine.is_unloaded(self.number) {
+            return;
+        }
         if let Err(reason) = self.create() {
             return self.fault(reason);
         }
@@ -346,6 +356,22 @@ impl Runner {
             self.dismiss();
         }
         self.tell();
+        self.put_away();
+    }
+
+    /// Ends the instance, now or when it sleeps; the next awakening makes a fresh one.
+    fn unload(&mut self) {
+        self.unloading = true;
+        self.put_away();
+    }
+
+    fn put_away(&mut self) {
+        if self.unloading && !matches!(self.life, Life::Awake { .. }) {
+            self.unloading = false;
+            self.dismiss();
+            // What it exported nobody vouches for any more.
+            self.engine.variables.retract_exports(self.number);
+        }
     }
 
     fn lie_down(&mut self) -> Result<(), String> {

@@ -71,6 +71,8 @@ pub struct Hold {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HoldKind {
+    /// Asleep, and its instance is gone.
+    Unloaded,
     /// Asleep.
     Stopped,
     /// The winner of its group while it is awake.
@@ -88,6 +90,7 @@ impl HoldKind {
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
+            Self::Unloaded => "unloaded",
             Self::Stopped => "stopped",
             Self::Forced => "forced",
             Self::Played => "played",

@@ -48,7 +48,7 @@ pub struct Turn {
     /// up, 9 end.
     pub kind: u8,
     /// How it asked leave to iterate: 1 as ever, 2 only to take over. What an operator did: 1 play, 2 stop, 3 force, 4 release,
-    /// 5 write a modulation or a period. Else 0.
+    /// 5 write a modulation or a period, 6 unload. Else 0.
     pub way: u8,
     /// Nothing.
     pub padding: Padding<2>,
@@ -118,6 +118,8 @@ impl Turn {
     pub const RELEASED: u8 = 4;
     /// Way of an operator: a modulation or a period.
     pub const WROTE: u8 = 5;
+    /// Way of an operator.
+    pub const UNLOADED: u8 = 6;
     /// The place of the period among the ports.
     pub const PERIOD: u64 = u32::MAX as u64;
 

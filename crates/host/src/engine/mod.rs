@@ -8,6 +8,7 @@ mod authority;
 mod observe;
 mod operate;
 mod services;
+mod unload;
 mod wiring;
 
 use std::collections::BTreeSet;
@@ -47,6 +48,8 @@ pub(crate) enum Signal {
     Asleep,
     /// It was given up inside a call: when that returns, the instance goes, and the next awakening makes a fresh one.
     Replaced,
+    /// It is unloaded: its instance ends as soon as it sleeps.
+    Unloaded,
     /// It is WINNER now: iterate at once.
     Promoted,
     /// A value it waits for was published (R12), or a command that cannot wait.

@@ -1,11 +1,11 @@
 //! What operators and the end of the application do from outside the hierarchy (R14).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, MutexGuard, PoisonError};
 
 use jde_board::value::{self, Value};
 use jde_board::{Refused as NotTaken, Stamp, Variable};
-use jde_core::{Hierarchy, Nanos, Operator, Refused, Requester, SchemaId};
+use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, SchemaId};
 
 use super::{Engine, Rules, Signal};
 use crate::event::OperatorAction;
@@ -23,6 +23,8 @@ pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 pub(super) struct Held {
     /// Who was the last to play, stop or force a schema.
     hands: BTreeMap<usize, String>,
+    /// Schemas whose instances are gone.
+    pub(super) unloaded: BTreeSet<usize>,
     values: Vec<Overwritten>,
 }
 
@@ -42,19 +44,10 @@ struct Before {
 impl Engine {
     /// Plays, stops, forces or releases a schema.
     pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
-        let (done, moment) = self.transact_told(|hierarchy, now, out| {
-            hierarchy.operator(now, operator, out)?;
-            let hands = &mut self.held().hands;
-            match operator {
-                Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) => {
-                    hands.insert(id.index(), by.to_owned())
-                }
-                Operator::Release(id) => hands.remove(&id.index()),
-            };
-            Ok(())
-        });
+        let (done, moment) =
+            self.transact_told(|hierarchy, now, out| self.act(hierarchy, now, out, by, operator));
         self.tell_turn(Turn::OPERATED, operator_on(operator), way(operator), moment);
-        done.map_err(|refused: Refused| refused.to_string())?;
+        done?;
         if let Operator::Release(id) = operator {
             self.give_back(id.index(), |_| true);
         }
@@ -65,8 +58,37 @@ impl Engine {
     /// Has an operator of the past act again on the hierarchy; what was refused then is refused now.
     pub(crate) fn operate_again(&self, operator: Operator) {
         // Then it was told to whoever acted.
-        let _: Result<(), Refused> =
-            self.transact(|hierarchy, now, out| hierarchy.operator(now, operator, out));
+        let _: Result<(), String> =
+            self.transact(|hierarchy, now, out| self.act(hierarchy, now, out, "", operator));
+    }
+
+    /// Carries out what an operator does to the hierarchy, and notes who holds what.
+    pub(super) fn act(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+        by: &str,
+        operator: Operator,
+    ) -> Result<(), String> {
+        let instance = operator_on(operator);
+        if matches!(operator, Operator::Play(_)) && self.is_unloaded(instance) {
+            return Err(format!("`{}` is unloaded; load it first", self.name(instance)));
+        }
+        hierarchy
+            .operator(now, operator, out)
+            .map_err(|refused| refused.to_string())?;
+        let mut held = self.held();
+        match operator {
+            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => {
+                held.hands.insert(instance, by.to_owned());
+            }
+            Operator::Release(_) => {
+                held.hands.remove(&instance);
+                held.unloaded.remove(&instance);
+            }
+        }
+        Ok(())
     }
 
     /// Has an operator of the past write again.
@@ -80,16 +102,14 @@ impl Engine {
         self.known(instance)?;
         let release = Operator::Release(super::schema(instance));
         let (held, moment) = self.transact_told(|hierarchy, now, out| {
-            let mut held = self.held();
-            if held.hands.get(&instance).is_none_or(|hand| hand != by) {
+            if self.held().hands.get(&instance).is_none_or(|hand| hand != by) {
                 return Ok(false);
             }
-            held.hands.remove(&instance);
-            hierarchy.operator(now, release, out).map(|()| true)
+            self.act(hierarchy, now, out, by, release).map(|()| true)
         });
         let way = if held == Ok(false) { 0 } else { way(release) };
         self.tell_turn(Turn::OPERATED, instance, way, moment);
-        let held = held.map_err(|refused: Refused| refused.to_string())?;
+        let held = held?;
         let given_back = self.give_back(instance, |writer| writer == by);
         if held || given_back {
             self.operated(by, OperatorAction::Hierarchy(release));
@@ -174,6 +194,8 @@ impl Engine {
         if let Some(kind) = held_to(hierarchy, super::schema(instance)) {
             // Whoever holds is noted in the transaction in which the hold came to be.
             let by = held.hands.get(&instance).cloned().unwrap_or_default();
+            let unloaded = held.unloaded.contains(&instance);
+            let kind = if unloaded { HoldKind::Unloaded } else { kind };
             return Some(Hold { kind, by });
         }
         let value = held
@@ -266,7 +288,7 @@ impl Engine {
         put.map(drop)
     }
 
-    fn held(&self) -> MutexGuard<'_, Held> {
+    pub(super) fn held(&self) -> MutexGuard<'_, Held> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

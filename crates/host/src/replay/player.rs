@@ -260,6 +260,7 @@ impl Player {
                 Signal::Asleep if seat.life.is_empty() => seat.live(false, now),
                 Signal::Asleep => seat.life.push_back((false, now)),
                 Signal::Replaced => seat.runner.give_up_now(),
+                Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
                 Signal::Asked { group, ticket, level } => {
                     seat.asked.retain(|asked| asked.group != group);
@@ -370,6 +371,7 @@ impl Player {
             Turn::STOPPED => self.engine.operate_again(Operator::Stop(id)),
             Turn::FORCED => self.engine.operate_again(Operator::Force(id)),
             Turn::RELEASED => self.engine.operate_again(Operator::Release(id)),
+            Turn::UNLOADED => self.engine.unload_again(number),
             Turn::WROTE => {
                 let Some(instance) = self.engine.application.instances.get(number) else {
                     return;

@@ -76,6 +76,11 @@ impl Runner {
         self.arbitrate(group, ticket, level);
     }
 
+    /// Ends the instance as soon as it sleeps.
+    pub(crate) fn unload_now(&mut self) {
+        self.unload();
+    }
+
     /// Lets go of what it looked at, and shows the newest values again.
     pub(crate) fn rest_again(&mut self) {
         self.recall(None);

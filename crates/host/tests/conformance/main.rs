@@ -12,4 +12,5 @@ mod remote;
 mod selection;
 mod shutdown;
 mod time;
+mod unload;
 mod values;

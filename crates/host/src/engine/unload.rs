@@ -1,0 +1,97 @@
+//! Schemas that operators unload and load again (R14). The runner ends and makes the instance, between two iterations (R10).
+//!
+//! What somebody awake needs is not unloaded: without its driver a schema that acts would act on nothing. A motor schema can
+//! always be: its level selects again as if it slept, which it does.
+
+use jde_abi::describe::Kind;
+use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, State};
+
+use super::{Engine, Signal, schema};
+use crate::event::OperatorAction;
+use crate::turn::Turn;
+
+impl Engine {
+    /// Puts a schema to sleep and ends its instance; its variables stay.
+    pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
+        self.known(instance)?;
+        let (done, moment) = self.transact_told(|hierarchy, now, out| {
+            self.refuse_needed(hierarchy, instance)?;
+            self.put_away(hierarchy, now, out, by, instance)
+        });
+        let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
+        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        done?;
+        self.operated(by, OperatorAction::Unload { schema: instance });
+        Ok(())
+    }
+
+    /// Has an operator of the past unload again; what was refused then was not told.
+    pub(crate) fn unload_again(&self, instance: usize) {
+        let done = self.transact(|hierarchy, now, out| self.put_away(hierarchy, now, out, "", instance));
+        debug_assert!(done.is_ok(), "it was done then: {done:?}");
+    }
+
+    /// Lets an unloaded schema go: it gets a fresh instance when it wakes up, which is at once if anybody wants it awake.
+    pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
+        self.known(instance)?;
+        let name = self.name(instance);
+        let release = Operator::Release(schema(instance));
+        let (done, moment) = self.transact_told(|hierarchy, now, out| {
+            if !self.is_unloaded(instance) {
+                return Err(format!(
+                    "`{name}` is not unloaded; unload it first to give it a fresh start"
+                ));
+            }
+            if hierarchy.state(schema(instance)) != State::Slept {
+                return Err(format!("`{name}` has not come to rest yet; try again"));
+            }
+            self.act(hierarchy, now, out, by, release)
+        });
+        let way = if done.is_ok() { Turn::RELEASED } else { 0 };
+        self.tell_turn(Turn::OPERATED, instance, way, moment);
+        done?;
+        self.operated(by, OperatorAction::Load { schema: instance });
+        Ok(())
+    }
+
+    /// Whether an operator unloaded it.
+    pub(crate) fn is_unloaded(&self, instance: usize) -> bool {
+        self.held().unloaded.contains(&instance)
+    }
+
+    fn put_away(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+        by: &str,
+        instance: usize,
+    ) -> Result<(), String> {
+        self.act(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
+        self.held().unloaded.insert(instance);
+        // The instance ends as soon as it sleeps, which it may do already.
+        self.ring(instance, Signal::Unloaded);
+        Ok(())
+    }
+
+    fn refuse_needed(&self, hierarchy: &Hierarchy, instance: usize) -> Result<(), String> {
+        if self.application.instances[instance].schema.kind == Kind::Motor {
+            return Ok(());
+        }
+        let users = hierarchy.requesters(schema(instance)).iter();
+        let users: Vec<_> = users
+            .filter_map(|requester| match requester {
+                Requester::Need(user) | Requester::Father(user) => Some(self.name(user.index())),
+                Requester::Application | Requester::Operator => None,
+            })
+            .collect();
+        if users.is_empty() {
+            return Ok(());
+        }
+        Err(format!(
+            "`{}` is needed by {}, awake now; stop what needs it first",
+            self.name(instance),
+            users.join(", ")
+        ))
+    }
+}
