@@ -168,6 +168,34 @@ pub enum Outcome {
     Broken(String),
 }
 
+impl Outcome {
+    /// All but those that have words of their own.
+    const PLAIN: [(Self, &str); 4] = [
+        (Self::Done, "the mission is done"),
+        (Self::Failed, "the mission failed"),
+        (Self::TimeUp, "the time was up"),
+        (Self::Stopped, "it was asked to stop"),
+    ];
+
+    /// It in words, as stories tell it.
+    #[must_use]
+    pub fn words(&self) -> &str {
+        let plain = Self::PLAIN.iter().find(|(outcome, _)| outcome == self);
+        match (plain, self) {
+            (Some((_, words)), _) => words,
+            (None, Self::Broken(reason)) => reason,
+            (None, Self::Done | Self::Failed | Self::TimeUp | Self::Stopped) => "it ended",
+        }
+    }
+
+    /// Out of the words of a story.
+    #[must_use]
+    pub fn read(words: &str) -> Self {
+        let plain = Self::PLAIN.into_iter().find(|(_, known)| *known == words);
+        plain.map_or_else(|| Self::Broken(words.to_owned()), |(outcome, _)| outcome)
+    }
+}
+
 /// Hears events, under the application's lock: it must return at once and must not call the application.
 pub trait Observer: Send {
     /// Hears one.

@@ -23,4 +23,4 @@ pub mod turn;
 
 pub use engine::{decider_name, policy_name};
 pub use operating::Operating;
-pub use running::{BeforeStart, Handle, Lockstep, Options, Running, StartError};
+pub use running::{BeforeStart, Handle, Hindrance, Lockstep, Options, Running, StartError};

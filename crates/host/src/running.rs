@@ -22,8 +22,11 @@ use crate::runner::Runner;
 use crate::snapshot::Snapshot;
 use crate::turn::OnTurn;
 
-/// Is shown an application that is about to start.
-pub type BeforeStart = Box<dyn FnOnce(&Handle)>;
+/// Is shown an application that is about to start, and may keep it from starting.
+pub type BeforeStart = Box<dyn FnOnce(&Handle) -> Result<(), Hindrance>>;
+
+/// Why an application must not start, as whoever was shown it says.
+pub type Hindrance = Box<dyn std::error::Error + Send + Sync>;
 
 /// How to run an application.
 pub struct Options {
@@ -60,6 +63,9 @@ pub enum StartError {
     /// The machine refused a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
+    /// Whoever was shown it before the start keeps it from starting.
+    #[error("{0}")]
+    Hindered(#[source] Hindrance),
     /// The application contradicts itself; `app::load` lets none such through.
     #[error("the application cannot be wired: {0}")]
     Wiring(String),
@@ -126,7 +132,7 @@ impl Running {
         };
         engine.attach(&bells);
         mission::follow(&engine);
-        show(&engine, options.before_start);
+        show(&engine, options.before_start).inspect_err(|_| drop(crew.dismiss()))?;
         let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
         let watch = move || {
             supervisor::guarded(&watched, || {
@@ -199,7 +205,7 @@ impl Lockstep {
         )?;
         let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
         mission::follow(&engine);
-        show(&engine, options.before_start);
+        show(&engine, options.before_start).inspect_err(|_| executor.shut_down())?;
         executor.start();
         Ok(Self {
             engine,
@@ -330,12 +336,14 @@ impl Handle {
     }
 }
 
-fn show(engine: &Arc<Engine>, before_start: Option<BeforeStart>) {
-    if let Some(before_start) = before_start {
-        before_start(&Handle {
-            engine: Arc::clone(engine),
-        });
-    }
+fn show(engine: &Arc<Engine>, before_start: Option<BeforeStart>) -> Result<(), StartError> {
+    let Some(before_start) = before_start else {
+        return Ok(());
+    };
+    let handle = Handle {
+        engine: Arc::clone(engine),
+    };
+    before_start(&handle).map_err(StartError::Hindered)
 }
 
 fn prepare(

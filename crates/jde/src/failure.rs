@@ -9,6 +9,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use jde_host::StartError;
 use jde_host::app::{Fault, Faults, Place};
 use jde_host::plugin::PluginError;
+use jde_log::ReadError;
 
 use crate::terminal::{self, BAD, TITLE};
 
@@ -49,9 +50,21 @@ pub(crate) enum Failure {
     /// It ran, and its mission was not fulfilled; the summary has said so.
     #[error("the mission was not fulfilled")]
     Mission,
+    /// A drive was decided otherwise this time; the report has said how.
+    #[error("not every selection is as it was")]
+    Different,
     /// It could not go on.
     #[error("{0}")]
     Broken(String),
+    /// What was asked for never happened.
+    #[error("{0}")]
+    Unanswered(String),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] ReadError),
+    /// A running application could not be reached, or refused.
+    #[error(transparent)]
+    Link(#[from] jde_link::Error),
     /// A file could not be read or written.
     #[error("{}: {error}", path.display())]
     File {
@@ -107,9 +120,10 @@ impl Failure {
 
     fn status(&self) -> u8 {
         match self {
-            Self::Mission | Self::Broken(_) | Self::File { .. } | Self::Output(_) => 1,
-            Self::Start(StartError::Thread(_)) => 1,
-            Self::Use { .. } | Self::Application { unusable: false, .. } => 2,
+            Self::Mission | Self::Different | Self::Broken(_) | Self::Unanswered(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Start(StartError::Thread(_) | StartError::Hindered(_)) => 1,
+            Self::Link(error) => link_status(error),
+            Self::Use { .. } | Self::Recording(_) | Self::Application { unusable: false, .. } => 2,
             Self::Start(StartError::Wiring(_)) => 2,
             Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
             Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
@@ -118,7 +132,7 @@ impl Failure {
 
     fn words(&self) -> String {
         match self {
-            Self::Mission => String::new(),
+            Self::Mission | Self::Different => String::new(),
             Self::Application { faults, missing, .. } => {
                 faults_in_words(faults) + if *missing { HOW_TO_FIND } else { "" }
             }
@@ -130,10 +144,39 @@ impl Failure {
                     folders.join("\n          ")
                 )),
             ),
-            Self::Plugin(_) | Self::Start(_) | Self::Broken(_) | Self::File { .. } | Self::Output(_) => {
-                plain(&self.to_string(), None)
-            }
+            Self::Plugin(_)
+            | Self::Start(_)
+            | Self::Broken(_)
+            | Self::Unanswered(_)
+            | Self::Recording(_)
+            | Self::Link(_)
+            | Self::File { .. }
+            | Self::Output(_) => plain(&self.to_string(), None),
         }
+    }
+}
+
+/// Wrong use is what can be mended by writing something else; the rest is how things are.
+fn link_status(error: &jde_link::Error) -> u8 {
+    use jde_link::Error;
+    match error {
+        Error::Name(_)
+        | Error::NameTaken { .. }
+        | Error::Insecure { .. }
+        | Error::Setting { .. }
+        | Error::Several(_)
+        | Error::UnknownApplication { .. }
+        | Error::Refused { .. } => 2,
+        Error::Folder { .. }
+        | Error::Listen { .. }
+        | Error::Open(_)
+        | Error::Connect { .. }
+        | Error::NothingRuns(_)
+        | Error::Version { .. }
+        | Error::Gone(_)
+        | Error::NoAnswer { .. }
+        | Error::Garbled { .. }
+        | Error::Thread(_) => 1,
     }
 }
 

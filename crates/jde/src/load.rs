@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe;
-use jde_host::app::{self, Application, Catalogue, Override};
+use jde_host::app::{self, Application, Catalogue, Faults, Override};
 use jde_host::plugin::{PluginError, Plugins, SearchPath};
 
 use crate::failure::Failure;
@@ -42,9 +42,24 @@ pub(crate) struct Noticed {
 /// All that is wrong with it.
 pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
     let file = places::application(given)?;
-    let plugins = Plugins::new(SearchPath::usual(Some(&file)));
+    checked(&file, |file, shelf| app::load(file, overrides, shelf))
+}
+
+/// Checks the text of an application's file that stands there, or did.
+///
+/// # Errors
+/// All that is wrong with it.
+pub(crate) fn text(file: &Path, text: &str, overrides: &[Override]) -> Result<Loaded, Failure> {
+    checked(file, |file, shelf| app::parse(text, file, overrides, shelf))
+}
+
+fn checked(
+    file: &Path,
+    check: impl FnOnce(&Path, &Shelf<'_>) -> Result<Application, Faults>,
+) -> Result<Loaded, Failure> {
+    let plugins = Plugins::new(SearchPath::usual(Some(file)));
     let shelf = Shelf::new(&plugins);
-    match app::load(&file, overrides, &shelf) {
+    match check(file, &shelf) {
         Ok(application) => Ok(Loaded { application, plugins }),
         Err(faults) => {
             let Noticed {

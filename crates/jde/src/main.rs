@@ -3,6 +3,7 @@
 
 mod attached;
 mod cli;
+mod complete;
 mod failure;
 mod inspect;
 mod interrupt;
@@ -12,6 +13,7 @@ mod new;
 mod picture;
 mod places;
 mod plot;
+mod replay;
 mod report;
 mod screen;
 mod session;

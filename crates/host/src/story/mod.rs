@@ -7,7 +7,7 @@ mod lines;
 use jde_core::{Health, Nanos};
 
 use crate::app::Application;
-use crate::event::{Event, Outcome};
+use crate::event::Event;
 pub use decided::{Decided, state_name};
 pub use lines::{Candidate, Change, Decision, Happening};
 
@@ -141,16 +141,7 @@ impl Story {
                 by: Some(by.clone()),
                 text: format!("{by} {}", action.words(&self.schemas[action.schema()])),
             }),
-            Event::Ended { time, outcome } => {
-                let text = match outcome {
-                    Outcome::Done => "the mission is done",
-                    Outcome::Failed => "the mission failed",
-                    Outcome::TimeUp => "the time was up",
-                    Outcome::Stopped => "it was asked to stop",
-                    Outcome::Broken(reason) => reason,
-                };
-                happening(*time, "ended", None, text.to_owned())
-            }
+            Event::Ended { time, outcome } => happening(*time, "ended", None, outcome.words().to_owned()),
         })
     }
 }
@@ -180,6 +171,18 @@ impl Line {
             None,
             format!("the value of {variable} was taken back"),
         )
+    }
+
+    /// The variable whose value was taken back, if it says that.
+    #[must_use]
+    pub fn retracted_variable(&self) -> Option<&str> {
+        match self {
+            Self::Happening(happening) if happening.kind == "retracted" => happening
+                .text
+                .strip_prefix("the value of ")?
+                .strip_suffix(" was taken back"),
+            Self::Happening(_) | Self::Decision(_) | Self::Change(_) => None,
+        }
     }
 
     /// Its kind.

@@ -1,11 +1,17 @@
 //! `jde completions`: what a shell needs to complete command lines.
 
-use clap::{Args, Command};
+use std::io::Write;
+
+use clap::Args;
 use clap_complete::Shell;
+use clap_complete::env::Shells;
 
 use crate::failure::Failure;
 
-/// Print what a shell needs to complete verbs, options and files.
+/// The variable by which a shell asks for completions.
+const ASKED_BY: &str = "COMPLETE";
+
+/// Print what a shell needs to complete verbs, options, files, and the names in applications that run.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde completions bash > ~/.local/share/bash-completion/completions/jde
@@ -17,11 +23,20 @@ pub(super) struct Completions {
 
 impl Completions {
     /// Prints it.
-    pub(super) fn run(self, command: &mut Command) -> Result<(), Failure> {
-        // Made whole first: the generator panics when a pipe is closed.
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let name = self.shell.to_string();
+        let shells = Shells::builtins();
+        let shell = shells.completer(&name).ok_or_else(|| {
+            let known: Vec<_> = shells.names().collect();
+            Failure::usage(
+                format!("there are no completions for {name}"),
+                format!("there are for {}", known.join(", ")),
+            )
+        })?;
+        // Made whole first: a pipe may be closed.
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, command, "jde", &mut script);
-        std::io::Write::write_all(&mut std::io::stdout(), &script)?;
+        shell.write_registration(ASKED_BY, "jde", "jde", "jde", &mut script)?;
+        std::io::stdout().write_all(&script)?;
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
 
-use super::run::Time;
+use super::run::{Link, Time};
 use super::{conclude, log};
 use crate::failure::{self, Failure};
 use crate::load;
@@ -41,6 +41,8 @@ pub(super) struct Demo {
     /// End standard output with one line of JSON; all words go to standard error.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    link: Link,
     /// Where to leave path.png and decisions.jsonl.
     #[arg(long, value_name = "DIR", default_value = "target/demo", value_hint = ValueHint::DirPath)]
     out: PathBuf,
@@ -91,6 +93,7 @@ impl Demo {
             decisions: Some(self.out.join("decisions.jsonl")),
             picture: Some(self.out.join("path.png")),
             record: None,
+            link: self.link.into(),
         };
         let finished = session::run(loaded, how, &log)?;
         let Summary {

@@ -3,20 +3,27 @@
 //! A verb here reads its options and calls what does the work; it holds none of it.
 
 mod check;
+pub(crate) mod client;
 mod completions;
 mod demo;
 mod describe;
 mod new;
 mod plugins;
-mod quantity;
+pub(crate) mod quantity;
+mod recording;
+mod replay;
 mod run;
+mod shell;
 mod sim;
+mod verbs;
 
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap_complete::CompleteEnv;
 
+use self::client::{Client, Context};
 use crate::failure::Failure;
 use crate::load::Loaded;
 use crate::log::{Filter, Log};
@@ -60,17 +67,26 @@ struct Common {
 enum Verb {
     Demo(demo::Demo),
     Run(run::Run),
+    Replay(replay::Replay),
     Sim(sim::Sim),
     Check(check::Check),
     Describe(describe::Describe),
     Plugins(plugins::Plugins),
     New(new::New),
     Completions(completions::Completions),
+    #[command(flatten)]
+    Client(Box<Client>),
+    Shell(shell::Shell),
 }
 
 /// Does what the command line asks.
 pub(crate) fn main() -> ExitCode {
-    let Cli { verb, common } = match Cli::try_parse() {
+    // A shell that completes asks by an environment variable, and gets its answer here.
+    CompleteEnv::with_factory(Cli::command).complete();
+    let Cli { verb, common } = match verbs::grouped(Cli::command())
+        .try_get_matches()
+        .and_then(|matches| Cli::from_arg_matches(&matches))
+    {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
@@ -78,12 +94,15 @@ pub(crate) fn main() -> ExitCode {
     let done = match verb {
         Verb::Demo(demo) => demo.run(common.log),
         Verb::Run(run) => run.run(common.log),
+        Verb::Replay(replay) => replay.run(common.log),
         Verb::Sim(sim) => sim.run(),
         Verb::Check(check) => check.run(),
         Verb::Describe(describe) => describe.run(),
         Verb::Plugins(plugins) => plugins.run(),
         Verb::New(new) => new.run(),
-        Verb::Completions(completions) => completions.run(&mut Cli::command()),
+        Verb::Completions(completions) => completions.run(),
+        Verb::Client(verb) => verb.run(&Context::default()),
+        Verb::Shell(shell) => shell.run(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -134,7 +153,7 @@ fn conclude(
 }
 
 /// Prints a value as one line of JSON on standard output.
-fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     serde_json::to_writer(&mut out, value).map_err(std::io::Error::from)?;
     writeln!(out)?;

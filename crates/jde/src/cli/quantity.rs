@@ -1,9 +1,14 @@
-//! Times and speeds as people write them on a command line.
+//! Times, speeds and sizes as people write them on a command line.
 
 use jde_core::Nanos;
 
 /// Units of time and their nanoseconds.
 const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 60e9), ("h", 3600e9)];
+/// Units of sizes and their bytes.
+const SIZES: [(&str, f64); 3] = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9)];
+/// Least and most memory that can be asked for, bytes.
+const LEAST_SIZE: f64 = 100e3;
+const MOST_SIZE: f64 = 1e12;
 /// Longest time that can be asked for, s: a year.
 const LONGEST_S: f64 = 366.0 * 86_400.0;
 
@@ -35,9 +40,34 @@ pub(super) fn speed(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Reads "256MB", "1GB" or "64 kB", in bytes.
+pub(super) fn size(text: &str) -> Result<usize, String> {
+    let wrong = || format!("`{text}` is no size; write a number with kB, MB or GB, such as 256MB");
+    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
+    let unit = SIZES.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1;
+    let size = number * unit;
+    if (LEAST_SIZE..=MOST_SIZE).contains(&size) {
+        Ok(size as usize)
+    } else {
+        Err(format!("`{text}` must be from 100 kB to 1000 GB"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{speed, time};
+    use super::{size, speed, time};
+
+    #[test]
+    fn sizes_have_units() {
+        assert_eq!(size("256MB"), Ok(256_000_000));
+        assert_eq!(size("0.5 GB"), Ok(500_000_000));
+        assert_eq!(size("100kB"), Ok(100_000));
+        for text in ["", "256", "MB", "99kB", "-1MB", "nanMB", "1e9GB", "5 s"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn times_have_units_and_bare_numbers_are_seconds() {

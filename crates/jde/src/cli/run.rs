@@ -6,12 +6,13 @@ use clap::{Args, ValueHint};
 use jde_core::Nanos;
 use jde_host::app::Override;
 
+use super::recording::Recording;
 use super::{conclude, log, quantity};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
 use crate::report::Summary;
-use crate::session::{self, How, Record, Telling, View};
+use crate::session::{self, How, LinkWanted, Telling, View};
 use crate::terminal;
 
 /// Run an application: on a terminal under the oscilloscope, in a pipe with a line for every takeover and its reason.
@@ -24,6 +25,7 @@ use crate::terminal;
   jde run apps/safe-navigation.toml
   jde run safe-navigation --lockstep --for 60s --picture path.png
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
+  jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
@@ -52,20 +54,35 @@ pub(super) struct Run {
     picture: Option<PathBuf>,
     #[command(flatten)]
     record: Recording,
+    #[command(flatten)]
+    link: Link,
 }
 
-/// What is recorded.
+/// How tools get in.
 #[derive(Args)]
-struct Recording {
-    /// Record every variable, selection, change of state and fault to this MCAP file, for Foxglove, Rerun and PlotJuggler.
-    #[arg(long = "record", value_name = "FILE", value_hint = ValueHint::FilePath)]
-    file: Option<PathBuf>,
-    /// Record only variables like these: full names with * for any letters, as in `pioneer.*` and `*.laser`.
-    #[arg(long = "record-only", value_name = "PATTERN", num_args = 1.., requires = "file")]
-    only: Vec<String>,
-    /// Write over a recording that is there.
-    #[arg(long, requires = "file")]
-    overwrite: bool,
+pub(super) struct Link {
+    /// The name by which tools and other robots call it, instead of the application's.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Let no tool in, whatever the application says.
+    #[arg(long, conflicts_with_all = ["name", "link"])]
+    no_link: bool,
+    /// Let tools in also in lockstep, which is usually over before anybody looks.
+    #[arg(long)]
+    link: bool,
+}
+
+impl From<Link> for LinkWanted {
+    fn from(link: Link) -> Self {
+        Self {
+            on: match (link.no_link, link.link || link.name.is_some()) {
+                (true, _) => Some(false),
+                (false, true) => Some(true),
+                (false, false) => None,
+            },
+            name: link.name,
+        }
+    }
 }
 
 /// How time passes, and what chance starts from.
@@ -107,11 +124,8 @@ impl Run {
             },
             decisions: self.decisions,
             picture: self.picture,
-            record: self.record.file.map(|file| Record {
-                file,
-                only: self.record.only,
-                overwrite: self.record.overwrite,
-            }),
+            record: self.record.wanted(),
+            link: self.link.into(),
         };
         let finished = session::run(loaded, how, &log)?;
         conclude(finished, "", self.json, Summary::is_fulfilled)

@@ -4,7 +4,7 @@ mod application;
 mod listing;
 mod plugin;
 mod plugin_data;
-mod value;
+pub(crate) mod value;
 
 pub(crate) use application::tell as application;
 pub(crate) use listing::Listing;

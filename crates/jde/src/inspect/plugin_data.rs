@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use jde_abi::describe::{Child, Plugin, Port, Role, Schema};
+use jde_link::value::to_json;
 use serde::Serialize;
 
 use super::value;
@@ -102,7 +103,7 @@ fn schema(schema: &Schema) -> SchemaData {
 }
 
 fn port(schema: &Schema, port: &Port) -> PortData {
-    let json = |bytes: &[u8]| value::json(&value::plain(&port.value_type, bytes));
+    let json = |bytes: &[u8]| to_json(&value::plain(&port.value_type, bytes));
     PortData {
         name: port.name.clone(),
         role: match &port.role {

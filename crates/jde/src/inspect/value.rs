@@ -9,7 +9,12 @@ use crate::failure;
 
 /// A value with its unit; what is a single number or text is shown as such.
 pub(super) fn shown(value_type: &Type, bytes: &[u8], unit: &str) -> String {
-    match plain(value_type, bytes) {
+    with_unit(plain(value_type, bytes), unit)
+}
+
+/// A value with its unit; paths as the user would write them.
+pub(crate) fn with_unit(value: Value, unit: &str) -> String {
+    match value {
         Value::Text(path) if unit == "path" && !path.is_empty() => {
             Value::Text(failure::shown(Path::new(&path))).to_string()
         }
@@ -35,28 +40,10 @@ fn rounded(value: Value) -> Value {
 }
 
 /// A value; what is a single number or text is given as such.
-pub(super) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
+pub(crate) fn plain(value_type: &Type, bytes: &[u8]) -> Value {
     match value::decode(value_type, bytes) {
         Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
         other => other,
-    }
-}
-
-/// A value for a tool.
-pub(super) fn json(value: &Value) -> serde_json::Value {
-    match value {
-        Value::Bool(value) => (*value).into(),
-        Value::Int(value) => (*value).into(),
-        Value::UInt(value) => (*value).into(),
-        // JSON has no NaN and no infinities.
-        Value::Float(value) if !value.is_finite() => value.to_string().into(),
-        Value::Float(value) => (*value).into(),
-        Value::Text(text) => text.as_str().into(),
-        Value::List(list) => list.iter().map(json).collect(),
-        Value::Map(fields) => fields
-            .iter()
-            .map(|(name, value)| (name.clone(), json(value)))
-            .collect(),
     }
 }
 

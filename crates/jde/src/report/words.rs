@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::Summary;
 use super::summary::{Ending, GroupSummary, SchemaSummary};
-use crate::session::{Recorded, of};
+use crate::session::{Recorded, RecordedFile, of};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 /// Tells what came of a run.
@@ -46,18 +46,58 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
 }
 
 fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
-    let Recorded {
+    let Some(files) = &recorded.files else {
+        let Recorded {
+            file,
+            kept,
+            lost,
+            bytes,
+            trouble,
+            ..
+        } = recorded;
+        write!(words, "recorded {TITLE}{file}{TITLE:#}: ")?;
+        return tell_file(*kept, *lost, *bytes, trouble.as_deref(), words);
+    };
+    if files.is_empty() {
+        writeln!(words, "recorded nothing: no condition came true")?;
+    }
+    for RecordedFile {
         file,
+        reason,
+        time_s,
+        fired,
         kept,
         lost,
         bytes,
         trouble,
-    } = recorded;
-    let (kept, megabytes) = (counted(*kept, "message"), *bytes as f64 / 1e6);
-    write!(
-        words,
-        "recorded {TITLE}{file}{TITLE:#}: {kept}, {megabytes:.1} MB, "
-    )?;
+    } in files
+    {
+        write!(words, "recorded {TITLE}{file}{TITLE:#}, {reason} at {time_s:.3} s")?;
+        if let more @ 1.. = fired.saturating_sub(1) {
+            write!(words, " and {more} more")?;
+        }
+        write!(words, ": ")?;
+        tell_file(*kept, *lost, *bytes, trouble.as_deref(), words)?;
+    }
+    if recorded.short > 0 {
+        let short = counted(recorded.short, "message");
+        writeln!(
+            words,
+            "{WARN}memory was too small{WARN:#}: {short} had to go early; give more with --memory, or take less with --before"
+        )?;
+    }
+    Ok(())
+}
+
+fn tell_file(
+    kept: u64,
+    lost: u64,
+    bytes: u64,
+    trouble: Option<&str>,
+    words: &mut dyn Write,
+) -> io::Result<()> {
+    let (kept, megabytes) = (counted(kept, "message"), bytes as f64 / 1e6);
+    write!(words, "{kept}, {megabytes:.1} MB, ")?;
     match lost {
         0 => write!(words, "nothing lost")?,
         lost => write!(words, "{WARN}{lost} lost{WARN:#}")?,

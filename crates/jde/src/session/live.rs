@@ -4,6 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use jde_host::event::Outcome;
 use jde_host::snapshot::Snapshot;
+use jde_types::Pose2D;
 use jde_host::{Handle, Operating};
 
 use super::sight::Sight;
@@ -40,14 +41,7 @@ impl Application for Live<'_> {
     fn robot(&self) -> Option<RobotView> {
         let seen = self.sight.lock().unwrap_or_else(PoisonError::into_inner).look();
         // The target is in the frame of the odometry, so the robot is shown in it too.
-        let pose = seen.odometry.or(seen.truth)?;
-        let mission = seen.mission.filter(|mission| mission.of_places);
-        Some(RobotView {
-            pose: (pose.x, pose.y, pose.theta),
-            target: mission.as_ref().and_then(|mission| mission.target),
-            reached: mission.as_ref().map_or(0, |mission| mission.reached),
-            total: mission.as_ref().map_or(0, |mission| mission.total),
-        })
+        Some(robot(seen.odometry.or(seen.truth)?, seen.mission.as_ref()))
     }
 
     fn act(&self, action: Action) -> Result<(), String> {
@@ -66,5 +60,16 @@ impl Application for Live<'_> {
 
     fn log_lines(&self) -> Vec<String> {
         self.log.kept()
+    }
+}
+
+/// What the oscilloscope shows of a robot; a mission counts if it is one of places.
+pub(crate) fn robot(pose: Pose2D, mission: Option<&crate::session::Mission>) -> RobotView {
+    let mission = mission.filter(|mission| mission.of_places);
+    RobotView {
+        pose: (pose.x, pose.y, pose.theta),
+        target: mission.and_then(|mission| mission.target),
+        reached: mission.map_or(0, |mission| mission.reached),
+        total: mission.map_or(0, |mission| mission.total),
     }
 }

@@ -1,6 +1,7 @@
 //! One run of an application, from start to rest: in real time under the oscilloscope or told line by line, or in lockstep.
 
 mod digest;
+mod link;
 mod live;
 mod progress;
 mod record;
@@ -19,7 +20,7 @@ use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::{Event, Outcome};
 use jde_host::plugin::Plugins;
-use jde_host::{Handle, Lockstep, Options, Running};
+use jde_host::{Handle, Lockstep, Options, Running, StartError};
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
@@ -29,14 +30,18 @@ use crate::report::Summary;
 use crate::terminal::Words;
 use crate::{report, top};
 use digest::Digested;
+use link::Way;
 use live::Live;
 use progress::Progress;
 use record::Recording;
 use recorder::{Recorder, SAMPLE};
 
+pub(crate) use link::Wanted as LinkWanted;
+pub(crate) use live::robot;
 pub(crate) use progress::{Millis, Telling, of};
-pub(crate) use record::{Record, Recorded};
+pub(crate) use record::{Around, Record, Recorded, RecordedFile};
 pub(crate) use recorder::Kept;
+pub(crate) use sight::{Progress as Mission, Read};
 pub(crate) use trace::{Sample, Trace};
 
 /// How to run an application.
@@ -57,6 +62,8 @@ pub(crate) struct How {
     pub(crate) picture: Option<PathBuf>,
     /// What to record, and where.
     pub(crate) record: Option<Record>,
+    /// How tools get in.
+    pub(crate) link: LinkWanted,
 }
 
 /// What is shown while an application runs.
@@ -98,15 +105,25 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .as_ref()
         .map(|record| Recording::begin(record, &application, how.lockstep))
         .transpose()?;
+    let way = Way::prepare(&how.link, &application, how.lockstep, how.speed)?;
     let mut options = Options {
         observers: vec![observer(tell)],
-        before_start: recording.as_ref().map(Recording::before_start),
         limit: how.limit,
         speed: how.speed,
+        on_turn: recording.as_ref().map(Recording::on_turn),
+        ..Options::default()
     };
     options
         .observers
         .extend(recording.as_ref().map(Recording::observer));
+    options.observers.extend(way.as_ref().map(Way::observer));
+    let shown_to = [
+        recording.as_ref().map(Recording::before_start),
+        way.as_ref().map(Way::before_start),
+    ];
+    options.before_start = Some(Box::new(|handle| {
+        shown_to.into_iter().flatten().try_for_each(|show| show(handle))
+    }));
 
     let started = Instant::now();
     let (outcome, handle) = if how.lockstep {
@@ -115,6 +132,9 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         in_real_time(application, &plugins, options, how.view, &mut recorder, log)
     }?;
     let wall = started.elapsed();
+    if let Some(way) = &way {
+        way.close();
+    }
     let recorded = recording.as_ref().map(Recording::finish);
     log.forget();
 
@@ -142,7 +162,7 @@ fn in_lockstep(
     recorder: &mut Recorder,
     log: &Log,
 ) -> Result<(Outcome, Handle), Failure> {
-    let mut lockstep = Lockstep::start(application, plugins, options)?;
+    let mut lockstep = Lockstep::start(application, plugins, options).map_err(not_started)?;
     let handle = lockstep.handle();
     log.follow(&handle);
     let _interrupts = {
@@ -176,7 +196,7 @@ fn in_real_time(
 ) -> Result<(Outcome, Handle), Failure> {
     let wait = Duration::from_nanos((SAMPLE as f64 / options.speed) as u64);
     let title = application.name.clone();
-    let running = Running::start(application, plugins, options)?;
+    let running = Running::start(application, plugins, options).map_err(not_started)?;
     let handle = running.handle();
     log.follow(&handle);
     let _interrupts = {
@@ -205,6 +225,17 @@ fn in_real_time(
     told.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     shown?;
     Ok((outcome, handle))
+}
+
+/// What kept it from starting may be the link.
+fn not_started(error: StartError) -> Failure {
+    match error {
+        StartError::Hindered(hindrance) => match hindrance.downcast::<jde_link::Error>() {
+            Ok(link) => (*link).into(),
+            Err(other) => StartError::Hindered(other).into(),
+        },
+        other => other.into(),
+    }
 }
 
 struct StopOnDrop<'h>(&'h Handle);

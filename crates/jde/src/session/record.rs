@@ -4,10 +4,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::Observer;
+use jde_host::turn::OnTurn;
 use jde_host::{BeforeStart, StartError};
-use jde_log::{Error, Options, Origin, Recorder, Selection};
+use jde_log::trigger::{Condition, Names, Triggers};
+use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Status, When, Written};
 use serde::Serialize;
 
 use crate::failure::{Failure, shown};
@@ -20,13 +23,33 @@ pub(crate) struct Record {
     pub(crate) only: Vec<String>,
     /// Write over what is there.
     pub(crate) overwrite: bool,
+    /// Write only what is around the moments at which a condition comes true; if not, everything.
+    pub(crate) around: Option<Around>,
+}
+
+/// Which moments, and how much around them.
+pub(crate) struct Around {
+    /// The conditions, as they were written.
+    pub(crate) conditions: Vec<String>,
+    /// How much of what was before, ns.
+    pub(crate) before: Nanos,
+    /// How much of what comes after, ns.
+    pub(crate) after: Nanos,
+    /// Most bytes of the past in memory.
+    pub(crate) memory: usize,
 }
 
 /// What came of it.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Recorded {
-    /// The file.
+    /// The file; of the files that conditions asked for, the name before they are numbered.
     pub(crate) file: String,
+    /// The files that conditions asked for; none if there are no conditions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) files: Option<Vec<RecordedFile>>,
+    /// Messages that had to go from memory before their time was up.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub(crate) short: u64,
     /// Messages in it.
     pub(crate) kept: u64,
     /// Values and events that are not.
@@ -38,11 +61,36 @@ pub(crate) struct Recorded {
     pub(crate) trouble: Option<String>,
 }
 
+/// A file that a condition asked for.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordedFile {
+    /// Its name.
+    pub(crate) file: String,
+    /// What came true.
+    pub(crate) reason: String,
+    /// When, s since the application's start.
+    pub(crate) time_s: f64,
+    /// How often conditions came true in its time.
+    pub(crate) fired: u64,
+    /// Messages in it.
+    pub(crate) kept: u64,
+    /// Messages of its time that are not.
+    pub(crate) lost: u64,
+    /// Its bytes.
+    pub(crate) bytes: u64,
+    /// Why it ends too soon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) trouble: Option<String>,
+}
+
 /// A recording under way.
 pub(crate) struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
+    on_turn: OnTurn,
     file: PathBuf,
+    /// Files are written when conditions come true.
+    waits: bool,
 }
 
 impl Recording {
@@ -69,11 +117,17 @@ impl Recording {
                 tracing::error!("the recording {named} ends here, and the run goes on: {trouble}");
             }),
         };
-        let recorder = Recorder::create(&file, options).map_err(|error| failure(error, &file))?;
+        let recorder = match &record.around {
+            Some(around) => Recorder::wait(&file, options, when(around, application)?),
+            None => Recorder::create(&file, options),
+        };
+        let recorder = recorder.map_err(|error| failure(error, &file))?;
         Ok(Self {
+            on_turn: jde_log::turns(&recorder, application, lockstep),
             recorder: Arc::new(recorder),
             selection,
             file,
+            waits: record.around.is_some(),
         })
     }
 
@@ -82,30 +136,101 @@ impl Recording {
         self.recorder.observer()
     }
 
+    /// Is told of every turn, so that `jde replay` can take it again.
+    pub(crate) fn on_turn(&self) -> OnTurn {
+        Arc::clone(&self.on_turn)
+    }
+
     /// Watches the variables of an application from their first value on.
     pub(crate) fn before_start(&self) -> BeforeStart {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
         Box::new(move |handle| {
             for variable in handle.board().list() {
+                let handle = handle.clone();
+                let clock = Arc::new(move || handle.now());
                 if selection.has(&variable.describe().full_name()) {
-                    let handle = handle.clone();
-                    recorder.watch(&variable, Arc::new(move || handle.now()));
+                    recorder.watch(&variable, clock);
+                } else {
+                    recorder.look(&variable, clock);
                 }
             }
+            Ok(())
         })
     }
 
     /// Writes the rest, and says what came of it.
     pub(crate) fn finish(&self) -> Recorded {
-        let status = self.recorder.finish();
+        let Status {
+            kept,
+            lost,
+            bytes,
+            trouble,
+            files,
+            short,
+            ..
+        } = self.recorder.finish();
         Recorded {
             file: shown(&self.file),
-            kept: status.kept,
-            lost: status.lost,
-            bytes: status.bytes,
-            trouble: status.trouble,
+            files: self.waits.then(|| files.into_iter().map(recorded).collect()),
+            short,
+            kept,
+            lost,
+            bytes,
+            trouble,
         }
     }
+}
+
+/// Reads the conditions, and says on the log what comes of them.
+fn when(around: &Around, application: &Application) -> Result<When, Failure> {
+    let names = Names::of(application);
+    let conditions = around.conditions.iter().map(|text| Condition::new(text, &names));
+    let conditions = conditions.collect::<Result<_, _>>().map_err(|bad| {
+        Failure::usage(
+            bad.to_string(),
+            "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
+             refused, operator, and expressions such as 'pioneer.odometry.twist.twist.linear.x > 0.4' or\n        \
+             'pioneer.laser.ranges.exists(r, r < 0.3)'",
+        )
+    })?;
+    Ok(When {
+        triggers: Triggers::new(names, conditions),
+        before: around.before,
+        after: around.after,
+        memory: around.memory,
+        on_file: Box::new(|happened, written| {
+            let (file, reason) = (shown(&written.path), &written.reason);
+            match happened {
+                Happened::Began => tracing::warn!("recording {file}: {reason}"),
+                Happened::FiredAgain => tracing::info!("recording {file} for longer"),
+                Happened::Ended => tracing::info!("recorded {file}"),
+                Happened::Failed => {
+                    let trouble = written.trouble.as_deref().unwrap_or_default();
+                    tracing::error!(
+                        "{file} ends here, and the run goes on; the next condition tries again: {trouble}"
+                    );
+                }
+            }
+        }),
+    })
+}
+
+fn recorded(written: Written) -> RecordedFile {
+    RecordedFile {
+        file: shown(&written.path),
+        reason: written.reason,
+        time_s: written.time as f64 / 1e9,
+        fired: written.fired,
+        kept: written.kept,
+        lost: written.lost,
+        bytes: written.bytes,
+        trouble: written.trouble,
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 fn failure(error: Error, file: &Path) -> Failure {

@@ -113,17 +113,7 @@ impl Sight {
             });
         }
         seen.odometry = self.odometry.as_mut().and_then(|odometry| {
-            read(odometry, |read| {
-                let part = |name: &str| read.number(&format!("pose.pose.orientation.{name}"));
-                let turned = Quaternion {
-                    x: part("x")?,
-                    y: part("y")?,
-                    z: part("z")?,
-                    w: part("w")?,
-                };
-                let place = |name: &str| read.number(&format!("pose.pose.position.{name}"));
-                Some(Pose2D::new(place("x")?, place("y")?, turned.yaw()))
-            })
+            read(odometry, |read| read.odometry())
         });
         seen.mission = self
             .mission
@@ -190,7 +180,8 @@ impl Sight {
 }
 
 impl Progress {
-    fn read(read: Read<'_>) -> Option<Self> {
+    /// Of a value of type `Mission`.
+    pub(crate) fn read(read: Read<'_>) -> Option<Self> {
         let note = match read.value("note")? {
             Value::Text(note) => note,
             _ => String::new(),
@@ -210,9 +201,9 @@ impl Progress {
 
 /// A value being looked at.
 #[derive(Clone, Copy)]
-struct Read<'v> {
-    value_type: &'v Type,
-    bytes: &'v [u8],
+pub(crate) struct Read<'v> {
+    pub(crate) value_type: &'v Type,
+    pub(crate) bytes: &'v [u8],
 }
 
 impl Read<'_> {
@@ -222,6 +213,19 @@ impl Read<'_> {
 
     fn number(self, path: &str) -> Option<f64> {
         number(&self.value(path)?)
+    }
+
+    /// The pose of a value of type `Odometry`.
+    pub(crate) fn odometry(self) -> Option<Pose2D> {
+        let part = |name: &str| self.number(&format!("pose.pose.orientation.{name}"));
+        let turned = Quaternion {
+            x: part("x")?,
+            y: part("y")?,
+            z: part("z")?,
+            w: part("w")?,
+        };
+        let place = |name: &str| self.number(&format!("pose.pose.position.{name}"));
+        Some(Pose2D::new(place("x")?, place("y")?, turned.yaw()))
     }
 
     fn pose(self, path: &str) -> Option<Pose2D> {

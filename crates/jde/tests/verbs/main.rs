@@ -1,9 +1,11 @@
 //! The executable as a user meets it: real processes, real files, exit statuses.
 
+mod attached;
 mod demo;
 mod inspecting;
 mod new;
 mod recording;
+mod replaying;
 mod running;
 mod screen;
 mod serving;

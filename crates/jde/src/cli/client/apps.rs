@@ -1,0 +1,166 @@
+//! `jde apps`: which applications run.
+
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+use jde_core::State;
+use jde_host::snapshot::Snapshot;
+use jde_link::message::{About, Network};
+use serde::Serialize;
+
+use super::{Context, Target};
+use crate::attached::table::{Cell, Side, Table};
+use crate::cli::print_json;
+use crate::failure::{Failure, shown};
+use crate::terminal::{self, FAINT, GOOD, TITLE, WARN};
+
+/// List the applications that run.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde apps
+  jde apps --at tcp/robot2:7447 --json")]
+pub(crate) struct Apps {
+    #[command(flatten)]
+    target: Target,
+    /// As one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Listed {
+    #[serde(flatten)]
+    about: About,
+    /// Who acts, from the roots down; none if the application does not answer.
+    acting: Option<Vec<String>>,
+}
+
+impl Apps {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let client = context.client(&self.target)?;
+        let abouts = client.applications()?;
+        // One that is stopped must not keep the others waiting.
+        let listed: Vec<Listed> = thread::scope(|scope| {
+            let asked: Vec<_> = abouts
+                .into_iter()
+                .map(|about| {
+                    let client = &client;
+                    scope.spawn(move || {
+                        let name = format!("{}@{}", about.name, about.id);
+                        let remote = client.application(Some(&name)).ok();
+                        let snapshot = remote.and_then(|remote| remote.hierarchy().ok());
+                        Listed {
+                            acting: snapshot.as_ref().map(acting),
+                            about,
+                        }
+                    })
+                })
+                .collect();
+            let joined = asked.into_iter().map(|thread| {
+                thread
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            joined.collect()
+        });
+        if self.json {
+            return print_json(&listed);
+        }
+        let mut out = terminal::out();
+        if listed.is_empty() {
+            writeln!(out, "no application runs; start one with `jde run` or `jde demo`")?;
+            return Ok(());
+        }
+        table(&listed).tell(&mut out)?;
+        out.flush()?;
+        Ok(())
+    }
+}
+
+fn table(listed: &[Listed]) -> Table {
+    let mut table = Table::new([
+        ("name", Side::Left),
+        ("up", Side::Right),
+        ("acting", Side::Left),
+        ("where", Side::Left),
+        ("pid", Side::Right),
+        ("network", Side::Left),
+        ("file", Side::Left),
+    ]);
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    for Listed { about, acting } in listed {
+        let twins = listed.iter().filter(|other| other.about.name == about.name).count();
+        let name = match twins {
+            1 => about.name.clone(),
+            _ => format!("{}@{}", about.name, &about.id[..about.id.len().min(6)]),
+        };
+        let up = now.saturating_sub(Duration::from_nanos(about.started_ns));
+        let acting = match acting.as_deref() {
+            None => Cell::from("does not answer").styled(WARN),
+            Some([]) => Cell::from("nobody").styled(FAINT),
+            Some(names) => Cell::from(names.join(" > ")).styled(GOOD),
+        };
+        table.row([
+            Cell::from(name).styled(TITLE),
+            duration(up).into(),
+            acting,
+            format!("{}@{}", about.user, about.host).into(),
+            about.pid.into(),
+            Cell::from(match about.network {
+                Network::Closed => "closed",
+                Network::Read => "read",
+                Network::Operate => "operate",
+            })
+            .styled(FAINT),
+            Cell::from(shown(about.file.as_ref())).styled(FAINT),
+        ]);
+    }
+    table
+}
+
+/// The winners from the roots down, as far as there is one in the first group of each.
+fn acting(snapshot: &Snapshot) -> Vec<String> {
+    let mut names = Vec::new();
+    let mut father = None;
+    while let Some(group) = snapshot.groups.iter().find(|group| group.father == father)
+        && let Some(winner) = group.winner
+        && names.len() < snapshot.schemas.len()
+    {
+        if snapshot.schemas[winner].state != State::Winner {
+            break;
+        }
+        names.push(snapshot.schemas[winner].name.clone());
+        father = Some(winner);
+    }
+    names
+}
+
+/// "45s", "2m 14s", "3h 20m", "2d 4h".
+fn duration(time: Duration) -> String {
+    let seconds = time.as_secs();
+    let (minutes, hours, days) = (seconds / 60, seconds / 3600, seconds / 86_400);
+    match (days, hours, minutes) {
+        (0, 0, 0) => format!("{seconds}s"),
+        (0, 0, _) => format!("{minutes}m {}s", seconds % 60),
+        (0, _, _) => format!("{hours}h {}m", minutes % 60),
+        _ => format!("{days}d {}h", hours % 24),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::tests::navigation;
+
+    #[test]
+    fn those_who_act_are_named_from_the_roots_down() {
+        assert_eq!(acting(&navigation()), ["example", "goon"]);
+    }
+
+    #[test]
+    fn times_have_two_units_at_most() {
+        let texts = [45, 134, 12_000, 187_200].map(|seconds| duration(Duration::from_secs(seconds)));
+        assert_eq!(texts, ["45s", "2m 14s", "3h 20m", "2d 4h"]);
+    }
+}

@@ -1,0 +1,160 @@
+//! `jde events`: what happens in a running application.
+
+use std::io::Write;
+use std::sync::mpsc::channel;
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_host::story::{Kind, Line};
+use jde_link::Happened;
+use serde_json::json;
+
+use super::{Context, Target};
+use crate::cli::print_json;
+use crate::complete;
+use crate::failure::Failure;
+use crate::interrupt::Interrupts;
+use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
+use crate::why;
+
+/// Show what happens: takeovers with their reasons, faults, overruns, operators; the last ones first, then as they come.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde events
+  jde events --last 20 --once
+  jde events --all --json | jq 'select(.stream == \"decisions\")'")]
+pub(crate) struct Events {
+    /// The application, where several run.
+    #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
+    application: Option<String>,
+    #[command(flatten)]
+    target: Target,
+    /// Begin with so many of each kind that happened before.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    last: usize,
+    /// End after what happened before.
+    #[arg(long)]
+    once: bool,
+    /// Also selections that changed nothing, and changes of state.
+    #[arg(long)]
+    all: bool,
+    /// A line of JSON each.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Events {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let kinds: &[Kind] = if self.all {
+            &Kind::ALL
+        } else {
+            &[Kind::Decision, Kind::Happening]
+        };
+        let (tell, told) = channel();
+        let _interrupts = {
+            let tell = tell.clone();
+            Interrupts::call(move || {
+                let _ = tell.send(None);
+            })?
+        };
+        {
+            let tell = tell.clone();
+            remote.on_gone(move || {
+                let _ = tell.send(None);
+            });
+        }
+        // Of the selections many change nothing, and are not shown.
+        let last = if self.all { self.last } else { self.last.saturating_mul(50).min(1000) };
+        let ends = tell.clone();
+        let watching = remote.events(kinds, last, move |happened| {
+            // Nobody listens any more at the end.
+            let _ = tell.send(Some(happened));
+        })?;
+        if self.once {
+            drop(watching);
+            let _ = ends.send(None);
+            return self.earlier(told.into_iter().map_while(|happened| happened));
+        }
+        drop(ends);
+        let earlier: Vec<_> = told.try_iter().collect();
+        let over = earlier.iter().any(Option::is_none);
+        self.earlier(earlier.into_iter().flatten())?;
+        let ended = |happened: &Happened| matches!(&happened.line, Line::Happening(line) if line.kind == "ended");
+        while !over && let Ok(Some(happened)) = told.recv() {
+            self.show(&happened)?;
+            if ended(&happened) {
+                return Ok(());
+            }
+        }
+        if remote.alive() {
+            return Ok(());
+        }
+        Err(jde_link::Error::Gone(remote.about().name.clone()).into())
+    }
+
+    /// Shows the last of each kind of what happened before.
+    fn earlier(&self, happened: impl Iterator<Item = Happened>) -> Result<(), Failure> {
+        let wanted: Vec<_> = happened.filter(|happened| self.wants(&happened.line)).collect();
+        let mut skip = Kind::ALL.map(|kind| {
+            let count = wanted.iter().filter(|happened| happened.line.kind() == kind).count();
+            count.saturating_sub(self.last)
+        });
+        for happened in &wanted {
+            let skip = &mut skip[happened.line.kind() as usize];
+            if *skip == 0 {
+                self.show(happened)?;
+            } else {
+                *skip -= 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn wants(&self, line: &Line) -> bool {
+        match line {
+            Line::Decision(decision) => self.all || decision.changed,
+            Line::Change(_) | Line::Happening(_) => true,
+        }
+    }
+
+    fn show(&self, happened: &Happened) -> Result<(), Failure> {
+        if !self.wants(&happened.line) {
+            return Ok(());
+        }
+        if self.json {
+            return print_json(&match &happened.line {
+                Line::Decision(decision) => json!({ "stream": "decisions", "line": decision }),
+                Line::Change(change) => json!({ "stream": "states", "line": change }),
+                Line::Happening(happening) => json!({ "stream": "events", "line": happening }),
+            });
+        }
+        let mut out = terminal::out();
+        if happened.missed > 0 && self.all {
+            writeln!(out, "{WARN}{} lines were missed{WARN:#}", happened.missed)?;
+        }
+        match &happened.line {
+            Line::Decision(decision) => writeln!(out, "{}", why::line(decision))?,
+            Line::Change(change) => writeln!(
+                out,
+                "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {}",
+                change.time_s, change.schema, change.from, change.to
+            )?,
+            Line::Happening(happening) => {
+                let style = match happening.kind.as_str() {
+                    "faulted" | "hung" => BAD,
+                    "ok" | "ended" => GOOD,
+                    _ => WARN,
+                };
+                let schema = happening.schema.as_ref().map_or(String::new(), |name| format!("{name} "));
+                writeln!(
+                    out,
+                    "{FAINT}{:>9.3} s{FAINT:#}  {schema}{style}{}{style:#}: {}",
+                    happening.time_s, happening.kind, happening.text
+                )?;
+            }
+        }
+        out.flush()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! `jde get`: the newest value of a variable.
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_link::value::to_json;
+use serde_json::json;
+
+use super::{Context, Target};
+use crate::attached::name::{self, split_application};
+use crate::attached::part::Part;
+use crate::cli::print_json;
+use crate::complete;
+use crate::failure::Failure;
+use crate::terminal::{self, FAINT};
+
+/// Show the newest value of a variable, or of a field of it.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde get pioneer.odometry
+  jde get pioneer.odometry.pose.pose.position.x
+  jde get robot2:pioneer.laser.ranges[90] --json")]
+pub(crate) struct Get {
+    /// The variables: [APP:]SCHEMA.VARIABLE[.FIELD].
+    #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
+    variables: Vec<String>,
+    #[command(flatten)]
+    target: Target,
+    /// As a line of JSON each, with when it was measured and by whom.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Get {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let mut out = terminal::out();
+        for asked in &self.variables {
+            let (named, asked) = split_application(asked);
+            let remote = context.remote(&self.target, named)?;
+            let known = remote.variables(false)?;
+            let (variable, path) = name::variable(asked, known.iter().map(|known| known.name.as_str()))?;
+            let info = remote.variable(variable)?;
+            let part = Part::of(&info, path)?;
+            let sample = remote.get(variable)?;
+            let value = sample.bytes.as_deref().map(|bytes| part.value(bytes)).transpose()?;
+            if self.json {
+                out.flush()?;
+                print_json(&json!({
+                    "application": remote.about().name,
+                    "variable": variable,
+                    "field": path,
+                    "unit": part.unit,
+                    "time_s": sample.time as f64 / 1e9,
+                    "age_s": sample.age as f64 / 1e9,
+                    "sequence": sample.sequence,
+                    "writer": sample.writer,
+                    "value": value.as_ref().map(to_json),
+                }))?;
+                continue;
+            }
+            if self.variables.len() > 1 {
+                write!(out, "{FAINT}{asked}{FAINT:#}  ")?;
+            }
+            match value {
+                Some(value) => writeln!(out, "{}", part.shown(value))?,
+                None => writeln!(out, "no value yet, or it was taken back")?,
+            }
+        }
+        out.flush()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! The verbs that look into a running application and steer it: clients of the link.
+//!
+//! A verb here reads its options, asks, and tells the answer; how it looks is `attached`'s business.
+
+mod apps;
+mod events;
+mod get;
+mod operate;
+mod ps;
+
+mod set;
+mod target;
+mod top;
+mod vars;
+mod watch;
+mod why;
+
+use clap::Subcommand;
+
+use crate::failure::Failure;
+pub(crate) use target::{Context, Target};
+
+/// What clients of the link can do.
+#[derive(Subcommand)]
+pub(crate) enum Client {
+    Apps(apps::Apps),
+    Ps(ps::Ps),
+    Top(top::Top),
+    Vars(vars::Vars),
+    Get(get::Get),
+    Set(set::Set),
+    Watch(watch::Watch),
+    Events(events::Events),
+    Why(why::Why),
+    Play(operate::Play),
+    Stop(operate::Stop),
+    Force(operate::Force),
+    Release(operate::Release),
+    Period(operate::Period),
+}
+
+impl Client {
+    /// Does it.
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        match self {
+            Self::Apps(apps) => apps.run(context),
+            Self::Ps(ps) => ps.run(context),
+            Self::Top(top) => top.run(context),
+            Self::Vars(vars) => vars.run(context),
+            Self::Get(get) => get.run(context),
+            Self::Set(set) => set.run(context),
+            Self::Watch(watch) => watch.run(context),
+            Self::Events(events) => events.run(context),
+            Self::Why(why) => why.run(context),
+            Self::Play(play) => play.run(context),
+            Self::Stop(stop) => stop.run(context),
+            Self::Force(force) => force.run(context),
+            Self::Release(release) => release.run(context),
+            Self::Period(period) => period.run(context),
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What an operator does to one schema (R14): plays, stops, forces, releases and re-times it.
+
+use std::io::Write;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_core::Nanos;
+use jde_link::Remote;
+use jde_link::message::{Action, Request};
+
+use super::{Context, Target};
+use crate::attached::name::split_application;
+use crate::cli::quantity;
+use crate::failure::Failure;
+use crate::interrupt::Interrupts;
+use crate::terminal::{self, FAINT, GOOD};
+use crate::{complete, top};
+
+/// How long a hold outlives its client.
+const LEASE: Duration = Duration::from_secs(1);
+/// How often a hold is looked at.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Which schema, of which application.
+#[derive(Args)]
+struct Schema {
+    /// The schema: [APP:]SCHEMA.
+    #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
+    schema: String,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// How long it lasts.
+#[derive(Args)]
+pub(super) struct Lasting {
+    /// Let go after this time, at Ctrl-C, or a second after this program or the network is gone; without it, it stands until
+    /// it is released.
+    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    time: Option<Nanos>,
+}
+
+/// What is said.
+pub(super) struct Saying {
+    /// Once it is done.
+    pub(super) done: String,
+    /// Once it is over.
+    pub(super) over: String,
+}
+
+macro_rules! verbs {
+    ($($(#[$doc:meta])* $name:ident, $action:expr, $done:literal;)*) => { $(
+        #[derive(Args)]
+        $(#[$doc])*
+        pub(crate) struct $name {
+            #[command(flatten)]
+            schema: Schema,
+            #[command(flatten)]
+            lasting: Lasting,
+        }
+
+        impl $name {
+            pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+                self.schema.act(context, $action, &self.lasting, $done)
+            }
+        }
+    )* };
+}
+
+verbs! {
+    /// Keep a schema awake, as its father would.
+    #[command(after_help = "Examples:
+  jde play goon
+  jde play robot2:goon --for 10s")]
+    Play, |schema| Action::Play { schema }, "is kept awake";
+
+    /// Keep a schema asleep.
+    #[command(after_help = "Examples:
+  jde stop goon
+  jde stop goon --for 10s")]
+    Stop, |schema| Action::Stop { schema }, "is stopped";
+
+    /// Make a motor schema the winner of its group while it is awake.
+    #[command(after_help = "Examples:
+  jde force stop --for 5s")]
+    Force, |schema| Action::Force { schema }, "is forced to win";
+}
+
+/// Let go of a schema: undo what operators did to it, whoever they are.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde release goon")]
+pub(crate) struct Release {
+    #[command(flatten)]
+    schema: Schema,
+}
+
+/// Give a schema another period.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde period vff 50ms
+  jde period vff 20Hz --for 1min")]
+pub(crate) struct Period {
+    #[command(flatten)]
+    schema: Schema,
+    /// The period: a time or a frequency, such as 50ms or 20Hz.
+    #[arg(value_name = "TIME", value_parser = top::text::period)]
+    period: Nanos,
+    #[command(flatten)]
+    lasting: Lasting,
+}
+
+impl Release {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let action = |schema| Action::Release { schema };
+        self.schema.act(context, action, &Lasting { time: None }, "is released")
+    }
+}
+
+impl Period {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let period_s = self.period as f64 / 1e9;
+        let done = format!("now runs every {}", top::text::setting(self.period));
+        let action = |schema| Action::Period { schema, period_s };
+        self.schema.act(context, action, &self.lasting, &done)
+    }
+}
+
+impl Schema {
+    fn act(
+        &self,
+        context: &Context,
+        action: impl FnOnce(String) -> Action,
+        lasting: &Lasting,
+        done: &str,
+    ) -> Result<(), Failure> {
+        let (named, schema) = split_application(&self.schema);
+        let remote = context.remote(&self.target, named)?;
+        let saying = Saying {
+            done: format!("{schema} {done}"),
+            over: format!("{schema} is let go of"),
+        };
+        carry_out(&remote, action(schema.to_owned()), lasting, &saying)
+    }
+}
+
+/// Has the application do it; with a time, stays until that is over.
+pub(super) fn carry_out(remote: &Remote, action: Action, lasting: &Lasting, saying: &Saying) -> Result<(), Failure> {
+    let request = Request {
+        by: jde_link::operator(),
+        action,
+        lease_ms: None,
+    };
+    let mut out = terminal::out();
+    let Some(time) = lasting.time.map(Duration::from_nanos) else {
+        remote.operate(&request)?;
+        writeln!(out, "{GOOD}{}{GOOD:#}", saying.done)?;
+        return Ok(());
+    };
+    let (interrupt, interrupted) = channel();
+    let _interrupts = Interrupts::call(move || {
+        // Asked twice it is the same.
+        let _ = interrupt.send(());
+    })?;
+    let hold = remote.hold(&request, LEASE)?;
+    writeln!(
+        out,
+        "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}",
+        saying.done,
+        time.as_secs_f64()
+    )?;
+    out.flush()?;
+    let end = Instant::now() + time;
+    while let left @ 1.. = end.saturating_duration_since(Instant::now()).as_millis() {
+        let wait = LOOK.min(Duration::from_millis(u64::try_from(left).unwrap_or(u64::MAX)));
+        match interrupted.recv_timeout(wait) {
+            Err(RecvTimeoutError::Timeout) => {}
+            Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if let Some(reason) = hold.lost() {
+            return Err(Failure::Broken(format!("the hold ended before its time: {reason}")));
+        }
+    }
+    drop(hold);
+    writeln!(out, "{}", saying.over)?;
+    Ok(())
+}

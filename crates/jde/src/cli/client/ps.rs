@@ -1,0 +1,40 @@
+//! `jde ps`: the hierarchy of a running application.
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+
+use super::{Context, Target};
+use crate::cli::print_json;
+use crate::complete;
+use crate::failure::Failure;
+use crate::{attached, terminal};
+
+/// Show the hierarchy: who is awake, who wins, how each schema is doing.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde ps
+  jde ps robot2 --json")]
+pub(crate) struct Ps {
+    /// The application, where several run.
+    #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
+    application: Option<String>,
+    #[command(flatten)]
+    target: Target,
+    /// As one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Ps {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let snapshot = remote.hierarchy()?;
+        if self.json {
+            return print_json(&snapshot);
+        }
+        let mut out = terminal::out();
+        attached::hierarchy::tell(&snapshot, &mut out)?;
+        out.flush()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,1 @@
+//! `jde record`: records an application that runs elsewhere.

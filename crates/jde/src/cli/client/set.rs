@@ -1,0 +1,108 @@
+//! `jde set`: writes a modulation of a running application.
+
+use std::path::Path;
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_host::app::given;
+use jde_link::message::Action;
+use jde_link::value::to_json;
+
+use super::operate::{Lasting, Saying, carry_out};
+use super::{Context, Target};
+use crate::attached::name::split_application;
+use crate::complete;
+use crate::failure::Failure;
+
+/// Write a modulation of a schema, with its unit; `period` is one of every schema.
+///
+/// It stands until the father or another operator writes it, or until it is released; with --for, no longer than that.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde set goon.fast '0.3 m/s'
+  jde set vff.period 50ms
+  jde set example.start '{x = 1.0, y = 2.0, theta = 0.0}'
+  jde set robot2:goon.fast=0.2 --for 10s")]
+pub(crate) struct Set {
+    /// The modulation: [APP:]SCHEMA.MODULATION, or with =VALUE behind it.
+    #[arg(value_name = "MODULATION", add = ArgValueCompleter::new(complete::modulations))]
+    modulation: String,
+    /// The value; TOML, or a text without its quotes.
+    #[arg(value_name = "VALUE", allow_hyphen_values = true)]
+    value: Option<String>,
+    #[command(flatten)]
+    lasting: Lasting,
+    #[command(flatten)]
+    target: Target,
+}
+
+impl Set {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let (name, value) = match (self.modulation.split_once('='), &self.value) {
+            (Some((name, value)), None) => (name.trim(), value.trim()),
+            (None, Some(value)) => (self.modulation.as_str(), value.trim()),
+            (Some(_), Some(_)) => {
+                return Err(Failure::usage(
+                    "there are two values",
+                    "write goon.fast=0.3 or goon.fast 0.3",
+                ));
+            }
+            (None, None) => {
+                return Err(Failure::usage(
+                    format!("there is no value for `{}`", self.modulation),
+                    format!("write {}=VALUE; `jde get` shows what it is now", self.modulation),
+                ));
+            }
+        };
+        let (named, name) = split_application(name);
+        let remote = context.remote(&self.target, named)?;
+        let known = remote.variables(false)?;
+        let settable = known.iter().filter(|variable| variable.access == "modulation");
+        let Some(info) = known.iter().find(|variable| variable.name == name) else {
+            let names = settable.map(|variable| variable.name.as_str());
+            return Err(Failure::unknown("modulation", name, names));
+        };
+        if info.access != "modulation" {
+            return Err(Failure::usage(
+                format!("`{name}` is no modulation but {} {}", article(&info.access), info.access),
+                "modulations are set; `jde vars` says which variables are",
+            ));
+        }
+        let schema = info.owner.clone();
+        let saying = Saying {
+            done: format!("{name} is now {value}"),
+            over: format!("{name} is let go of"),
+        };
+        if info.variable == "period" {
+            let period = crate::cli::quantity::time(value).map_err(|error| {
+                Failure::usage(error, "a period is a time, such as 75ms, and at least 0.1 ms")
+            })?;
+            let action = Action::Period {
+                schema,
+                period_s: period as f64 / 1e9,
+            };
+            return carry_out(&remote, action, &self.lasting, &saying);
+        }
+        let value_type = info
+            .value_type()
+            .map_err(|error| Failure::Broken(format!("the type of `{name}` cannot be read: {error}")))?;
+        let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
+        let read = given::value(value, (&schema, &info.variable), &value_type, &info.unit, &folder, name)
+            .map_err(|faults| Failure::Application {
+                faults,
+                unusable: false,
+                missing: false,
+            })?;
+        let action = Action::Modulate {
+            schema,
+            variable: info.variable.clone(),
+            value: to_json(&read),
+        };
+        carry_out(&remote, action, &self.lasting, &saying)
+    }
+}
+
+fn article(word: &str) -> &'static str {
+    if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
+}
+

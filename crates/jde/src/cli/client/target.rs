@@ -1,0 +1,187 @@
+//! Which application a verb is for, and the way there.
+
+use std::cell::RefCell;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use clap_complete::ArgValueCompleter;
+use jde_link::{Client, Folder, Login, Reach, Remote, Tls};
+use serde::Deserialize;
+
+use crate::complete;
+use crate::failure::Failure;
+
+/// Which application, and where it is.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct Target {
+    /// The application, where several run; a name may also say it itself, as in robot2:goon.
+    #[arg(short, long, env = "JDE_APP", value_name = "NAME", add = ArgValueCompleter::new(complete::applications))]
+    pub(crate) app: Option<String>,
+    /// Look there instead of on this machine: an endpoint such as tcp/robot2:7447 or tls/robot2:7447 (repeatable).
+    #[arg(long, env = "JDE_AT", value_name = "ENDPOINT", value_delimiter = ',')]
+    pub(crate) at: Vec<String>,
+    /// How to get in there: a file with user and password-file, or tls, as under [link] of an application.
+    #[arg(long, env = "JDE_KEY", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) key: Option<PathBuf>,
+}
+
+/// What several verbs in a row share: connections, and the application that is meant unless they say otherwise.
+#[derive(Default)]
+pub(crate) struct Context {
+    /// What is meant where a verb says nothing; a shell sets it.
+    pub(crate) target: RefCell<Target>,
+    /// The application spoken to last, by what it was asked for as.
+    last: RefCell<Option<(Asked, Remote)>>,
+}
+
+/// How an application was asked for.
+type Asked = (Option<String>, Vec<String>, Option<PathBuf>);
+
+/// A file that says how to get in.
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct Key {
+    user: Option<String>,
+    password_file: Option<PathBuf>,
+    tls: Option<KeyTls>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct KeyTls {
+    certificate: Option<PathBuf>,
+    key: Option<PathBuf>,
+    authority: Option<PathBuf>,
+}
+
+impl Context {
+    /// Looks for applications.
+    pub(crate) fn client(&self, target: &Target) -> Result<Client, Failure> {
+        let (_, at, key) = self.asked(target, None);
+        Ok(Client::connect(&reach(&at, key.as_deref())?)?)
+    }
+
+    /// The application that is meant; `named` is what a name before a colon says.
+    pub(crate) fn remote(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
+        let asked = self.asked(target, named);
+        if let Some((before, remote)) = &*self.last.borrow()
+            && *before == asked
+            && remote.alive()
+        {
+            return Ok(remote.clone());
+        }
+        let (app, at, key) = &asked;
+        let client = Client::connect(&reach(at, key.as_deref())?)?;
+        let remote = client.application(app.as_deref())?;
+        *self.last.borrow_mut() = Some((asked, remote.clone()));
+        Ok(remote)
+    }
+
+    fn asked(&self, target: &Target, named: Option<&str>) -> Asked {
+        let usual = self.target.borrow();
+        let at = if target.at.is_empty() { &usual.at } else { &target.at };
+        (
+            named
+                .map(str::to_owned)
+                .or_else(|| target.app.clone())
+                .or_else(|| usual.app.clone()),
+            at.clone(),
+            target.key.clone().or_else(|| usual.key.clone()),
+        )
+    }
+}
+
+fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
+    if at.is_empty() {
+        if let Some(key) = key {
+            return Err(Failure::usage(
+                format!("{} opens a way on the network, and none is named", key.display()),
+                "name one: --at tls/robot2:7447; on this machine nothing is needed",
+            ));
+        }
+        return Ok(Reach::Local(Folder::of_user()));
+    }
+    let (login, tls) = key.map_or(Ok((None, None)), read_key)?;
+    Ok(Reach::Network {
+        endpoints: at.iter().map(|endpoint| endpoint_of(endpoint)).collect(),
+        login,
+        tls,
+    })
+}
+
+/// `tcp:host:port` and a bare `host:port` are understood as well.
+fn endpoint_of(text: &str) -> String {
+    if text.contains('/') {
+        return text.to_owned();
+    }
+    match text.split_once(':') {
+        Some((protocol @ ("tcp" | "tls"), rest)) => format!("{protocol}/{rest}"),
+        Some(_) => format!("tcp/{text}"),
+        None => format!("tcp/{text}:7447"),
+    }
+}
+
+fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
+    let text = fs::read_to_string(file).map_err(Failure::file(file))?;
+    let key: Key = toml::from_str(&text).map_err(|error| {
+        Failure::usage(
+            format!("{}: {}", file.display(), error.message()),
+            "it holds user and password-file, or tls = { authority = \"ca.pem\", certificate = \"me.pem\", key = \"me.key\" }",
+        )
+    })?;
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let path = |path: &PathBuf| folder.join(path).to_string_lossy().into_owned();
+    let login = match (&key.user, &key.password_file) {
+        (Some(user), Some(password)) => {
+            let password_file = folder.join(password);
+            let password = fs::read_to_string(&password_file).map_err(Failure::file(&password_file))?;
+            Some(Login {
+                user: user.clone(),
+                password: password.trim_end_matches(['\r', '\n']).to_owned(),
+            })
+        }
+        (None, None) => None,
+        (Some(_), None) | (None, Some(_)) => {
+            return Err(Failure::usage(
+                format!("{}: user and password-file belong together", file.display()),
+                "state both, or neither",
+            ));
+        }
+    };
+    let tls = key.tls.as_ref().map(|tls| Tls {
+        identity: tls.certificate.as_ref().map(path).zip(tls.key.as_ref().map(path)),
+        authority: tls.authority.as_ref().map(path),
+        clients: false,
+    });
+    Ok((login, tls))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_endpoint_may_be_written_short() {
+        assert_eq!(endpoint_of("tls/robot2:7447"), "tls/robot2:7447");
+        assert_eq!(endpoint_of("tcp:robot2:7447"), "tcp/robot2:7447");
+        assert_eq!(endpoint_of("robot2:7448"), "tcp/robot2:7448");
+        assert_eq!(endpoint_of("robot2"), "tcp/robot2:7447");
+    }
+
+    #[test]
+    fn a_key_names_files_beside_it_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("key.toml");
+        fs::write(folder.path().join("password"), "secret\n").unwrap();
+        fs::write(&file, "user = \"lab\"\npassword-file = \"password\"\n").unwrap();
+        let (login, tls) = read_key(&file).unwrap();
+        let login = login.unwrap();
+        assert_eq!((login.user.as_str(), login.password.as_str()), ("lab", "secret"));
+        assert!(tls.is_none());
+        fs::write(&file, "usr = \"lab\"\n").unwrap();
+        assert!(read_key(&file).is_err());
+        fs::write(&file, "user = \"lab\"\n").unwrap();
+        assert!(read_key(&file).is_err());
+    }
+}

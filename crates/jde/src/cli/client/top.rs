@@ -1,0 +1,46 @@
+//! `jde top`: the oscilloscope on an application that runs elsewhere.
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+
+use super::{Context, Target};
+use crate::attached::live::Live;
+use crate::failure::Failure;
+use crate::terminal;
+use crate::top::{self, Application as _, Left};
+use crate::complete;
+
+/// Watch a running application in the oscilloscope; `q` leaves it running, `?` shows the keys.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde top
+  jde top robot2 --at tls/robot2:7447 --key lab.toml
+  ssh -t robot2 jde top")]
+pub(crate) struct Top {
+    /// The application, where several run.
+    #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
+    application: Option<String>,
+    #[command(flatten)]
+    target: Target,
+}
+
+impl Top {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        if !terminal::is_interactive() {
+            return Err(Failure::usage(
+                "the oscilloscope needs a terminal",
+                "`jde ps` shows the hierarchy once, `jde events` what happens, in a pipe too; over ssh give -t",
+            ));
+        }
+        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let title = remote.about().name.clone();
+        let live = Live::new(remote)?;
+        let left = top::run(&live, &title)?;
+        if left == Left::Ended
+            && let Some(outcome) = live.outcome()
+        {
+            writeln!(terminal::out(), "{title} ended: {}", outcome.words())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! `jde why`: why somebody won, lost, or did not act; asked of a running application or of a recording.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
+
+use clap::{Args, ValueHint};
+use clap_complete::ArgValueCompleter;
+use jde_host::story::{Decision, Kind, Line};
+use jde_link::Remote;
+use jde_log::Recording;
+use serde::Serialize;
+
+use super::{Context, Target};
+use crate::attached::name::split_application;
+use crate::cli::print_json;
+use crate::complete;
+use crate::failure::{Failure, shown};
+use crate::terminal;
+use crate::why::{self, Answer, Question};
+
+/// Selections that are looked at in a running application: all that it keeps.
+const LAST: usize = 1000;
+
+/// Say why somebody won, lost or did not act.
+///
+/// A question names schemas, and a group or a time if need be; the words between them may be left out. Without a time the last
+/// takeover like that is meant; a time alone asks for what was in force then. A running application remembers its last
+/// thousand selections; a recording has all of them.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde why vff
+  jde why did vff take over from goon at 12.4s
+  jde why is goon not the winner
+  jde why at 12.4s --in drive.mcap")]
+pub(crate) struct Why {
+    /// The question.
+    #[arg(value_name = "QUESTION", add = ArgValueCompleter::new(complete::schemas))]
+    question: Vec<String>,
+    /// Ask a recording.
+    #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath, conflicts_with_all = ["app", "at"])]
+    recording: Option<PathBuf>,
+    #[command(flatten)]
+    target: Target,
+    /// The selection as one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is answered, for programs.
+#[derive(Serialize)]
+struct Found<'d> {
+    decision: &'d Decision,
+    before: Option<&'d Decision>,
+    after: Option<&'d Decision>,
+}
+
+impl Why {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let mut named = None;
+        let mut words = Vec::new();
+        for word in &self.question {
+            let (application, word) = split_application(word);
+            named = application.or(named);
+            words.push(word.to_owned());
+        }
+        let (decisions, mut schemas, mut groups) = match &self.recording {
+            Some(file) => (of_recording(file)?, Vec::new(), Vec::new()),
+            None => {
+                let remote = context.remote(&self.target, named)?;
+                let known = remote.schemas()?;
+                (
+                    of_application(&remote)?,
+                    known.schemas.into_iter().map(|schema| schema.name).collect(),
+                    known.groups.into_iter().map(|group| group.name).collect(),
+                )
+            }
+        };
+        groups.extend(decisions.iter().map(|decision| decision.group.clone()));
+        let candidates = decisions.iter().flat_map(|decision| &decision.candidates);
+        schemas.extend(candidates.map(|candidate| candidate.name.clone()));
+        for names in [&mut groups, &mut schemas] {
+            names.sort_unstable();
+            names.dedup();
+        }
+        let question = Question::read(&words, &schemas, &groups)?;
+        tell(&question, &decisions, self.json)
+    }
+}
+
+/// All selections of a recording, up to where it is damaged.
+fn of_recording(file: &Path) -> Result<Vec<Decision>, Failure> {
+    let recording = Recording::open(file)?;
+    if let Some(damage) = recording.damage() {
+        writeln!(
+            terminal::err(),
+            "{} ends too soon, at byte {}: {}; what is before is read",
+            shown(file),
+            damage.offset,
+            damage.reason
+        )?;
+    }
+    let mut decisions = Vec::new();
+    for message in recording.messages()? {
+        let message = message?;
+        if message.channel.topic == Kind::Decision.topic()
+            && let Ok(Line::Decision(decision)) = Line::read(Kind::Decision, &message.data)
+        {
+            decisions.push(decision);
+        }
+    }
+    if decisions.is_empty() {
+        return Err(Failure::usage(
+            format!("{} holds no selections", shown(file)),
+            "`jde run APP --record FILE` records them",
+        ));
+    }
+    Ok(decisions)
+}
+
+/// The last selections of a running application.
+fn of_application(remote: &Remote) -> Result<Vec<Decision>, Failure> {
+    let (tell, told) = channel();
+    let watching = remote.events(&[Kind::Decision], LAST, move |happened| {
+        if let Line::Decision(decision) = happened.line {
+            // Nobody listens any more once it has been answered.
+            let _ = tell.send(decision);
+        }
+    })?;
+    // What was told before has been, when this returns.
+    drop(watching);
+    Ok(told.try_iter().collect())
+}
+
+fn tell(question: &Question, decisions: &[Decision], json: bool) -> Result<(), Failure> {
+    let answer = question.answer(decisions);
+    match &answer {
+        Answer::None(reason) => Err(Failure::Unanswered(reason.clone())),
+        Answer::Found {
+            decision,
+            before,
+            after,
+        } if json => print_json(&Found {
+            decision,
+            before: *before,
+            after: *after,
+        }),
+        Answer::Found { .. } => {
+            let asked = question.winner.as_deref().filter(|_| question.not);
+            let mut out = terminal::out();
+            why::tell(&answer, asked, &mut out)?;
+            out.flush()?;
+            Ok(())
+        }
+    }
+}

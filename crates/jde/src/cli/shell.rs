@@ -1,0 +1,295 @@
+//! `jde shell`: the verbs for running applications, typed one after another, with completion, history and help.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+use clap::{Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap_complete::ArgValueCompleter;
+use reedline::{
+    ColumnarMenu, Completer, CompletionResult, DefaultHinter, Emacs, FileBackedHistory, KeyCode, KeyModifiers, MenuBuilder, Prompt,
+    PromptEditMode, PromptHistorySearch, PromptHistorySearchStatus, Reedline, ReedlineEvent, ReedlineMenu, Signal,
+    Span, Suggestion, default_emacs_keybindings,
+};
+
+use super::client::{Client, Context, Target};
+use crate::complete;
+use crate::failure::Failure;
+use crate::terminal::{self, FAINT, TITLE};
+
+/// Lines of history that are kept.
+const HISTORY: usize = 5000;
+/// Name of the menu of completions.
+const MENU: &str = "completions";
+
+/// Type the verbs for running applications, with completion of names, history and help.
+///
+/// On a terminal it is interactive; in a pipe it does line by line what it reads, and ends with the first that fails.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde shell
+  jde shell --app robot2 --at tls/robot2:7447 --key lab.toml
+  printf 'stop goon\\nps\\n' | jde shell")]
+pub(super) struct Shell {
+    #[command(flatten)]
+    target: Target,
+}
+
+/// What can be typed.
+#[derive(Parser)]
+#[command(
+    name = "jde",
+    no_binary_name = true,
+    disable_version_flag = true,
+    arg_required_else_help = true,
+    subcommand_required = true,
+    help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-D leaves; `help VERB` says more.\n"
+)]
+struct Line {
+    #[command(subcommand)]
+    verb: Typed,
+}
+
+#[derive(Subcommand)]
+enum Typed {
+    #[command(flatten)]
+    Client(Box<Client>),
+    /// Choose the application that is meant from now on.
+    Use {
+        /// Its name; none to mean the only one that runs.
+        #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
+        application: Option<String>,
+    },
+    /// Leave.
+    #[command(alias = "quit")]
+    Exit,
+}
+
+/// What follows a line.
+enum Then {
+    GoOn,
+    Leave,
+}
+
+impl Shell {
+    /// Reads lines and does what they say.
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let context = Context::default();
+        context.target.replace(self.target);
+        if terminal::is_interactive() {
+            interactive(&context)
+        } else {
+            piped(&context)
+        }
+    }
+}
+
+/// Line by line; the first that fails ends it.
+fn piped(context: &Context) -> Result<(), Failure> {
+    for line in std::io::stdin().lines() {
+        let line = line?;
+        if let Then::Leave = obey(&line, context)? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn interactive(context: &Context) -> Result<(), Failure> {
+    let mut keys = default_emacs_keybindings();
+    keys.add_binding(
+        KeyModifiers::NONE,
+        KeyCode::Tab,
+        ReedlineEvent::UntilFound(vec![ReedlineEvent::Menu(MENU.to_owned()), ReedlineEvent::MenuNext]),
+    );
+    keys.add_binding(KeyModifiers::SHIFT, KeyCode::BackTab, ReedlineEvent::MenuPrevious);
+    let mut editor = Reedline::create()
+        .with_completer(Box::new(Names))
+        .with_menu(ReedlineMenu::EngineCompleter(Box::new(
+            ColumnarMenu::default().with_name(MENU),
+        )))
+        .with_edit_mode(Box::new(Emacs::new(keys)))
+        .with_hinter(Box::new(DefaultHinter::default()))
+        .with_ansi_colors(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()));
+    if let Some(file) = history_file()
+        && let Ok(history) = FileBackedHistory::with_file(HISTORY, file)
+    {
+        editor = editor.with_history(Box::new(history));
+    }
+    writeln!(
+        terminal::out(),
+        "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-D leaves{FAINT:#}"
+    )?;
+    loop {
+        let prompt = Application(context.target.borrow().app.clone());
+        match editor.read_line(&prompt) {
+            Ok(Signal::Success(line)) => match obey(&line, context) {
+                Ok(Then::GoOn) => {}
+                Ok(Then::Leave) => return Ok(()),
+                Err(failure) if failure.is_closed_pipe() => return Ok(()),
+                Err(failure) => {
+                    failure.report();
+                }
+            },
+            Ok(Signal::CtrlC) => {}
+            Ok(Signal::CtrlD) => return Ok(()),
+            Ok(_) => {}
+            Err(error) => return Err(Failure::Broken(format!("the terminal cannot be read: {error}"))),
+        }
+    }
+}
+
+/// Does what a line says.
+fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
+    let line = line.trim();
+    if line.is_empty() || line.starts_with('#') {
+        return Ok(Then::GoOn);
+    }
+    let words = words(line)?;
+    let typed = command()
+        .try_get_matches_from(words)
+        .and_then(|matches| Line::from_arg_matches(&matches));
+    match typed {
+        Ok(Line { verb: Typed::Exit }) => Ok(Then::Leave),
+        Ok(Line {
+            verb: Typed::Use { application },
+        }) => {
+            // Known at once, not at the next verb.
+            let target = Target {
+                app: application,
+                ..context.target.borrow().clone()
+            };
+            context.remote(&target, None)?;
+            context.target.replace(target);
+            Ok(Then::GoOn)
+        }
+        Ok(Line {
+            verb: Typed::Client(verb),
+        }) => verb.run(context).map(|()| Then::GoOn),
+        Err(error) if error.use_stderr() => Err(Failure::usage(
+            told(&error),
+            "`help` lists what there is, `help VERB` says more",
+        )),
+        Err(error) => {
+            let _ = error.print();
+            Ok(Then::GoOn)
+        }
+    }
+}
+
+/// A slip in one line, without its usage.
+fn told(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let first = text.trim_start_matches("error: ").lines().take_while(|line| !line.is_empty());
+    first.map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
+fn words(line: &str) -> Result<Vec<String>, Failure> {
+    shlex::split(line).ok_or_else(|| Failure::usage(format!("a quote is open in `{line}`"), "close it"))
+}
+
+fn command() -> Command {
+    Line::command()
+}
+
+fn history_file() -> Option<PathBuf> {
+    let state = std::env::var_os("XDG_STATE_HOME").map(PathBuf::from);
+    let state = state.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state")))?;
+    Some(state.join("jde/history"))
+}
+
+/// The application that is meant, before the cursor.
+struct Application(Option<String>);
+
+impl Prompt for Application {
+    fn render_prompt_left(&self) -> Cow<'_, str> {
+        match &self.0 {
+            Some(name) => Cow::Owned(format!("jde {name}")),
+            None => Cow::Borrowed("jde"),
+        }
+    }
+
+    fn render_prompt_right(&self) -> Cow<'_, str> {
+        Cow::Borrowed("")
+    }
+
+    fn render_prompt_indicator(&self, _: PromptEditMode) -> Cow<'_, str> {
+        Cow::Borrowed("> ")
+    }
+
+    fn render_prompt_multiline_indicator(&self) -> Cow<'_, str> {
+        Cow::Borrowed("  ")
+    }
+
+    fn render_prompt_history_search_indicator(&self, search: PromptHistorySearch) -> Cow<'_, str> {
+        let failing = match search.status {
+            PromptHistorySearchStatus::Passing => "",
+            PromptHistorySearchStatus::Failing => "nothing like ",
+        };
+        Cow::Owned(format!("({failing}{}) ", search.term))
+    }
+}
+
+/// Completes what can be typed, names of schemas and variables included.
+struct Names;
+
+impl Completer for Names {
+    fn complete(&mut self, line: &str, at: usize) -> CompletionResult {
+        let before = &line[..at];
+        let start = before.rfind(char::is_whitespace).map_or(0, |space| space + 1);
+        let done = shlex::split(&before[..start]).unwrap_or_default();
+        let words: Vec<_> = std::iter::once("jde".to_owned())
+            .chain(done)
+            .chain([before[start..].to_owned()])
+            .map(Into::into)
+            .collect();
+        let last = words.len() - 1;
+        // The engine expects the name of a program before the words.
+        let mut command = command().no_binary_name(false);
+        let candidates = clap_complete::engine::complete(&mut command, words, last, None).unwrap_or_default();
+        let suggestions: Vec<_> = candidates
+            .into_iter()
+            .map(|candidate| Suggestion {
+                value: candidate.get_value().to_string_lossy().into_owned(),
+                description: candidate.get_help().map(ToString::to_string),
+                span: Span::new(start, at),
+                append_whitespace: true,
+                ..Suggestion::default()
+            })
+            .collect();
+        CompletionResult::fresh(suggestions)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_is_a_sound_command() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn verbs_and_options_are_completed_where_the_cursor_is() {
+        let values = |line: &str| -> Vec<String> {
+            let result = Names.complete(line, line.len());
+            result.suggestions().iter().map(|suggestion| suggestion.value.clone()).collect()
+        };
+        assert_eq!(values("pla"), ["play"]);
+        assert!(values("events --on").contains(&"--once".to_owned()));
+        assert!(values("").contains(&"watch".to_owned()));
+    }
+
+    #[test]
+    fn a_slip_is_told_in_one_line_and_a_comment_is_none() {
+        let context = Context::default();
+        assert!(matches!(obey("  # nothing", &context), Ok(Then::GoOn)));
+        assert!(matches!(obey("quit", &context), Ok(Then::Leave)));
+        let Err(Failure::Use { message, .. }) = obey("plya goon", &context) else {
+            panic!("it was understood");
+        };
+        assert!(message.contains("unrecognized subcommand 'plya'"), "{message}");
+        assert!(!message.contains('\n'));
+        assert!(obey("set 'goon.fast", &context).is_err());
+    }
+}

@@ -1,0 +1,44 @@
+//! The list of verbs in the help, by what they are for. Adds no verb.
+
+use std::fmt::Write as _;
+
+use clap::Command;
+use clap::builder::StyledStr;
+
+use crate::terminal::TITLE;
+
+/// What verbs are for, and those for it.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Run", &["demo", "run", "replay", "sim"]),
+    ("Write", &["new", "check", "describe", "plugins"]),
+    ("Look into what runs", &["apps", "ps", "top", "vars", "get", "watch", "events", "why", "record", "info", "shell"]),
+    ("Steer what runs", &["set", "play", "stop", "force", "release", "period", "unload", "load"]),
+];
+
+/// The command with its verbs listed by what they are for.
+pub(super) fn grouped(command: Command) -> Command {
+    let mut list = String::new();
+    let mut listed = Vec::new();
+    for (title, names) in GROUPS {
+        let _ = writeln!(list, "{TITLE}{title}:{TITLE:#}");
+        for verb in names.iter().filter_map(|name| command.find_subcommand(name)) {
+            line(verb, &mut list);
+            listed.push(verb.get_name().to_owned());
+        }
+        list.push('\n');
+    }
+    let _ = writeln!(list, "{TITLE}Else:{TITLE:#}");
+    for verb in command.get_subcommands().filter(|verb| !listed.iter().any(|name| name == verb.get_name())) {
+        line(verb, &mut list);
+    }
+    let list = StyledStr::from(list);
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}\n{{tab}}help [VERB]\n\n{TITLE}Options:{TITLE:#}\n{{options}}{{after-help}}",
+        list.ansi()
+    ))
+}
+
+fn line(verb: &Command, list: &mut String) {
+    let about = verb.get_about().map(ToString::to_string).unwrap_or_default();
+    let _ = writeln!(list, "  {:<12} {}", verb.get_name(), about.trim_end_matches('.'));
+}

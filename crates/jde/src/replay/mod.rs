@@ -1,0 +1,136 @@
+//! A recorded drive, taken again by the schemas as they are now: loads what belongs to it, tells how far it is, and what came of it.
+
+mod words;
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use jde_core::Nanos;
+use jde_host::app::Override;
+use jde_log::replay::{Drive, ReplayError, Span};
+
+use crate::cli::print_json;
+use crate::failure::{Failure, shown};
+use crate::interrupt::Interrupts;
+use crate::load::{self, Loaded};
+use crate::log::Log;
+use crate::terminal;
+
+/// What to take again, and how.
+pub(crate) struct How {
+    /// The recording.
+    pub(crate) file: PathBuf,
+    /// The application, instead of the one in the recording.
+    pub(crate) application: Option<PathBuf>,
+    /// Other values of modulations.
+    pub(crate) sets: Vec<Override>,
+    /// What is compared.
+    pub(crate) span: Span,
+    /// End with a line of JSON.
+    pub(crate) json: bool,
+}
+
+/// Takes a drive again and says what is not as it was.
+///
+/// # Errors
+/// [`Failure::Different`] if something is not; else why it could not be done.
+pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>) -> Result<(), Failure> {
+    let drive = Drive::open(&how.file)?;
+    let mut loaded = match &how.application {
+        Some(application) => load::application(application, &how.sets)?,
+        None => {
+            let (path, text) = drive.application()?;
+            load::text(&path, &text, &how.sets)?
+        }
+    };
+    let set = |name: &str| {
+        let mut sets = how.sets.iter();
+        sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
+    };
+    if how.application.is_none() {
+        // What was given at its start by --set is in the recording, not in the file.
+        drive.restore(&mut loaded.application, set);
+    }
+    if let Some(seed) = drive.seed() {
+        loaded.application.seed = seed;
+    }
+    let _log = log(&loaded)?;
+    let mut words = if how.json { terminal::err() } else { terminal::out() };
+    let name = shown(&how.file);
+    let differs = drive.differences(&loaded.application);
+    words::begin(&mut words, &name, &drive, &loaded.application.name, &differs)?;
+    words.flush()?;
+
+    let stopped = Arc::new(AtomicBool::new(false));
+    let _interrupts = {
+        let stopped = Arc::clone(&stopped);
+        Interrupts::call(move || stopped.store(true, Ordering::Relaxed))?
+    };
+    let mut progress = Progress::new();
+    let Loaded { application, plugins } = loaded;
+    let verdict = jde_log::replay::decide(&drive, application, &plugins, how.span, |time| {
+        progress.tell(time);
+        !stopped.load(Ordering::Relaxed)
+    });
+    progress.clear();
+    let verdict = verdict?;
+    words::end(&mut words, &verdict, stopped.load(Ordering::Relaxed))?;
+    words.flush()?;
+    if how.json {
+        print_json(&words::json(&name, &drive, &differs, &verdict))?;
+    }
+    if verdict.is_same() {
+        Ok(())
+    } else {
+        Err(Failure::Different)
+    }
+}
+
+/// How far it is, on a terminal's last line.
+struct Progress {
+    words: Option<terminal::Words>,
+    told: Nanos,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self {
+            words: std::io::stderr().is_terminal().then(terminal::err),
+            told: 0,
+        }
+    }
+
+    fn tell(&mut self, time: Nanos) {
+        // A second of the drive at a time: most pass faster than they can be read.
+        if time >= self.told + 1_000_000_000
+            && let Some(words) = &mut self.words
+        {
+            self.told = time;
+            // Whoever closed the terminal does not want to read it.
+            let _ = write!(words, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| words.flush());
+        }
+    }
+
+    fn clear(&mut self) {
+        if let Some(words) = &mut self.words
+            && self.told > 0
+        {
+            let _ = write!(words, "\r            \r").and_then(|()| words.flush());
+        }
+    }
+}
+
+impl From<ReplayError> for Failure {
+    fn from(error: ReplayError) -> Self {
+        match error {
+            ReplayError::Read(error) => Self::Recording(error),
+            ReplayError::Start(error) => Self::Start(error),
+            ReplayError::Lacks { path, what } => Self::usage(
+                format!("{path} cannot be replayed: {what}"),
+                "a recording of a whole run has all that is needed: `jde run APP --record FILE`",
+            ),
+        }
+    }
+}

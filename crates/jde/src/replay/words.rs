@@ -1,0 +1,173 @@
+//! What came of a replay, for people and for programs.
+
+use std::io::{self, Write};
+
+use jde_host::replay::Sight;
+use jde_host::story::Decision;
+use jde_log::replay::{Difference, Drive, Verdict};
+use serde_json::{Value, json};
+
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN, Words};
+
+/// Differences that are shown; more are counted.
+const SHOWN: usize = 5;
+
+/// What is taken again, and in what the application differs from then.
+pub(super) fn begin(
+    words: &mut Words,
+    file: &str,
+    drive: &Drive,
+    application: &str,
+    differs: &[String],
+) -> io::Result<()> {
+    let clock = if drive.cast().lockstep { "lockstep" } else { "real time" };
+    writeln!(words, "{TITLE}{file}{TITLE:#}: {}, recorded in {clock}", drive.name())?;
+    if drive.name() != application {
+        writeln!(words, "{WARN}differs{WARN:#}: the application is called {application}")?;
+    }
+    for difference in differs {
+        writeln!(words, "{WARN}differs{WARN:#}: {difference}")?;
+    }
+    Ok(())
+}
+
+/// What came of it.
+pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Result<()> {
+    let comparison = &verdict.comparison;
+    for difference in comparison.first.iter().take(SHOWN) {
+        different(words, difference)?;
+    }
+    if let Some(damage) = &verdict.damage {
+        writeln!(words, "{WARN}damaged{WARN:#}: {damage}; it was replayed up to there")?;
+    }
+    if verdict.lost_steps > 0 {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {} steps of schemas are not in the recording, so the replay may differ by itself",
+            verdict.lost_steps
+        )?;
+    }
+    for (variable, missed) in &verdict.missed {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {missed} values of {variable} that were seen then are not there; the newest were shown instead"
+        )?;
+    }
+    for variable in &verdict.unknown {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: operators wrote {variable}, and the recording does not have what"
+        )?;
+    }
+    let until = verdict.until as f64 / 1e9;
+    let stopped = if stopped { ", where it was stopped" } else { "" };
+    let total = comparison.same + comparison.different;
+    if comparison.different == 0 {
+        let all = if total == 1 { "selection is" } else { "selections are" };
+        writeln!(words, "{GOOD}same{GOOD:#}: {total} {all} as they were, until {until:.1} s{stopped}")
+    } else {
+        writeln!(
+            words,
+            "{BAD}different{BAD:#}: {} of {total} selections are not as they were, until {until:.1} s{stopped}",
+            comparison.different
+        )
+    }
+}
+
+fn different(words: &mut Words, difference: &Difference) -> io::Result<()> {
+    writeln!(words, "{TITLE}{:9.3} s  {}{TITLE:#}", difference.time_s, difference.group)?;
+    side(words, "then", difference.recorded.as_ref())?;
+    side(words, "now", difference.replayed.as_ref())?;
+    for (name, saw) in &difference.saw {
+        if is_at_odds(difference, name) && !saw.is_empty() {
+            let saw: Vec<_> = saw.iter().map(sight).collect();
+            writeln!(words, "      {name} saw {}", saw.join(", "))?;
+        }
+    }
+    Ok(())
+}
+
+fn side(words: &mut Words, when: &str, decision: Option<&Decision>) -> io::Result<()> {
+    let Some(decision) = decision else {
+        return writeln!(words, "      {when:<5} no selection");
+    };
+    let choice = decision.choice.as_deref().unwrap_or("nobody");
+    writeln!(
+        words,
+        "      {when:<5} {choice} by {}: {} {FAINT}({}; {}){FAINT:#}",
+        decision.decider, decision.reason, decision.case, decision.cause
+    )?;
+    let candidates = decision.candidates.iter().map(|candidate| {
+        let urgency = candidate.urgency.filter(|urgency| *urgency != 0.0);
+        let urgency = urgency.map_or(String::new(), |urgency| format!(" {urgency}"));
+        let ready = if candidate.ready { ", ready" } else { "" };
+        format!("{} {}{ready}{urgency}", candidate.name, candidate.state)
+    });
+    writeln!(words, "            {FAINT}{}{FAINT:#}", candidates.collect::<Vec<_>>().join("; "))
+}
+
+/// Whether a candidate is not as it was; all are if the choice alone is not.
+fn is_at_odds(difference: &Difference, name: &str) -> bool {
+    let (Some(then), Some(now)) = (&difference.recorded, &difference.replayed) else {
+        return true;
+    };
+    let of = |decision: &Decision| {
+        let mut candidates = decision.candidates.iter();
+        candidates.find(|candidate| candidate.name == name).cloned()
+    };
+    then.candidates == now.candidates || of(then) != of(now)
+}
+
+fn sight(sight: &Sight) -> String {
+    match &sight.value {
+        None => format!("no {}", sight.port),
+        Some((0, _, Some(value))) => format!("{} = {value}", sight.port),
+        Some((number, time, Some(value))) => {
+            format!("{} = {value} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
+        }
+        Some((number, time, None)) => {
+            format!("{} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
+        }
+    }
+}
+
+/// All of it as JSON.
+pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verdict) -> Value {
+    let first = verdict.comparison.first.iter().map(|difference| {
+        let saw = difference.saw.iter().map(|(schema, saw)| {
+            let inputs = saw.iter().map(|sight| {
+                let (number, time, value) = sight.value.clone().map_or((None, None, None), |(number, time, value)| {
+                    (Some(number), Some(time as f64 / 1e9), value)
+                });
+                json!({ "port": sight.port, "number": number, "measured_s": time, "value": value })
+            });
+            json!({ "schema": schema, "inputs": inputs.collect::<Vec<_>>() })
+        });
+        json!({
+            "time_s": difference.time_s,
+            "group": difference.group,
+            "recorded": difference.recorded,
+            "replayed": difference.replayed,
+            "saw": saw.collect::<Vec<_>>(),
+        })
+    });
+    let missed: Vec<_> = verdict
+        .missed
+        .iter()
+        .map(|(variable, values)| json!({ "variable": variable, "values": values }))
+        .collect();
+    json!({
+        "file": file,
+        "application": drive.name(),
+        "lockstep": drive.cast().lockstep,
+        "differs": differs,
+        "same": verdict.comparison.same,
+        "different": verdict.comparison.different,
+        "until_s": verdict.until as f64 / 1e9,
+        "lost_steps": verdict.lost_steps,
+        "missed": missed,
+        "unknown": verdict.unknown,
+        "damage": verdict.damage,
+        "first": first.collect::<Vec<_>>(),
+    })
+}

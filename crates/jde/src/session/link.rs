@@ -1,0 +1,143 @@
+//! The way into a run for tools: opened with it, closed with it. A run goes on without one, unless the application or the user
+//! asked for it in so many words.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use jde_host::app::{self, Application};
+use jde_host::event::Observer;
+use jde_host::{BeforeStart, Handle};
+use jde_link::{Access, Events, Folder, Link, Login, Running, Settings, Title, Tls};
+
+use crate::failure::Failure;
+
+/// What a run asks for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wanted {
+    /// How others call the application, if that was given.
+    pub(crate) name: Option<String>,
+    /// Whether there is to be a link; none leaves it to the way the application runs.
+    pub(crate) on: Option<bool>,
+}
+
+/// The link of a run.
+pub(crate) struct Way {
+    settings: Settings,
+    /// Whether the run must not start without it.
+    required: bool,
+    title: Title,
+    events: Events,
+    link: Arc<Mutex<Option<Link>>>,
+}
+
+impl Way {
+    /// Gets ready. None if there is to be no link.
+    ///
+    /// # Errors
+    /// A password that cannot be read.
+    pub(crate) fn prepare(
+        wanted: &Wanted,
+        application: &Application,
+        lockstep: bool,
+        speed: f64,
+    ) -> Result<Option<Self>, Failure> {
+        let link = &application.link;
+        if !wanted.on.unwrap_or(!lockstep && !link.off) {
+            return Ok(None);
+        }
+        let settings = settings(wanted.name.clone(), application)?;
+        let required = settings.named || settings.is_networked() || wanted.on == Some(true);
+        let mut title = Title::new(application, speed);
+        if lockstep {
+            "lockstep".clone_into(&mut title.executor);
+        }
+        Ok(Some(Self {
+            settings,
+            required,
+            title,
+            events: Events::of(application),
+            link: Arc::default(),
+        }))
+    }
+
+    /// Hears the application's events.
+    pub(crate) fn observer(&self) -> Box<dyn Observer> {
+        self.events.observer()
+    }
+
+    /// Opens it before anybody writes a variable. A link that fails is told; one that was asked for keeps the run from starting.
+    pub(crate) fn before_start(&self) -> BeforeStart {
+        let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
+        let (events, link) = (self.events.clone(), Arc::clone(&self.link));
+        Box::new(move |handle: &Handle| {
+            let subject = Arc::new(Running::new(handle.clone(), title));
+            match Link::open(&settings, subject, &events) {
+                Ok(open) => {
+                    let name = &open.about().name;
+                    if *name != settings.name {
+                        tracing::warn!(
+                            "another `{}` runs here, so tools call this one `{name}`; --name gives it a name of its own",
+                            settings.name
+                        );
+                    }
+                    *link.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
+                    Ok(())
+                }
+                Err(error) if required => Err(error.into()),
+                Err(error) => {
+                    tracing::warn!("no tool can look into this run: {error}");
+                    Ok(())
+                }
+            }
+        })
+    }
+
+    /// Closes it.
+    pub(crate) fn close(&self) {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
+        drop(link);
+    }
+}
+
+fn settings(name: Option<String>, application: &Application) -> Result<Settings, Failure> {
+    let link = &application.link;
+    let login = match &link.login {
+        Some(login) => {
+            let file = &login.password_file;
+            let text = std::fs::read_to_string(file).map_err(Failure::file(file))?;
+            Some(Login {
+                user: login.user.clone(),
+                password: text.lines().next().unwrap_or_default().to_owned(),
+            })
+        }
+        None => None,
+    };
+    let tls = link.tls.as_ref().map(|tls| Tls {
+        identity: tls
+            .identity
+            .as_ref()
+            .map(|identity| (text(&identity.certificate), text(&identity.key))),
+        authority: tls.authority.as_deref().map(text),
+        clients: tls.clients,
+    });
+    Ok(Settings {
+        // A name that somebody chose is kept, or refused.
+        named: name.is_some() || link.name != app::Link::local(&application.name).name,
+        name: name.unwrap_or_else(|| link.name.clone()),
+        listen: link.listen.clone(),
+        connect: link.connect.clone(),
+        discover: link.discover,
+        access: match link.access {
+            app::link::Access::Read => Access::Read,
+            app::link::Access::Operate => Access::Operate,
+        },
+        login,
+        tls,
+        insecure: link.insecure,
+        folder: Folder::of_user(),
+    })
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
