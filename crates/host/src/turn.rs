@@ -45,7 +45,7 @@ pub struct Call {
 #[value(name = "jde_msgs/msg/Turn")]
 pub struct Turn {
     /// 1 awoke, 2 slept, 3 checked or iterated, 4 arbitrated; and without a schema's doing 5 start, 6 timer, 7 operator, 8 given
-    /// up, 9 end.
+    /// up, 9 end, 10 a father woke a child or put it to sleep.
     pub kind: u8,
     /// How it asked leave to iterate: 1 as ever, 2 only to take over. What an operator did: 1 play, 2 stop, 3 force, 4 release,
     /// 5 write a modulation or a period, 6 unload. Else 0.
@@ -102,11 +102,18 @@ impl Turn {
     pub const GIVEN_UP: u8 = 8;
     /// Kind: everything was put to sleep.
     pub const ENDED: u8 = 9;
+    /// Kind: a father woke a child or put it to sleep, and something came of it.
+    pub const LED: u8 = 10;
 
     /// Way: it asked leave as ever.
     pub const ANY: u8 = 1;
     /// Way: it asked leave only for its first iteration as WINNER.
     pub const FIRST: u8 = 2;
+
+    /// Way of a father: it woke a child.
+    pub const WOKE: u8 = 1;
+    /// Way of a father: it put a child to sleep.
+    pub const LAID_DOWN: u8 = 2;
 
     /// Way of an operator.
     pub const PLAYED: u8 = 1;

@@ -29,6 +29,7 @@ use authority::Commands;
 use observe::Groups;
 pub use observe::{decider_name, policy_name};
 use operate::Held;
+pub(crate) use services::Lead;
 pub(crate) use wiring::Variables;
 
 /// Tells the runner of an instance that something awaits it.
@@ -74,6 +75,8 @@ pub(crate) struct Engine {
     pub(crate) id: u64,
     /// For those who want to know of turns.
     pub(crate) journal: Option<Arc<Journal>>,
+    /// What fathers ask for is put off to here while it is `Some`, to be done when it was done first.
+    put_off: Mutex<Option<Vec<Lead>>>,
     rules: Mutex<Rules>,
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
@@ -137,6 +140,7 @@ impl Engine {
             clock,
             meters,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
+            put_off: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),
             rules: Mutex::new(rules),
             bells: OnceLock::new(),
@@ -304,6 +308,23 @@ impl Engine {
     /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
     fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
         self.transact_as(None, change).0
+    }
+
+    /// As [`Self::transact`]; turns tell of it if anything came of it. For what schemas do again and again.
+    fn transact_if_any<R>(
+        &self,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        let mut moment = Moment::default();
+        let result = self.transact(|hierarchy, now, out| {
+            let result = change(hierarchy, now, out);
+            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
+                let order = journal.next();
+                moment = Moment { order, time: now };
+            }
+            result
+        });
+        (result, moment)
     }
 
     /// As [`Self::transact`], of which turns tell.

@@ -1,6 +1,7 @@
 //! What instances ask of the host during a call: their children, their names, their log.
 
 use std::sync::atomic::Ordering;
+use std::sync::{MutexGuard, PoisonError};
 
 use jde_abi::describe::Role;
 use jde_abi::raw;
@@ -9,6 +10,16 @@ use jde_core::{Policy, State};
 
 use super::{Engine, schema};
 use crate::event::Event;
+use crate::turn::Turn;
+
+/// What a father asks for a child.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Lead {
+    pub(crate) father: usize,
+    pub(crate) role: usize,
+    pub(crate) child: usize,
+    pub(crate) awake: bool,
+}
 
 impl Engine {
     /// A father wakes a child or puts it to sleep; answers with a status of the ABI.
@@ -17,13 +28,43 @@ impl Engine {
             Ok(child) => child,
             Err(status) => return status,
         };
-        let result = self.transact(|hierarchy, now, out| {
+        let lead = Lead {
+            father,
+            role,
+            child,
+            awake,
+        };
+        if let Some(later) = &mut *self.later() {
+            later.push(lead);
+            let may = self.lock().hierarchy.has_authority(schema(father));
+            return if may { raw::OK } else { raw::REFUSED };
+        }
+        self.lead(lead)
+    }
+
+    /// Does at once what a father asks for.
+    pub(crate) fn lead(&self, lead: Lead) -> i32 {
+        let Lead {
+            father,
+            role,
+            child,
+            awake,
+        } = lead;
+        let (result, moment) = self.transact_if_any(|hierarchy, now, out| {
             if awake {
                 hierarchy.wake(now, schema(father), schema(child), out)
             } else {
                 hierarchy.sleep(now, schema(father), schema(child), out)
             }
         });
+        if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
+            journal.tell(&Turn {
+                way: if awake { Turn::WOKE } else { Turn::LAID_DOWN },
+                detail: child as u64,
+                checked: moment,
+                ..Turn::of(Turn::LED, father)
+            });
+        }
         match result {
             Ok(()) => {
                 self.lock().unheard.remove(&(father, role));
@@ -37,12 +78,37 @@ impl Engine {
         }
     }
 
+    /// From now on what fathers ask for is put off.
+    pub(crate) fn put_off(&self) {
+        *self.later() = Some(Vec::new());
+    }
+
+    /// What was put off; from now on it is done at once again.
+    pub(crate) fn taken_on(&self) -> Vec<Lead> {
+        self.later().take().unwrap_or_default()
+    }
+
     /// State of a child, and whether it is faulted.
     pub(crate) fn child(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
-        let child = schema(self.role(father, role)?);
+        let number = self.role(father, role)?;
+        let child = schema(number);
+        let asked = self.later().as_ref().and_then(|later| {
+            let mut asked = later.iter().rev();
+            asked.find(|lead| lead.child == number).map(|lead| lead.awake)
+        });
         let rules = self.lock();
         let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
-        Ok((rules.hierarchy.state(child), faulted))
+        let state = match (asked, rules.hierarchy.state(child)) {
+            // It has asked, and is told what came of it.
+            (Some(true), State::Slept) if !faulted => State::Checking,
+            (Some(false), _) => State::Slept,
+            (Some(true) | None, state) => state,
+        };
+        Ok((state, faulted))
+    }
+
+    fn later(&self) -> MutexGuard<'_, Option<Vec<Lead>>> {
+        self.put_off.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A father changes the policy of the group in which that child competes.

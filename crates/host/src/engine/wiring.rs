@@ -39,7 +39,7 @@ impl Variables {
     }
 
     /// What an import reads.
-    fn source(&self, source: Source) -> &Arc<Variable> {
+    pub(crate) fn source(&self, source: Source) -> &Arc<Variable> {
         match source {
             Source::Here(instance, port) => self.of(instance, port).expect("imports are bound to variables"),
             Source::Elsewhere(remote) => &self.remotes[remote],

@@ -10,10 +10,10 @@ mod seat;
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Role, Type};
+use jde_abi::describe::Type;
 use jde_core::Nanos;
 
-use crate::app::Application;
+use crate::app::{Application, Source as Origin};
 use crate::clock::Clock;
 use crate::engine::Engine;
 use crate::event::Observer;
@@ -27,7 +27,7 @@ use player::Player;
 /// What of a recorded run has to be there.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// The full name of a driver's export.
+    /// The full name of an export of a driver, or of another application.
     pub name: String,
     /// Its type.
     pub value_type: Arc<Type>,
@@ -49,20 +49,28 @@ pub struct Replay {
     player: Player,
 }
 
-/// What the drivers of an application export, in the order of the application.
+/// What the drivers of an application export, in its order, and what it imports from others.
 #[must_use]
 pub fn sources(application: &Application) -> Vec<Source> {
-    player::exports(application)
-        .map(|(instance, port)| {
-            let owner = &application.instances[instance];
-            let export = &owner.schema.ports[port];
-            Source {
-                name: format!("{}.{}", owner.name, export.name),
-                value_type: Arc::clone(&export.value_type),
-                imported: player::is_imported(application, (instance, port)),
+    let sources = player::origins(application).into_iter().map(|origin| {
+        let (name, value_type) = match origin {
+            Origin::Here(instance, port) => {
+                let owner = &application.instances[instance];
+                let export = &owner.schema.ports[port];
+                (format!("{}.{}", owner.name, export.name), &export.value_type)
             }
-        })
-        .collect()
+            Origin::Elsewhere(remote) => {
+                let remote = &application.remotes[remote];
+                (remote.local.clone(), &remote.value_type)
+            }
+        };
+        Source {
+            name,
+            value_type: Arc::clone(value_type),
+            imported: player::is_imported(application, origin),
+        }
+    });
+    sources.collect()
 }
 
 impl Replay {
@@ -125,11 +133,6 @@ impl Replay {
     pub fn unknown(&self) -> Vec<String> {
         self.player.unknown()
     }
-}
-
-/// Whether an application's port is the export of one of its own schemas that are no drivers, or of a driver.
-fn is_export(role: &Role) -> bool {
-    matches!(role, Role::Export)
 }
 
 /// A history and the number of the newest value in it, as turns tell numbers.

@@ -4,15 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Weak};
 
-use jde_abi::describe::Kind;
+use jde_abi::describe::{Kind, Role};
 use jde_board::{Reader, Stamp, Variable, Watch, Writer, value};
 use jde_core::{Nanos, Operator, SchemaId};
 
 use super::past::{Old, Part, Past, Step};
 use super::seat::{Asked, Seat};
-use super::{Sight, has, is_export};
-use crate::app::Source::Here;
-use crate::app::{Application, Binding, Instance};
+use super::{Sight, has};
+use crate::app::{Application, Binding, Instance, Remote, Source as Origin};
 use crate::engine::{Bells, Engine, Signal};
 use crate::exec::lockstep::Queue;
 use crate::history::History;
@@ -33,7 +32,8 @@ pub(super) struct Player {
     next: Option<Step>,
     slack: Nanos,
     sources: Vec<Export>,
-    source_of: BTreeMap<(usize, usize), usize>,
+    /// Of the same places.
+    origins: Vec<Origin>,
     histories: BTreeMap<String, Arc<History>>,
     unknown: BTreeSet<String>,
     /// Its end has been told.
@@ -49,17 +49,17 @@ struct Export {
     history: Arc<History>,
 }
 
-/// The exports of drivers: instance and port.
-pub(super) fn exports(application: &Application) -> impl Iterator<Item = (usize, usize)> {
+/// What schemas can import that no schema but a driver, or nobody here, makes.
+pub(super) fn origins(application: &Application) -> Vec<Origin> {
     let instances = application.instances.iter().enumerate();
-    instances
-        .filter(|(_, instance)| is_driver(instance))
-        .flat_map(|(number, instance)| {
-            let ports = instance.schema.ports.iter().enumerate();
-            ports
-                .filter(|(_, port)| is_export(&port.role))
-                .map(move |(port, _)| (number, port))
-        })
+    let drivers = instances.filter(|(_, instance)| is_driver(instance));
+    let exports = drivers.flat_map(|(number, instance)| {
+        let ports = instance.schema.ports.iter().enumerate();
+        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export));
+        exports.map(move |(port, _)| Origin::Here(number, port))
+    });
+    let remotes = (0..application.remotes.len()).map(Origin::Elsewhere);
+    exports.chain(remotes).collect()
 }
 
 pub(super) fn is_driver(instance: &Instance) -> bool {
@@ -67,11 +67,11 @@ pub(super) fn is_driver(instance: &Instance) -> bool {
 }
 
 /// Whether a schema that is no driver imports it.
-pub(super) fn is_imported(application: &Application, export: (usize, usize)) -> bool {
+pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
     let others = application.instances.iter().filter(|other| !is_driver(other));
-    others
-        .flat_map(|other| &other.bindings)
-        .any(|binding| matches!(binding, Binding::Import { source: Some(Here(instance, port)), .. } if (*instance, *port) == export))
+    let mut bindings = others.flat_map(|other| &other.bindings);
+    bindings
+        .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == origin))
 }
 
 impl Player {
@@ -92,7 +92,7 @@ impl Player {
             next: None,
             slack,
             sources: Vec::new(),
-            source_of: BTreeMap::new(),
+            origins: Vec::new(),
             histories: BTreeMap::new(),
             unknown: BTreeSet::new(),
             over: false,
@@ -108,16 +108,8 @@ impl Player {
         &self.engine
     }
 
-    pub(super) fn run_until(&mut self, until: Nanos) -> bool {
-        while !self.over {
-            let Some(step) = self.next.take().or_else(|| self.past.next()) else {
-                self.over = true;
-                break;
-            };
-            if step.time > until {
-                self.next = Some(step);
-                return true;
-            }
+    pub(super) fn step(&mut self) -> bool {
+        if let Some(step) = self.next.take().or_else(|| self.past.next()) {
             if let Some(time) = self.own_time().filter(|time| *time < step.time) {
                 self.next = Some(step);
                 self.publish(time);
@@ -129,8 +121,10 @@ impl Player {
                 self.take(&step);
             }
             self.settle();
+        } else {
+            self.over = true;
         }
-        false
+        !self.over
     }
 
     pub(super) fn saw(&self, schema: usize) -> Vec<Sight> {
@@ -170,17 +164,17 @@ impl Player {
 
     fn find_sources(&mut self) -> Result<(), String> {
         let engine = Arc::clone(&self.engine);
-        for (instance, port) in exports(&engine.application) {
-            let Some(variable) = engine.variables.of(instance, port) else {
-                continue;
+        for origin in origins(&engine.application) {
+            let variable = engine.variables.source(origin);
+            let (writer, name) = match origin {
+                Origin::Here(instance, _) => (instance as u32, engine.name(instance)),
+                Origin::Elsewhere(_) => (Remote::WRITER, "elsewhere"),
             };
-            let writer = variable
-                .writer(instance as u32, engine.name(instance))
-                .map_err(|error| error.to_string())?;
+            let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;
             let history = History::of(variable);
-            let name = variable.describe().full_name();
-            self.histories.insert(name, Arc::clone(&history));
-            self.source_of.insert((instance, port), self.sources.len());
+            self.histories
+                .insert(variable.describe().full_name(), Arc::clone(&history));
+            self.origins.push(origin);
             self.sources.push(Export { writer, history });
         }
         Ok(())
@@ -295,6 +289,7 @@ impl Player {
                 self.engine.hung(number, reason.to_owned());
             }
             Turn::ENDED => self.over = true,
+            Turn::LED => self.lead(number, turn),
             _ => {
                 if matches!(step.part, Part::Looked | Part::Acted) {
                     self.see_to_inputs(number, turn);
@@ -350,7 +345,7 @@ impl Player {
             }
             (Turn::CYCLED, part) => {
                 if seat.told {
-                    seat.cycle(part, turn);
+                    seat.cycle(engine, part, &step.turn);
                 }
                 if part == Part::Failed {
                     // Nobody told it to sleep: it was let go.
@@ -361,6 +356,24 @@ impl Player {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// A father did something with a child in its iteration.
+    fn lead(&mut self, father: usize, turn: &Turn) {
+        let under_way = self.seats.get(father).and_then(|seat| seat.as_ref()?.leave.clone());
+        if let Some(under_way) = under_way {
+            self.see_to_inputs(father, &under_way);
+        }
+        let Some(seat) = self.seats.get_mut(father).and_then(Option::as_mut) else {
+            return;
+        };
+        seat.act(&self.engine);
+        let awake = turn.way == Turn::WOKE;
+        let mut leads = seat.leads.iter();
+        let same = leads.position(|lead| (lead.child as u64, lead.awake) == (turn.detail, awake));
+        if let Some(place) = same {
+            self.engine.lead(seat.leads.remove(place));
         }
     }
 
@@ -402,16 +415,15 @@ impl Player {
         };
         for (port, binding) in instance.bindings.iter().enumerate().take(INPUTS) {
             let Binding::Import {
-                source: Some(Here(owner, export)),
-                ..
-            } = *binding
+                source: Some(source), ..
+            } = binding
             else {
                 continue;
             };
-            let place = self.source_of.get(&(owner, export)).copied();
-            let (Some(place), wanted) = (place, turn.input(port)) else {
+            let Some(place) = self.origins.iter().position(|origin| origin == source) else {
                 continue;
             };
+            let wanted = turn.input(port);
             if matches!(wanted, Turn::UNSEEN | Turn::NOTHING) || has(&self.sources[place].history, wanted) {
                 continue;
             }
@@ -479,7 +491,7 @@ impl Drop for Player {
 
 impl Seat {
     /// One step of a period.
-    fn cycle(&mut self, part: Part, turn: &Turn) {
+    fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Turn>) {
         if !self.runner.is_awake() {
             return;
         }
@@ -495,25 +507,42 @@ impl Seat {
                 }
             }
             Part::Begun => {
-                self.leave = self.runner.begin_again(turn);
-                if self.leave && !turn.acted.happened() {
+                let leave = self.runner.begin_again(turn);
+                if leave && !turn.acted.happened() {
                     // It had no leave then: there is no step of the past for this iteration.
                     let acted = self.runner.act_again();
                     self.runner.acted_again(acted);
-                    self.leave = false;
+                } else if leave {
+                    self.leave = Some(Arc::clone(turn));
                 }
             }
-            Part::Acted => {
-                if self.leave {
-                    self.runner.recall(Some(turn));
-                    self.acted = Some(self.runner.act_again());
-                }
-            }
+            Part::Acted => self.act(engine),
             Part::Ended => {
+                self.act(engine);
+                self.lead_all(engine);
                 if let Some(acted) = self.acted.take() {
                     self.runner.acted_again(acted);
                 }
             }
+        }
+    }
+}
+
+impl Seat {
+    /// The iteration that it has leave for. What it asks for its children meanwhile is done when it was done first.
+    fn act(&mut self, engine: &Engine) {
+        if let Some(turn) = self.leave.take() {
+            self.runner.recall(Some(&turn));
+            engine.put_off();
+            self.acted = Some(self.runner.act_again());
+            self.leads = engine.taken_on();
+        }
+    }
+
+    /// Does what it asked for and the past has no step for.
+    fn lead_all(&mut self, engine: &Engine) {
+        for lead in std::mem::take(&mut self.leads) {
+            engine.lead(lead);
         }
     }
 }

@@ -1,11 +1,14 @@
 //! One schema that takes its turns again: which of its steps are done, and what awaits it that the past has yet to tell of.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use jde_core::{Answer, GroupId, Level, Nanos};
 
+use crate::engine::Lead;
 use crate::instance::{self, Shown};
 use crate::runner::Runner;
+use crate::turn::Turn;
 
 /// A schema that takes its turns again.
 pub(super) struct Seat {
@@ -22,8 +25,10 @@ pub(super) struct Seat {
     pub(super) due: Option<Nanos>,
     /// What the check of its present turn found.
     pub(super) checked: Option<Result<instance::Answer, String>>,
-    /// It has leave for the iteration of its present turn.
-    pub(super) leave: bool,
+    /// The turn whose iteration it has leave for.
+    pub(super) leave: Option<Arc<Turn>>,
+    /// What it asked for its children in that, and was not done yet.
+    pub(super) leads: Vec<Lead>,
     /// How that ended.
     pub(super) acted: Option<Result<(), String>>,
     /// What it answered, and the rules have yet to be told.
@@ -50,7 +55,8 @@ impl Seat {
             asked: Vec::new(),
             due: None,
             checked: None,
-            leave: false,
+            leave: None,
+            leads: Vec::new(),
             acted: None,
             answer: None,
             saw: Vec::new(),
@@ -97,7 +103,7 @@ impl Seat {
 
     /// Its present turn is over.
     pub(super) fn rest(&mut self) {
-        (self.checked, self.acted, self.leave) = (None, None, false);
+        (self.checked, self.acted, self.leave) = (None, None, None);
         self.runner.rest_again();
     }
 }
