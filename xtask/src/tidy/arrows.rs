@@ -98,6 +98,7 @@ const TABLE: &[Row] = &[
             "crates/p2os",
             "crates/port",
             "crates/device",
+            "crates/log",
             "crates/ros",
         ],
     ),

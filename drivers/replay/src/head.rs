@@ -1,0 +1,126 @@
+//! Where in the recording it is, and where that goes: pause, speed, jumps, steps, the end. It reads nothing.
+
+use core::time::Duration;
+
+/// What is wanted at an iteration. Written values come with their numbers, so that the same one can be written twice.
+pub(crate) struct Wish {
+    pub(crate) now: Duration,
+    pub(crate) paused: bool,
+    pub(crate) speed: f64,
+    pub(crate) position: (u64, f64),
+    pub(crate) step: (u64, u32),
+    pub(crate) repeat: bool,
+}
+
+/// What is to be done.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Plan {
+    /// Go on from there.
+    pub(crate) seek: Option<Duration>,
+    /// Play so many messages, wherever they are; else those that are due.
+    pub(crate) messages: Option<u32>,
+}
+
+/// A place in a recording that moves.
+#[derive(Debug)]
+pub(crate) struct Head {
+    length: Duration,
+    position: Duration,
+    /// The application's time when it was there.
+    since: Duration,
+    speed: f64,
+    playing: bool,
+    ended: bool,
+    messages: u64,
+    position_written: u64,
+    step_written: u64,
+    begun: bool,
+}
+
+impl Head {
+    pub(crate) fn new(now: Duration, length: Duration) -> Self {
+        Self {
+            length,
+            position: Duration::ZERO,
+            since: now,
+            speed: 1.0,
+            playing: true,
+            ended: false,
+            messages: 0,
+            position_written: 0,
+            step_written: 0,
+            begun: false,
+        }
+    }
+
+    /// It was asleep until now.
+    pub(crate) fn wake(&mut self, now: Duration) {
+        self.since = now;
+    }
+
+    /// Moves to where it is now.
+    pub(crate) fn plan(&mut self, wish: &Wish) -> Plan {
+        let mut plan = Plan::default();
+        let passed = wish.now.saturating_sub(self.since);
+        self.since = wish.now;
+        // Nothing happened before the first iteration, however long it took to get there.
+        let passed = if self.begun { passed } else { Duration::ZERO };
+        self.speed = wish.speed;
+        self.playing = !wish.paused;
+        let (written, place) = wish.position;
+        if self.position_written != written || (!self.begun && place > 0.0) {
+            self.position_written = written;
+            let place = Duration::try_from_secs_f64(place).unwrap_or(self.length);
+            plan.seek = Some(place.min(self.length));
+        } else if self.ended && wish.repeat && self.playing {
+            plan.seek = Some(Duration::ZERO);
+        }
+        if let Some(place) = plan.seek {
+            (self.position, self.ended) = (place, false);
+        } else if self.playing {
+            self.position = (self.position + passed.mul_f64(self.speed)).min(self.length);
+        }
+        let (written, count) = wish.step;
+        if self.step_written != written {
+            self.step_written = written;
+            plan.messages = (!self.playing).then_some(count);
+        }
+        if !self.playing {
+            // A pause shows no more than is asked for.
+            plan.messages = plan.messages.or(Some(0));
+        }
+        self.begun = true;
+        self.ended |= self.position >= self.length && self.playing;
+        plan
+    }
+
+    /// A message of that place was played; in a pause it takes the place along.
+    pub(crate) fn played(&mut self, at: Duration, step: bool) {
+        self.messages += 1;
+        if step {
+            self.position = self.position.max(at);
+        }
+    }
+
+    /// When what was published at that place is published, in the application's time.
+    pub(crate) fn time_of(&self, at: Duration, now: Duration) -> Duration {
+        let ago = self.position.saturating_sub(at);
+        now.saturating_sub(ago.div_f64(self.speed))
+    }
+
+    pub(crate) fn position(&self) -> Duration {
+        self.position
+    }
+
+    pub(crate) fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    pub(crate) fn is_playing(&self) -> bool {
+        self.playing && !self.ended
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.ended
+    }
+}

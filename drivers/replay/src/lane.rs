@@ -1,0 +1,102 @@
+//! Which topic is which sensor. It reads messages, and publishes none.
+
+use jde_log::Channel;
+use jde_ros::{cdr, definition};
+use jde_schema::types::{Text, Value};
+use jde_schema::{Error, Result};
+
+use crate::tape::{Due, Tape};
+
+/// Turns a message into the bytes of a value; false if it is none.
+type Decode = Box<dyn Fn(&[u8], &mut [u8]) -> bool + Send>;
+
+/// The sensors of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lane {
+    Laser,
+    Sonars,
+    Odometry,
+    Bumpers,
+    PanTilt,
+    Battery,
+    Encoders,
+    Connection,
+    Image,
+}
+
+/// The topics that are played.
+#[derive(Default)]
+pub(crate) struct Lanes {
+    lanes: Vec<Played>,
+}
+
+struct Played {
+    topic: String,
+    lane: Lane,
+    decode: Decode,
+    /// Kept for its room.
+    bytes: Vec<u8>,
+}
+
+impl Lanes {
+    /// Plays a sensor from the topic of that name, or without one from the first of its type.
+    ///
+    /// # Errors
+    /// There is no such topic, or it is of another type.
+    pub(crate) fn add<T: Value>(&mut self, tape: &Tape, lane: Lane, topic: &Text<120>) -> Result {
+        let topic = topic.as_str();
+        let value_type = T::describe();
+        let name = definition::name(&value_type);
+        let fits = |channel: &&Channel| channel.type_name == name && channel.encoding == "cdr";
+        let found = if topic.is_empty() {
+            tape.channels().find(fits)
+        } else {
+            let named = tape.channels().find(|channel| channel.topic == topic);
+            let named = named.ok_or_else(|| {
+                Error::from(format!(
+                    "{} has no topic `{topic}`; it has {}",
+                    tape.path(),
+                    tape.topics()
+                ))
+            })?;
+            if !fits(&named) {
+                return Err(format!(
+                    "`{topic}` of {} is a {} in {}, and a {name} in cdr is wanted",
+                    tape.path(),
+                    named.type_name,
+                    named.encoding
+                )
+                .into());
+            }
+            Some(named)
+        };
+        self.lanes.extend(found.map(|channel| Played {
+            topic: channel.topic.clone(),
+            lane,
+            bytes: vec![0; value_type.bytes],
+            decode: Box::new(move |message, bytes| cdr::decode_into(&value_type, message, bytes).is_ok()),
+        }));
+        Ok(())
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
+    pub(crate) fn has(&self, topic: &str) -> bool {
+        self.lanes.iter().any(|played| played.topic == topic)
+    }
+
+    /// The topics, in words.
+    pub(crate) fn names(&self) -> String {
+        let names: Vec<_> = self.lanes.iter().map(|played| &*played.topic).collect();
+        names.join(", ")
+    }
+
+    /// The value that a message is; none if it is not what its type says.
+    pub(crate) fn read(&mut self, due: &Due) -> Option<(Lane, &[u8])> {
+        let played = self.lanes.iter_mut().find(|played| played.topic == due.topic())?;
+        let is_one = (played.decode)(&due.message.data, &mut played.bytes);
+        is_one.then_some((played.lane, &*played.bytes))
+    }
+}

@@ -1,0 +1,325 @@
+//! Plays a recording as the sensors of a robot, so that any schema, panel or tool works on it: at any speed, paused, a message at
+//! a time, from any place. What the application commands is shown and goes nowhere.
+//!
+//! It shows what schemas would have done, never what would have followed. Whether they decide as they did then is the business
+//! of `jde replay --decide`.
+
+mod head;
+mod lane;
+mod tape;
+
+use jde_schema::prelude::*;
+
+use head::{Head, Wish};
+use lane::{Lane, Lanes};
+use tape::Tape;
+
+/// How far a recording has been played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Playback")]
+pub struct Playback {
+    /// Where it is, from the recording's first message.
+    #[value(unit = "s")]
+    pub position: f64,
+    /// How long it is.
+    #[value(unit = "s")]
+    pub length: f64,
+    /// Seconds of it in a second.
+    pub speed: f64,
+    /// Messages played.
+    pub messages: u64,
+    /// Messages that could not be read as what they say they are.
+    pub spoilt: u64,
+    /// Whether it goes on by itself.
+    pub playing: Flag,
+    /// Nothing.
+    pub padding: Padding<7>,
+}
+
+/// A robot that senses what it sensed when the recording was made.
+///
+/// Each export is taken from the topic that its modulation names, or from the only one of its type, or from the first of them;
+/// it stays without a value if there is none. Times are moved into the application's. The mission is done when the recording ends.
+#[derive(Describe)]
+#[schema(driver, period = "10ms", budget = "50ms")]
+pub struct Recording {
+    /// The recording, an MCAP file of jde's or of ROS 2.
+    #[modulation(default = "", unit = "path", fixed)]
+    file: Modulation<Text<1024>>,
+    /// The laser's topic.
+    #[modulation(default = "", fixed)]
+    laser_topic: Modulation<Text<120>>,
+    /// The sonars' topic.
+    #[modulation(default = "", fixed)]
+    sonars_topic: Modulation<Text<120>>,
+    /// The odometry's topic.
+    #[modulation(default = "", fixed)]
+    odometry_topic: Modulation<Text<120>>,
+    /// The bumpers' topic.
+    #[modulation(default = "", fixed)]
+    bumpers_topic: Modulation<Text<120>>,
+    /// The topic of the head's angles.
+    #[modulation(default = "", fixed)]
+    pan_tilt_topic: Modulation<Text<120>>,
+    /// The battery's topic.
+    #[modulation(default = "", fixed)]
+    battery_topic: Modulation<Text<120>>,
+    /// The encoders' topic.
+    #[modulation(default = "", fixed)]
+    encoders_topic: Modulation<Text<120>>,
+    /// The topic of whether the robot is heard.
+    #[modulation(default = "", fixed)]
+    connection_topic: Modulation<Text<120>>,
+    /// The pictures' topic.
+    #[modulation(default = "", fixed)]
+    image_topic: Modulation<Text<120>>,
+    /// Whether it stands still.
+    #[modulation(default = Flag::FALSE)]
+    paused: Modulation<Flag>,
+    /// Seconds of the recording in a second of the application.
+    #[modulation(default = 1.0, min = 0.01, max = 100.0)]
+    speed: Modulation<f64>,
+    /// Where to go on from, each time that it is written: from the recording's first message.
+    #[modulation(default = 0.0, unit = "s", min = 0.0)]
+    position: Modulation<f64>,
+    /// Messages to play while it is paused, each time that it is written.
+    #[modulation(default = 0, max = 100_000)]
+    step: Modulation<u32>,
+    /// Whether it begins anew at its end.
+    #[modulation(default = Flag::FALSE)]
+    repeat: Modulation<Flag>,
+    /// Speeds of the base; they are not carried out.
+    #[command(neutral = Twist::ZERO, validity = "1s")]
+    velocity: Command<Twist>,
+    /// Where the head shall look; it is not carried out.
+    #[command(neutral = HOLD, validity = "3600s")]
+    head: Command<PanTilt>,
+    /// The command in force: what the application wanted of the base, to be seen and recorded.
+    #[export]
+    wanted: Export<Twist>,
+    /// The same of the head.
+    #[export]
+    wanted_head: Export<PanTilt>,
+    /// The laser.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The sonars.
+    #[export]
+    sonars: Export<RangeRing>,
+    /// Pose and velocity.
+    #[export]
+    odometry: Export<Odometry>,
+    /// The bumpers.
+    #[export]
+    bumpers: Export<Bumpers>,
+    /// Where the head looked.
+    #[export]
+    pan_tilt: Export<PanTilt>,
+    /// The battery.
+    #[export]
+    battery: Export<BatteryState>,
+    /// What the wheels counted.
+    #[export]
+    encoders: Export<WheelEncoders>,
+    /// Whether the robot was heard.
+    #[export]
+    connection: Export<Connection>,
+    /// The pictures.
+    #[export]
+    image: Export<Image>,
+    /// How far it is.
+    #[export]
+    playback: Export<Playback>,
+    /// Messages played; done at the end, unless it begins anew.
+    #[export]
+    mission: Export<Mission>,
+    player: Option<Player>,
+}
+
+/// What an application may command a head to that has none.
+const HOLD: PanTilt = PanTilt {
+    header: Header {
+        stamp: Time { sec: 0, nanosec: 0 },
+        frame_id: Text::EMPTY,
+    },
+    pan: 0.0,
+    tilt: 0.0,
+    pan_velocity: 0.0,
+    tilt_velocity: 0.0,
+};
+
+/// A recording that is being played.
+struct Player {
+    tape: Tape,
+    lanes: Lanes,
+    head: Head,
+    spoilt: u64,
+}
+
+impl Schema for Recording {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if let Some(player) = &mut self.player {
+            // What it did while it slept is no part of the recording.
+            player.head.wake(cx.now());
+            return Ok(());
+        }
+        let file = self.file.get(cx);
+        if file.is_empty() {
+            return Err(
+                "it has no recording; give it one: file = \"drive.mcap\", or --set NAME.file=drive.mcap"
+                    .into(),
+            );
+        }
+        let tape = Tape::open(file.as_str())?;
+        let lanes = self.lanes(cx, &tape)?;
+        if let Some(damage) = tape.damage() {
+            warn!(cx, "{damage}; what comes before is played");
+        }
+        info!(cx, "{} s of {}", tape.length().as_secs_f64(), lanes.names());
+        self.player = Some(Player {
+            head: Head::new(cx.now(), tape.length()),
+            tape,
+            lanes,
+            spoilt: 0,
+        });
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.wanted.write(cx, *self.velocity.get(cx).value());
+        self.wanted_head.write(cx, *self.head.get(cx).value());
+        let Some(mut player) = self.player.take() else {
+            return Err("it has no recording".into());
+        };
+        let (position, step) = (self.position.sample(cx), self.step.sample(cx));
+        let plan = player.head.plan(&Wish {
+            now: cx.now(),
+            paused: self.paused.get(cx).get(),
+            speed: self.speed.get(cx),
+            position: (position.sequence(), *position.value()),
+            step: (step.sequence(), *step.value()),
+            repeat: self.repeat.get(cx).get(),
+        });
+        let played = self.play(cx, &mut player, plan);
+        self.tell(cx, &player);
+        self.player = Some(player);
+        played
+    }
+}
+
+impl Recording {
+    fn lanes(&self, cx: &Context, tape: &Tape) -> Result<Lanes> {
+        let mut lanes = Lanes::default();
+        lanes.add::<LaserScan>(tape, Lane::Laser, &self.laser_topic.get(cx))?;
+        lanes.add::<RangeRing>(tape, Lane::Sonars, &self.sonars_topic.get(cx))?;
+        lanes.add::<Odometry>(tape, Lane::Odometry, &self.odometry_topic.get(cx))?;
+        lanes.add::<Bumpers>(tape, Lane::Bumpers, &self.bumpers_topic.get(cx))?;
+        lanes.add::<PanTilt>(tape, Lane::PanTilt, &self.pan_tilt_topic.get(cx))?;
+        lanes.add::<BatteryState>(tape, Lane::Battery, &self.battery_topic.get(cx))?;
+        lanes.add::<WheelEncoders>(tape, Lane::Encoders, &self.encoders_topic.get(cx))?;
+        lanes.add::<Connection>(tape, Lane::Connection, &self.connection_topic.get(cx))?;
+        lanes.add::<Image>(tape, Lane::Image, &self.image_topic.get(cx))?;
+        if lanes.is_empty() {
+            return Err(format!(
+                "{} has no topic that a robot senses; it has {}",
+                tape.path(),
+                tape.topics()
+            )
+            .into());
+        }
+        Ok(lanes)
+    }
+
+    /// Publishes what is due.
+    fn play(&mut self, cx: &Context, player: &mut Player, plan: head::Plan) -> Result {
+        if let Some(place) = plan.seek {
+            // What was in force there, so that nobody goes on with what was seen elsewhere.
+            for message in player.tape.seek(place, |topic| player.lanes.has(topic))? {
+                self.publish(cx, player, &message);
+            }
+        }
+        let until = player.head.position();
+        let mut left = plan.messages;
+        while let Some(message) = player.tape.next(until, left, |topic| player.lanes.has(topic))? {
+            player.head.played(message.at, left.is_some());
+            left = left.map(|left| left - 1);
+            self.publish(cx, player, &message);
+        }
+        Ok(())
+    }
+
+    fn publish(&mut self, cx: &Context, player: &mut Player, message: &tape::Due) {
+        let time = player
+            .head
+            .time_of(message.at, cx.now())
+            .saturating_sub(message.age);
+        let Some((lane, bytes)) = player.lanes.read(message) else {
+            player.spoilt += 1;
+            if player.spoilt == 1 {
+                warn!(
+                    cx,
+                    "a message of {} is not what its type says, and is left out",
+                    message.topic()
+                );
+            }
+            return;
+        };
+        let header = Header::new(time, "");
+        macro_rules! put {
+            ($export:ident) => {{
+                let mut room = self.$export.loan(cx);
+                room.as_bytes_mut().copy_from_slice(bytes);
+                room.header.stamp = header.stamp;
+                room.publish_at(time);
+            }};
+        }
+        match lane {
+            Lane::Laser => put!(laser),
+            Lane::Sonars => put!(sonars),
+            Lane::Odometry => put!(odometry),
+            Lane::Bumpers => put!(bumpers),
+            Lane::PanTilt => put!(pan_tilt),
+            Lane::Battery => put!(battery),
+            Lane::Encoders => put!(encoders),
+            Lane::Connection => put!(connection),
+            Lane::Image => put!(image),
+        }
+    }
+
+    fn tell(&mut self, cx: &Context, player: &Player) {
+        let Player {
+            head, tape, spoilt, ..
+        } = player;
+        let ended = head.has_ended() && !self.repeat.get(cx).get();
+        self.playback.write(
+            cx,
+            Playback {
+                position: head.position().as_secs_f64(),
+                length: tape.length().as_secs_f64(),
+                speed: self.speed.get(cx),
+                messages: head.messages(),
+                spoilt: *spoilt,
+                playing: Flag::from(head.is_playing()),
+                padding: Padding::default(),
+            },
+        );
+        let mission = Mission {
+            state: if ended { Mission::DONE } else { Mission::RUNNING },
+            reached: head.position().as_secs() as u32,
+            total: tape.length().as_secs() as u32,
+            note: Text::new("seconds played"),
+            ..Mission::default()
+        };
+        self.mission.write(cx, mission);
+    }
+}
+
+jde_schema::export!(
+    "replay",
+    "Plays a recording as the sensors of a robot.",
+    [Recording]
+);
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! A recording on its way through the player: what is next, and what was in force at a place. It knows no type of sensor.
+
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use jde_log::{Channel, Message, Messages, ReadError, Recording};
+
+/// How far before a place is looked for what was in force there.
+const LOOK_BACK: Duration = Duration::from_secs(5);
+
+/// A recording that is being played.
+pub(crate) struct Tape {
+    path: String,
+    recording: Recording,
+    start: u64,
+    length: Duration,
+    messages: Messages,
+    /// Read and not due yet.
+    next: Option<Due>,
+}
+
+/// A message, with its place in the recording.
+pub(crate) struct Due {
+    pub(crate) at: Duration,
+    /// How long before it was published it was measured.
+    pub(crate) age: Duration,
+    pub(crate) message: Message,
+}
+
+/// Why a recording cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum TapeError {
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    #[error("{0} has no messages")]
+    Empty(String),
+}
+
+impl Tape {
+    pub(crate) fn open(path: &str) -> Result<Self, TapeError> {
+        let recording = Recording::open(Path::new(path))?;
+        let Some((start, end)) = recording.times() else {
+            return Err(TapeError::Empty(path.to_owned()));
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            messages: recording.messages()?,
+            recording,
+            start,
+            length: Duration::from_nanos(end - start),
+            next: None,
+        })
+    }
+
+    pub(crate) fn path(&self) -> &str {
+        &self.path
+    }
+
+    pub(crate) fn length(&self) -> Duration {
+        self.length
+    }
+
+    /// Where it ends too soon, in words.
+    pub(crate) fn damage(&self) -> Option<String> {
+        let damage = self.recording.damage()?;
+        Some(format!(
+            "{} is damaged behind byte {}: {}",
+            self.path, damage.offset, damage.reason
+        ))
+    }
+
+    pub(crate) fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.recording.channels()
+    }
+
+    /// What topics there are, in words.
+    pub(crate) fn topics(&self) -> String {
+        let topics: Vec<_> = self.channels().map(|channel| &*channel.topic).collect();
+        if topics.is_empty() {
+            "none at all".to_owned()
+        } else {
+            topics.join(", ")
+        }
+    }
+
+    /// The next message of the topics that are wanted, if it is due: published until then, or if so many are `left` whenever.
+    pub(crate) fn next(
+        &mut self,
+        until: Duration,
+        left: Option<u32>,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Option<Due>, TapeError> {
+        if left == Some(0) {
+            return Ok(None);
+        }
+        if self.next.is_none() {
+            self.next = self.read(wanted)?;
+        }
+        Ok(self.next.take_if(|next| left.is_some() || next.at <= until))
+    }
+
+    /// Goes on from a place; answers with the last of each topic before it.
+    pub(crate) fn seek(
+        &mut self,
+        place: Duration,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Vec<Due>, TapeError> {
+        let from = self.start + u64::try_from(place.saturating_sub(LOOK_BACK).as_nanos()).unwrap_or(0);
+        self.messages = self.recording.messages_from(from)?;
+        let mut last = BTreeMap::new();
+        self.next = loop {
+            match self.read(&wanted)? {
+                Some(due) if due.at < place => last.insert(due.topic().to_owned(), due),
+                next => break next,
+            };
+        };
+        Ok(last.into_values().collect())
+    }
+
+    fn read(&mut self, wanted: impl Fn(&str) -> bool) -> Result<Option<Due>, TapeError> {
+        for message in self.messages.by_ref() {
+            let message = match message {
+                Ok(message) => message,
+                // It has been told when it was opened, or the file is shorter than it was: what is left is its end.
+                Err(ReadError::Damaged { .. }) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            };
+            if wanted(&message.channel.topic) {
+                return Ok(Some(Due {
+                    at: Duration::from_nanos(message.log_time.saturating_sub(self.start)),
+                    age: Duration::from_nanos(message.log_time.saturating_sub(message.publish_time)),
+                    message,
+                }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Due {
+    pub(crate) fn topic(&self) -> &str {
+        &self.message.channel.topic
+    }
+}
