@@ -32,7 +32,12 @@ pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
 pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let schemas = remote.schemas().ok()?.schemas;
-        Some(schemas.into_iter().map(|schema| (schema.name, schema.doc)).collect())
+        Some(
+            schemas
+                .into_iter()
+                .map(|schema| (schema.name, schema.doc))
+                .collect(),
+        )
     })
 }
 
@@ -40,7 +45,12 @@ pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
 pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let variables = remote.variables(false).ok()?;
-        Some(variables.into_iter().map(|variable| (variable.name, variable.doc)).collect())
+        Some(
+            variables
+                .into_iter()
+                .map(|variable| (variable.name, variable.doc))
+                .collect(),
+        )
     })
 }
 
@@ -49,7 +59,12 @@ pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {
         let mut variables = remote.variables(false).ok()?;
         variables.retain(|variable| variable.access == "modulation");
-        Some(variables.into_iter().map(|variable| (variable.name, variable.doc)).collect())
+        Some(
+            variables
+                .into_iter()
+                .map(|variable| (variable.name, variable.doc))
+                .collect(),
+        )
     })
 }
 
@@ -59,7 +74,10 @@ type Names = Vec<(String, String)>;
 fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
     let (named, begun) = split_application(&current);
-    let (prefix, begun) = (named.map_or(String::new(), |name| format!("{name}:")), begun.to_owned());
+    let (prefix, begun) = (
+        named.map_or(String::new(), |name| format!("{name}:")),
+        begun.to_owned(),
+    );
     let named = named.map(str::to_owned).or_else(|| std::env::var("JDE_APP").ok());
     let known = in_time(move || {
         let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;

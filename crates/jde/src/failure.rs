@@ -120,7 +120,12 @@ impl Failure {
 
     fn status(&self) -> u8 {
         match self {
-            Self::Mission | Self::Different | Self::Broken(_) | Self::Unanswered(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Mission
+            | Self::Different
+            | Self::Broken(_)
+            | Self::Unanswered(_)
+            | Self::File { .. }
+            | Self::Output(_) => 1,
             Self::Start(StartError::Thread(_) | StartError::Hindered(_)) => 1,
             Self::Link(error) => link_status(error),
             Self::Use { .. } | Self::Recording(_) | Self::Application { unusable: false, .. } => 2,

@@ -47,7 +47,13 @@ pub(crate) enum News {
 }
 
 /// Has every value of the variable go to a topic until the watch is dropped, the present one included.
-pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock) -> (Topic, Watch) {
+/// Only if it is `kept` they go into files.
+pub(crate) fn watch(
+    variable: &Arc<Variable>,
+    shared: &Arc<Shared>,
+    clock: Clock,
+    kept: bool,
+) -> (Topic, Watch) {
     let declared = variable.describe();
     let about = BTreeMap::from([
         ("variable".to_owned(), declared.full_name()),
@@ -64,7 +70,7 @@ pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock
     let name = topic_name(&declared.full_name());
     let value_type = Arc::clone(&declared.value_type);
     let topic = Topic {
-        lane: Arc::new(Lane::new(name, value_type, about, note)),
+        lane: Arc::new(Lane::new(name, value_type, about, note, kept)),
         shared: Arc::clone(shared),
     };
     let watch = if topic.lane.note.is_some() {
@@ -95,7 +101,8 @@ pub(crate) fn watch(variable: &Arc<Variable>, shared: &Arc<Shared>, clock: Clock
 }
 
 /// `owner.name` as ROS 2 writes topics.
-pub(crate) fn topic_name(variable: &str) -> String {
+#[must_use]
+pub fn topic_name(variable: &str) -> String {
     format!("/{}", variable.replace('.', "/"))
 }
 

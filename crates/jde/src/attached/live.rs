@@ -56,12 +56,17 @@ impl Live {
         });
         watching.push({
             let seen = Arc::clone(&seen);
-            remote.events(&[Kind::Happening], 0, move |happened| lock(&seen).happened(&happened.line))?
+            remote.events(&[Kind::Happening], 0, move |happened| {
+                lock(&seen).happened(&happened.line)
+            })?
         });
         let variables = remote.variables(false)?;
         let of_type = |name: &str| {
             let export = |variable: &&VariableInfo| variable.access == "export" && variable.type_name == name;
-            variables.iter().find(export).map(|variable| variable.name.clone())
+            variables
+                .iter()
+                .find(export)
+                .map(|variable| variable.name.clone())
         };
         if let Some(odometry) = of_type(&Odometry::describe().name) {
             let seen = Arc::clone(&seen);
@@ -154,8 +159,14 @@ impl Seen {
         if self.notes.len() == NOTES {
             self.notes.remove(0);
         }
-        let schema = line.schema.as_ref().map_or(String::new(), |name| format!("{name} "));
-        self.notes.push(format!("{:.2} s  {schema}{}: {}", line.time_s, line.kind, line.text));
+        let schema = line
+            .schema
+            .as_ref()
+            .map_or(String::new(), |name| format!("{name} "));
+        self.notes.push(format!(
+            "{:.2} s  {schema}{}: {}",
+            line.time_s, line.kind, line.text
+        ));
     }
 }
 

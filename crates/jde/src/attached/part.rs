@@ -26,9 +26,9 @@ impl Part {
             "" => variable.name.clone(),
             path => format!("{}.{path}", variable.name),
         };
-        let value_type = variable
-            .value_type()
-            .map_err(|error| Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name)))?;
+        let value_type = variable.value_type().map_err(|error| {
+            Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name))
+        })?;
         let part = Self {
             unit: match path {
                 "" => variable.unit.clone(),
@@ -64,7 +64,9 @@ impl Part {
     /// Whether it is a number or a flag.
     pub(crate) fn is_number(&self) -> bool {
         match get_path(&self.value_type, &vec![0; self.value_type.bytes], &self.path) {
-            Ok(Value::Map(fields)) => fields.len() == 1 && !matches!(fields[0].1, Value::Text(_) | Value::List(_) | Value::Map(_)),
+            Ok(Value::Map(fields)) => {
+                fields.len() == 1 && !matches!(fields[0].1, Value::Text(_) | Value::List(_) | Value::Map(_))
+            }
             Ok(Value::Text(_) | Value::List(_)) => false,
             // An element of a list of structures is told when it comes.
             Ok(Value::Bool(_) | Value::Int(_) | Value::UInt(_) | Value::Float(_)) | Err(_) => true,

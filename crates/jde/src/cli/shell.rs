@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use clap::{Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::ArgValueCompleter;
 use reedline::{
-    ColumnarMenu, Completer, CompletionResult, DefaultHinter, Emacs, FileBackedHistory, KeyCode, KeyModifiers, MenuBuilder, Prompt,
-    PromptEditMode, PromptHistorySearch, PromptHistorySearchStatus, Reedline, ReedlineEvent, ReedlineMenu, Signal,
-    Span, Suggestion, default_emacs_keybindings,
+    ColumnarMenu, Completer, CompletionResult, DefaultHinter, Emacs, FileBackedHistory, KeyCode,
+    KeyModifiers, MenuBuilder, Prompt, PromptEditMode, PromptHistorySearch, PromptHistorySearchStatus,
+    Reedline, ReedlineEvent, ReedlineMenu, Signal, Span, Suggestion, default_emacs_keybindings,
 };
 
 use super::client::{Client, Context, Target};
@@ -99,7 +99,10 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     keys.add_binding(
         KeyModifiers::NONE,
         KeyCode::Tab,
-        ReedlineEvent::UntilFound(vec![ReedlineEvent::Menu(MENU.to_owned()), ReedlineEvent::MenuNext]),
+        ReedlineEvent::UntilFound(vec![
+            ReedlineEvent::Menu(MENU.to_owned()),
+            ReedlineEvent::MenuNext,
+        ]),
     );
     keys.add_binding(KeyModifiers::SHIFT, KeyCode::BackTab, ReedlineEvent::MenuPrevious);
     let mut editor = Reedline::create()
@@ -179,7 +182,10 @@ fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
 /// A slip in one line, without its usage.
 fn told(error: &clap::Error) -> String {
     let text = error.to_string();
-    let first = text.trim_start_matches("error: ").lines().take_while(|line| !line.is_empty());
+    let first = text
+        .trim_start_matches("error: ")
+        .lines()
+        .take_while(|line| !line.is_empty());
     first.map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
@@ -273,7 +279,11 @@ mod tests {
     fn verbs_and_options_are_completed_where_the_cursor_is() {
         let values = |line: &str| -> Vec<String> {
             let result = Names.complete(line, line.len());
-            result.suggestions().iter().map(|suggestion| suggestion.value.clone()).collect()
+            result
+                .suggestions()
+                .iter()
+                .map(|suggestion| suggestion.value.clone())
+                .collect()
         };
         assert_eq!(values("pla"), ["play"]);
         assert!(values("events --on").contains(&"--once".to_owned()));

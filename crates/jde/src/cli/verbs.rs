@@ -11,8 +11,18 @@ use crate::terminal::TITLE;
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Run", &["demo", "run", "replay", "sim"]),
     ("Write", &["new", "check", "describe", "plugins"]),
-    ("Look into what runs", &["apps", "ps", "top", "vars", "get", "watch", "events", "why", "record", "info", "shell"]),
-    ("Steer what runs", &["set", "play", "stop", "force", "release", "period", "unload", "load"]),
+    (
+        "Look into what runs",
+        &[
+            "apps", "ps", "top", "vars", "get", "watch", "events", "why", "record", "info", "shell",
+        ],
+    ),
+    (
+        "Steer what runs",
+        &[
+            "set", "play", "stop", "force", "release", "period", "unload", "load",
+        ],
+    ),
 ];
 
 /// The command with its verbs listed by what they are for.
@@ -28,7 +38,10 @@ pub(super) fn grouped(command: Command) -> Command {
         list.push('\n');
     }
     let _ = writeln!(list, "{TITLE}Else:{TITLE:#}");
-    for verb in command.get_subcommands().filter(|verb| !listed.iter().any(|name| name == verb.get_name())) {
+    for verb in command
+        .get_subcommands()
+        .filter(|verb| !listed.iter().any(|name| name == verb.get_name()))
+    {
         line(verb, &mut list);
     }
     let list = StyledStr::from(list);

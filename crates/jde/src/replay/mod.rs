@@ -57,7 +57,11 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
         loaded.application.seed = seed;
     }
     let _log = log(&loaded)?;
-    let mut words = if how.json { terminal::err() } else { terminal::out() };
+    let mut words = if how.json {
+        terminal::err()
+    } else {
+        terminal::out()
+    };
     let name = shown(&how.file);
     let differs = drive.differences(&loaded.application);
     words::begin(&mut words, &name, &drive, &loaded.application.name, &differs)?;

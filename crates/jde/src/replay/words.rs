@@ -20,10 +20,21 @@ pub(super) fn begin(
     application: &str,
     differs: &[String],
 ) -> io::Result<()> {
-    let clock = if drive.cast().lockstep { "lockstep" } else { "real time" };
-    writeln!(words, "{TITLE}{file}{TITLE:#}: {}, recorded in {clock}", drive.name())?;
+    let clock = if drive.cast().lockstep {
+        "lockstep"
+    } else {
+        "real time"
+    };
+    writeln!(
+        words,
+        "{TITLE}{file}{TITLE:#}: {}, recorded in {clock}",
+        drive.name()
+    )?;
     if drive.name() != application {
-        writeln!(words, "{WARN}differs{WARN:#}: the application is called {application}")?;
+        writeln!(
+            words,
+            "{WARN}differs{WARN:#}: the application is called {application}"
+        )?;
     }
     for difference in differs {
         writeln!(words, "{WARN}differs{WARN:#}: {difference}")?;
@@ -38,7 +49,10 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
         different(words, difference)?;
     }
     if let Some(damage) = &verdict.damage {
-        writeln!(words, "{WARN}damaged{WARN:#}: {damage}; it was replayed up to there")?;
+        writeln!(
+            words,
+            "{WARN}damaged{WARN:#}: {damage}; it was replayed up to there"
+        )?;
     }
     if verdict.lost_steps > 0 {
         writeln!(
@@ -63,8 +77,15 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
     let stopped = if stopped { ", where it was stopped" } else { "" };
     let total = comparison.same + comparison.different;
     if comparison.different == 0 {
-        let all = if total == 1 { "selection is" } else { "selections are" };
-        writeln!(words, "{GOOD}same{GOOD:#}: {total} {all} as they were, until {until:.1} s{stopped}")
+        let all = if total == 1 {
+            "selection is"
+        } else {
+            "selections are"
+        };
+        writeln!(
+            words,
+            "{GOOD}same{GOOD:#}: {total} {all} as they were, until {until:.1} s{stopped}"
+        )
     } else {
         writeln!(
             words,
@@ -75,7 +96,11 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
 }
 
 fn different(words: &mut Words, difference: &Difference) -> io::Result<()> {
-    writeln!(words, "{TITLE}{:9.3} s  {}{TITLE:#}", difference.time_s, difference.group)?;
+    writeln!(
+        words,
+        "{TITLE}{:9.3} s  {}{TITLE:#}",
+        difference.time_s, difference.group
+    )?;
     side(words, "then", difference.recorded.as_ref())?;
     side(words, "now", difference.replayed.as_ref())?;
     for (name, saw) in &difference.saw {
@@ -103,7 +128,11 @@ fn side(words: &mut Words, when: &str, decision: Option<&Decision>) -> io::Resul
         let ready = if candidate.ready { ", ready" } else { "" };
         format!("{} {}{ready}{urgency}", candidate.name, candidate.state)
     });
-    writeln!(words, "            {FAINT}{}{FAINT:#}", candidates.collect::<Vec<_>>().join("; "))
+    writeln!(
+        words,
+        "            {FAINT}{}{FAINT:#}",
+        candidates.collect::<Vec<_>>().join("; ")
+    )
 }
 
 /// Whether a candidate is not as it was; all are if the choice alone is not.
@@ -123,7 +152,11 @@ fn sight(sight: &Sight) -> String {
         None => format!("no {}", sight.port),
         Some((0, _, Some(value))) => format!("{} = {value}", sight.port),
         Some((number, time, Some(value))) => {
-            format!("{} = {value} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
+            format!(
+                "{} = {value} (value {number}, of {:.3} s)",
+                sight.port,
+                *time as f64 / 1e9
+            )
         }
         Some((number, time, None)) => {
             format!("{} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
@@ -136,9 +169,12 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verd
     let first = verdict.comparison.first.iter().map(|difference| {
         let saw = difference.saw.iter().map(|(schema, saw)| {
             let inputs = saw.iter().map(|sight| {
-                let (number, time, value) = sight.value.clone().map_or((None, None, None), |(number, time, value)| {
-                    (Some(number), Some(time as f64 / 1e9), value)
-                });
+                let (number, time, value) = sight
+                    .value
+                    .clone()
+                    .map_or((None, None, None), |(number, time, value)| {
+                        (Some(number), Some(time as f64 / 1e9), value)
+                    });
                 json!({ "port": sight.port, "number": number, "measured_s": time, "value": value })
             });
             json!({ "schema": schema, "inputs": inputs.collect::<Vec<_>>() })

@@ -72,7 +72,10 @@ fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> 
         trouble,
     } in files
     {
-        write!(words, "recorded {TITLE}{file}{TITLE:#}, {reason} at {time_s:.3} s")?;
+        write!(
+            words,
+            "recorded {TITLE}{file}{TITLE:#}, {reason} at {time_s:.3} s"
+        )?;
         if let more @ 1.. = fired.saturating_sub(1) {
             write!(words, " and {more} more")?;
         }

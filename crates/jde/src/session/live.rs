@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 
 use jde_host::event::Outcome;
 use jde_host::snapshot::Snapshot;
-use jde_types::Pose2D;
 use jde_host::{Handle, Operating};
+use jde_types::Pose2D;
 
 use super::sight::Sight;
 use crate::log::Log;

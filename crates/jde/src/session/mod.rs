@@ -39,7 +39,7 @@ use recorder::{Recorder, SAMPLE};
 pub(crate) use link::Wanted as LinkWanted;
 pub(crate) use live::robot;
 pub(crate) use progress::{Millis, Telling, of};
-pub(crate) use record::{Around, Record, Recorded, RecordedFile};
+pub(crate) use record::{Around, Record, Recorded, RecordedFile, no_recording};
 pub(crate) use recorder::Kept;
 pub(crate) use sight::{Progress as Mission, Read};
 pub(crate) use trace::{Sample, Trace};

@@ -121,7 +121,7 @@ impl Recording {
             Some(around) => Recorder::wait(&file, options, when(around, application)?),
             None => Recorder::create(&file, options),
         };
-        let recorder = recorder.map_err(|error| failure(error, &file))?;
+        let recorder = recorder.map_err(|error| no_recording(error, &file))?;
         Ok(Self {
             on_turn: jde_log::turns(&recorder, application, lockstep),
             recorder: Arc::new(recorder),
@@ -233,7 +233,8 @@ fn is_zero(number: &u64) -> bool {
     *number == 0
 }
 
-fn failure(error: Error, file: &Path) -> Failure {
+/// A recording that cannot be begun.
+pub(crate) fn no_recording(error: Error, file: &Path) -> Failure {
     match error {
         Error::Exists(_) => Failure::usage(
             format!("{} exists already", shown(file)),

@@ -112,9 +112,10 @@ impl Sight {
                 Some(())
             });
         }
-        seen.odometry = self.odometry.as_mut().and_then(|odometry| {
-            read(odometry, |read| read.odometry())
-        });
+        seen.odometry = self
+            .odometry
+            .as_mut()
+            .and_then(|odometry| read(odometry, |read| read.odometry()));
         seen.mission = self
             .mission
             .as_mut()

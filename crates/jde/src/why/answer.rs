@@ -1,6 +1,6 @@
 //! The answer to a question: the selection that is meant, out of all there were. Prints nothing.
 
-use jde_host::story::Decision;
+use jde_host::story::{Candidate, Decision};
 
 use super::question::Question;
 
@@ -65,17 +65,19 @@ impl Question {
             .map(|(place, _)| place)
     }
 
-    /// The selection in force for someone who did not win: the last in which it was a candidate and not chosen.
+    /// The selection in force for someone who did not win: the last of its group in which it was not chosen, be it for want of
+    /// being awake.
     fn standing(&self, decisions: &[Decision]) -> Option<usize> {
         let loser = self.winner.as_deref()?;
         let until = self.at.map_or(f64::INFINITY, |at| at + ROUNDED / 2.0);
+        let is_loser = |candidate: &Candidate| candidate.name == loser;
+        let known = decisions
+            .iter()
+            .find(|decision| decision.candidates.iter().any(is_loser))?;
         decisions.iter().rposition(|decision| {
             decision.time_s <= until
                 && decision.choice.as_deref() != Some(loser)
-                && decision
-                    .candidates
-                    .iter()
-                    .any(|candidate| candidate.name == loser)
+                && decision.group == known.group
         })
     }
 

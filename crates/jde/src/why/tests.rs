@@ -89,6 +89,19 @@ fn who_did_not_win_is_found_where_somebody_else_did() {
 }
 
 #[test]
+fn who_was_not_awake_did_not_win_for_that() {
+    let mut decisions = drive();
+    let mut last = decision(7, 32.0, None, Some("vff"));
+    last.candidates.retain(|candidate| candidate.name != "goon");
+    decisions.push(last);
+    let mut words = Vec::new();
+    tell(&ask("not goon").answer(&decisions), Some("goon"), &mut words).unwrap();
+    let words = anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string();
+    assert!(words.starts_with("example/base at 32.000 s: nobody -> vff"), "{words}");
+    assert!(words.contains("goon  was not awake"), "{words}");
+}
+
+#[test]
 fn what_never_happened_is_said_with_what_did() {
     assert_eq!(
         refused("stop"),

@@ -113,6 +113,11 @@ fn decision_in_full(decision: &Decision, asked: Option<&str>, words: &mut dyn Wr
             candidate.name, candidate.state
         )?;
     }
+    if let Some(asked) = asked
+        && candidates.iter().all(|candidate| candidate.name != asked)
+    {
+        writeln!(words, "  {:<10}  {asked:<width$}  {WARN}was not awake{WARN:#}", "")?;
+    }
     Ok(())
 }
 

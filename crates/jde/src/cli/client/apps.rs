@@ -90,7 +90,10 @@ fn table(listed: &[Listed]) -> Table {
     ]);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     for Listed { about, acting } in listed {
-        let twins = listed.iter().filter(|other| other.about.name == about.name).count();
+        let twins = listed
+            .iter()
+            .filter(|other| other.about.name == about.name)
+            .count();
         let name = match twins {
             1 => about.name.clone(),
             _ => format!("{}@{}", about.name, &about.id[..about.id.len().min(6)]),

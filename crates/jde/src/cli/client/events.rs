@@ -65,7 +65,11 @@ impl Events {
             });
         }
         // Of the selections many change nothing, and are not shown.
-        let last = if self.all { self.last } else { self.last.saturating_mul(50).min(1000) };
+        let last = if self.all {
+            self.last
+        } else {
+            self.last.saturating_mul(50).min(1000)
+        };
         let ends = tell.clone();
         let watching = remote.events(kinds, last, move |happened| {
             // Nobody listens any more at the end.
@@ -80,7 +84,8 @@ impl Events {
         let earlier: Vec<_> = told.try_iter().collect();
         let over = earlier.iter().any(Option::is_none);
         self.earlier(earlier.into_iter().flatten())?;
-        let ended = |happened: &Happened| matches!(&happened.line, Line::Happening(line) if line.kind == "ended");
+        let ended =
+            |happened: &Happened| matches!(&happened.line, Line::Happening(line) if line.kind == "ended");
         while !over && let Ok(Some(happened)) = told.recv() {
             self.show(&happened)?;
             if ended(&happened) {
@@ -97,7 +102,10 @@ impl Events {
     fn earlier(&self, happened: impl Iterator<Item = Happened>) -> Result<(), Failure> {
         let wanted: Vec<_> = happened.filter(|happened| self.wants(&happened.line)).collect();
         let mut skip = Kind::ALL.map(|kind| {
-            let count = wanted.iter().filter(|happened| happened.line.kind() == kind).count();
+            let count = wanted
+                .iter()
+                .filter(|happened| happened.line.kind() == kind)
+                .count();
             count.saturating_sub(self.last)
         });
         for happened in &wanted {
@@ -146,7 +154,10 @@ impl Events {
                     "ok" | "ended" => GOOD,
                     _ => WARN,
                 };
-                let schema = happening.schema.as_ref().map_or(String::new(), |name| format!("{name} "));
+                let schema = happening
+                    .schema
+                    .as_ref()
+                    .map_or(String::new(), |name| format!("{name} "));
                 writeln!(
                     out,
                     "{FAINT}{:>9.3} s{FAINT:#}  {schema}{style}{}{style:#}: {}",

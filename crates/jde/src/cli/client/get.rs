@@ -41,7 +41,11 @@ impl Get {
             let info = remote.variable(variable)?;
             let part = Part::of(&info, path)?;
             let sample = remote.get(variable)?;
-            let value = sample.bytes.as_deref().map(|bytes| part.value(bytes)).transpose()?;
+            let value = sample
+                .bytes
+                .as_deref()
+                .map(|bytes| part.value(bytes))
+                .transpose()?;
             if self.json {
                 out.flush()?;
                 print_json(&json!({

@@ -7,6 +7,7 @@ mod events;
 mod get;
 mod operate;
 mod ps;
+mod record;
 
 mod set;
 mod target;
@@ -37,6 +38,7 @@ pub(crate) enum Client {
     Force(operate::Force),
     Release(operate::Release),
     Period(operate::Period),
+    Record(record::Record),
 }
 
 impl Client {
@@ -57,6 +59,7 @@ impl Client {
             Self::Force(force) => force.run(context),
             Self::Release(release) => release.run(context),
             Self::Period(period) => period.run(context),
+            Self::Record(record) => record.run(context),
         }
     }
 }

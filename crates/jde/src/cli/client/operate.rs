@@ -115,7 +115,8 @@ pub(crate) struct Period {
 impl Release {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let action = |schema| Action::Release { schema };
-        self.schema.act(context, action, &Lasting { time: None }, "is released")
+        self.schema
+            .act(context, action, &Lasting { time: None }, "is released")
     }
 }
 
@@ -147,7 +148,12 @@ impl Schema {
 }
 
 /// Has the application do it; with a time, stays until that is over.
-pub(super) fn carry_out(remote: &Remote, action: Action, lasting: &Lasting, saying: &Saying) -> Result<(), Failure> {
+pub(super) fn carry_out(
+    remote: &Remote,
+    action: Action,
+    lasting: &Lasting,
+    saying: &Saying,
+) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
         action,
@@ -180,7 +186,9 @@ pub(super) fn carry_out(remote: &Remote, action: Action, lasting: &Lasting, sayi
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
         }
         if let Some(reason) = hold.lost() {
-            return Err(Failure::Broken(format!("the hold ended before its time: {reason}")));
+            return Err(Failure::Broken(format!(
+                "the hold ended before its time: {reason}"
+            )));
         }
     }
     drop(hold);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_board::value::Value;
 use jde_host::app::given;
 use jde_link::message::Action;
 use jde_link::value::to_json;
@@ -64,7 +65,11 @@ impl Set {
         };
         if info.access != "modulation" {
             return Err(Failure::usage(
-                format!("`{name}` is no modulation but {} {}", article(&info.access), info.access),
+                format!(
+                    "`{name}` is no modulation but {} {}",
+                    article(&info.access),
+                    info.access
+                ),
                 "modulations are set; `jde vars` says which variables are",
             ));
         }
@@ -87,22 +92,40 @@ impl Set {
             .value_type()
             .map_err(|error| Failure::Broken(format!("the type of `{name}` cannot be read: {error}")))?;
         let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
-        let read = given::value(value, (&schema, &info.variable), &value_type, &info.unit, &folder, name)
-            .map_err(|faults| Failure::Application {
-                faults,
-                unusable: false,
-                missing: false,
-            })?;
+        let read = given::value(
+            value,
+            (&schema, &info.variable),
+            &value_type,
+            &info.unit,
+            &folder,
+            name,
+        )
+        .map_err(|faults| Failure::Application {
+            faults,
+            unusable: false,
+            missing: false,
+        })?;
         let action = Action::Modulate {
             schema,
             variable: info.variable.clone(),
-            value: to_json(&read),
+            value: to_json(&only(read)),
         };
         carry_out(&remote, action, &self.lasting, &saying)
     }
 }
 
-fn article(word: &str) -> &'static str {
-    if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
+/// The value alone where a type has but one field, as people give it and events tell it.
+fn only(value: Value) -> Value {
+    match value {
+        Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
+        other => other,
+    }
 }
 
+fn article(word: &str) -> &'static str {
+    if word.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    }
+}

@@ -80,7 +80,11 @@ impl Context {
 
     fn asked(&self, target: &Target, named: Option<&str>) -> Asked {
         let usual = self.target.borrow();
-        let at = if target.at.is_empty() { &usual.at } else { &target.at };
+        let at = if target.at.is_empty() {
+            &usual.at
+        } else {
+            &target.at
+        };
         (
             named
                 .map(str::to_owned)

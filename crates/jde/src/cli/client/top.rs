@@ -5,10 +5,10 @@ use clap_complete::ArgValueCompleter;
 
 use super::{Context, Target};
 use crate::attached::live::Live;
+use crate::complete;
 use crate::failure::Failure;
 use crate::terminal;
 use crate::top::{self, Application as _, Left};
-use crate::complete;
 
 /// Watch a running application in the oscilloscope; `q` leaves it running, `?` shows the keys.
 #[derive(Args)]

@@ -90,7 +90,9 @@ fn table(variables: &[VariableInfo], docs: bool) -> Table {
             Cell::from(variable.type_name.replace("/msg/", "/")).styled(FAINT),
             variable.unit.as_str().into(),
             Cell::from(&variable.access).styled(FAINT),
-            rate.map_or(Cell::from("-").styled(FAINT), |rate| format!("{rate:.1} Hz").into()),
+            rate.map_or(Cell::from("-").styled(FAINT), |rate| {
+                format!("{rate:.1} Hz").into()
+            }),
             age,
             status
                 .and_then(|status| status.last_writer.as_deref())
@@ -98,11 +100,13 @@ fn table(variables: &[VariableInfo], docs: bool) -> Table {
                 .into(),
         ];
         if docs {
-            row.push(if variable.access == "modulation" && variable.range != Default::default() {
-                variable.range.into()
-            } else {
-                Cell::default()
-            });
+            row.push(
+                if variable.access == "modulation" && variable.range != Default::default() {
+                    variable.range.into()
+                } else {
+                    Cell::default()
+                },
+            );
             row.push(Cell::from(variable.doc.lines().next().unwrap_or_default()).styled(FAINT));
         }
         table.row(row);

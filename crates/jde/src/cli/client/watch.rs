@@ -184,7 +184,10 @@ impl Watch {
             "" => watched.part.name().to_owned(),
             unit => format!("{} [{unit}]", watched.part.name()),
         });
-        let mut applications: Vec<_> = watched.iter().map(|watched| watched.application.as_str()).collect();
+        let mut applications: Vec<_> = watched
+            .iter()
+            .map(|watched| watched.application.as_str())
+            .collect();
         applications.dedup();
         let mut source = Incoming {
             told,
@@ -209,7 +212,10 @@ impl plot::Source for Incoming<'_> {
         while let Ok(told) = self.told.try_recv() {
             match told {
                 Told::Sample(trace, sample) => {
-                    let number = sample.bytes.as_deref().and_then(|bytes| self.watched[trace].part.number(bytes));
+                    let number = sample
+                        .bytes
+                        .as_deref()
+                        .and_then(|bytes| self.watched[trace].part.number(bytes));
                     samples.push(plot::Sample {
                         trace,
                         time: sample.time as f64 / 1e9,
@@ -234,6 +240,8 @@ fn hertz(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();
     match number.parse::<f64>() {
         Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(hz),
-        Ok(_) | Err(_) => Err(format!("`{text}` is no rate; write values a second, such as 2 or 0.5")),
+        Ok(_) | Err(_) => Err(format!(
+            "`{text}` is no rate; write values a second, such as 2 or 0.5"
+        )),
     }
 }
