@@ -31,6 +31,7 @@ pub fn variables(application: &Application) -> Vec<String> {
         names.extend(own.map(|port| format!("{}.{}", instance.name, port.name)));
         names.push(format!("{}.period", instance.name));
     }
+    names.extend(application.remotes.iter().map(|remote| remote.local.clone()));
     names
 }
 

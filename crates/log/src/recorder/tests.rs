@@ -79,6 +79,7 @@ fn options(lossless: bool) -> Options<'static> {
             application: "bench".to_owned(),
             seed: 7,
             started: SystemTime::UNIX_EPOCH,
+            folder: None,
             file: None,
         },
         application: None,

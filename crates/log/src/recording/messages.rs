@@ -16,6 +16,8 @@ pub struct Messages {
     path: PathBuf,
     file: File,
     channels: BTreeMap<u16, Arc<Channel>>,
+    /// What was before is passed over.
+    from: u64,
     /// Those not opened yet, by their first time.
     chunks: VecDeque<Chunk>,
     waiting: BinaryHeap<Reverse<Waiting>>,
@@ -31,7 +33,7 @@ struct Waiting {
 }
 
 impl Messages {
-    pub(super) fn new(recording: &Recording) -> Result<Self, ReadError> {
+    pub(super) fn new(recording: &Recording, from: u64) -> Result<Self, ReadError> {
         let file = File::open(&recording.path).map_err(|error| ReadError::File {
             path: recording.path.clone(),
             error,
@@ -40,7 +42,13 @@ impl Messages {
             path: recording.path.clone(),
             file,
             channels: recording.channels.clone(),
-            chunks: recording.chunks.iter().copied().collect(),
+            from,
+            chunks: recording
+                .chunks
+                .iter()
+                .filter(|chunk| chunk.end >= from)
+                .copied()
+                .collect(),
             waiting: BinaryHeap::new(),
             count: 0,
             failed: None,
@@ -79,7 +87,9 @@ impl Messages {
         let mut messages = Vec::new();
         let mut stray = None;
         let unpacked = scan::each(&body, |record| {
-            if let Record::Message { header, data } = record {
+            if let Record::Message { header, data } = record
+                && header.log_time >= self.from
+            {
                 match self.channels.get(&header.channel_id) {
                     Some(channel) => messages.push(Message {
                         channel: Arc::clone(channel),

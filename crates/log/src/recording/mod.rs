@@ -95,11 +95,12 @@ pub enum ReadError {
     },
 }
 
-/// Where a chunk is, and when its first message was published.
+/// Where a chunk is, and when its first and its last message were published.
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
     offset: u64,
     start: u64,
+    end: u64,
 }
 
 impl Recording {
@@ -187,7 +188,25 @@ impl Recording {
     /// # Errors
     /// [`ReadError::File`]. The messages themselves end with the first error.
     pub fn messages(&self) -> Result<Messages, ReadError> {
-        Messages::new(self)
+        Messages::new(self, 0)
+    }
+
+    /// Those from a log time on.
+    ///
+    /// # Errors
+    /// As [`Self::messages`].
+    pub fn messages_from(&self, log_time: u64) -> Result<Messages, ReadError> {
+        Messages::new(self, log_time)
+    }
+
+    /// The log times of its first and its last message; none if it has none.
+    #[must_use]
+    pub fn times(&self) -> Option<(u64, u64)> {
+        // A chunk without messages has no times.
+        let chunks = || self.chunks.iter().filter(|chunk| chunk.end > 0);
+        let first = chunks().map(|chunk| chunk.start).min()?;
+        let last = chunks().map(|chunk| chunk.end).max()?;
+        Some((first, last))
     }
 
     /// None if there is no index that can be read.
@@ -221,6 +240,7 @@ impl Recording {
             .map(|index| Chunk {
                 offset: index.chunk_start_offset,
                 start: index.message_start_time,
+                end: index.message_end_time,
             })
             .collect();
         chunks.sort_by_key(|chunk| (chunk.start, chunk.offset));

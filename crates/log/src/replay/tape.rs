@@ -419,6 +419,13 @@ impl Translation {
             return turn;
         };
         turn.schema = member.number;
+        if turn.kind == Turn::LED {
+            let child = usize::try_from(turn.detail)
+                .ok()
+                .and_then(|child| self.schemas.get(child)?.as_ref());
+            turn.detail = child.map_or(u64::MAX, |child| u64::from(child.number));
+            return turn;
+        }
         if turn.kind == Turn::OPERATED {
             if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
                 let now = member
