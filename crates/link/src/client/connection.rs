@@ -9,13 +9,14 @@ use zenoh::{Session, Wait};
 
 use crate::Error;
 use crate::folder::Entry;
-use crate::message::Refusal;
+use crate::message::{About, Refusal};
 use crate::session::{self, Login, Opening, Tls};
 
-/// A session; closed when dropped.
+/// A session; closed when dropped, unless it is somebody else's.
 pub(crate) struct Connection {
     session: Option<Session>,
     endpoint: String,
+    shared: bool,
 }
 
 /// An answer with what is attached to it.
@@ -77,7 +78,7 @@ pub(super) fn all(
 }
 
 impl Connection {
-    pub(super) fn local(entry: &Entry) -> Result<Self, Error> {
+    pub(crate) fn local(entry: &Entry) -> Result<Self, Error> {
         let endpoint = format!("unixsock-stream/{}", entry.socket.display());
         let start = Instant::now();
         let opened = session::open(&Opening {
@@ -88,6 +89,7 @@ impl Connection {
             Ok(session) => Ok(Self {
                 session: Some(session),
                 endpoint,
+                shared: false,
             }),
             // It holds the lock on its announcement, so it is there.
             Err(Error::Open(reason)) => {
@@ -113,9 +115,37 @@ impl Connection {
             Ok(session) => Ok(Self {
                 session: Some(session),
                 endpoint,
+                shared: false,
             }),
             Err(Error::Open(reason)) => Err(Error::Connect { endpoint, reason }),
             Err(other) => Err(other),
+        }
+    }
+
+    /// Speaks over a session that somebody else closes.
+    pub(crate) fn shared(session: Session, endpoint: &str) -> Self {
+        Self {
+            session: Some(session),
+            endpoint: endpoint.to_owned(),
+            shared: true,
+        }
+    }
+
+    /// What an application is, by its key.
+    pub(crate) fn about(&self, key: &str) -> Result<About, Error> {
+        let garbled = |reason: String| Error::Garbled {
+            application: self.endpoint.clone(),
+            reason,
+        };
+        match self.ask_one(key, None, super::ANSWER)? {
+            Answered::With(answer) => {
+                serde_json::from_slice(&answer.message).map_err(|error| garbled(error.to_string()))
+            }
+            Answered::Refused(refusal) => Err(garbled(refusal.error)),
+            Answered::NotAtAll | Answered::TooLate => Err(Error::NoAnswer {
+                application: self.endpoint.clone(),
+                waited: super::ANSWER,
+            }),
         }
     }
 
@@ -193,7 +223,9 @@ impl Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        if let Some(session) = self.session.take() {
+        if let Some(session) = self.session.take()
+            && !self.shared
+        {
             session::close(session);
         }
     }

@@ -15,7 +15,7 @@ use crate::keys::{EVERYBODY, PROTOCOL};
 use crate::message::About;
 use crate::session::{Login, Tls};
 use crate::{Error, keys::Keys};
-use connection::Connection;
+pub(crate) use connection::Connection;
 
 pub use events::Happened;
 pub use hold::Hold;

@@ -177,9 +177,20 @@ impl Remote {
         &self,
         name: &str,
         rate: Rate,
-        mut call: impl FnMut(Sample) + Send + Sync + 'static,
+        call: impl FnMut(Sample) + Send + Sync + 'static,
     ) -> Result<Watching, Error> {
         let (variable, value_type) = self.typed(name)?;
+        self.watch_as(&variable, value_type, rate, call)
+    }
+
+    /// As [`Self::watch`], with values laid out as a type that is known to be the same.
+    pub(crate) fn watch_as(
+        &self,
+        variable: &VariableInfo,
+        value_type: Arc<Type>,
+        rate: Rate,
+        mut call: impl FnMut(Sample) + Send + Sync + 'static,
+    ) -> Result<Watching, Error> {
         let (owner, own, rate) = (&variable.owner, &variable.variable, rate.on_offer());
         let session = self.inner.connection.session();
         let application = self.inner.about.name.clone();

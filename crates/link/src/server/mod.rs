@@ -5,9 +5,11 @@ mod bucket;
 mod door;
 mod events;
 mod hands;
+mod imports;
 mod inbox;
 mod lanes;
 mod leases;
+mod peer;
 mod subject;
 mod worker;
 
@@ -20,6 +22,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 pub use events::Events;
 pub use subject::{Running, Subject, Title, schemas};
 
+use jde_host::app::Remote;
+
 use crate::folder::{Announced, Folder};
 use crate::keys::{Keys, PROTOCOL};
 use crate::message::{About, Network};
@@ -27,7 +31,9 @@ use crate::session::{self, Login, Opening, Tls};
 use crate::{Error, whoami};
 use door::Door;
 use hands::Hands;
+use imports::Imports;
 use inbox::{Inbox, Origin};
+use peer::Search;
 use worker::Worker;
 
 /// How long the link may take to leave.
@@ -75,6 +81,7 @@ pub struct Link {
     worker: Option<JoinHandle<()>>,
     /// Gone before the sessions are, so that nobody finds a door that is closing.
     announced: Option<Announced>,
+    imports: Option<Imports>,
     left: mpsc::Receiver<()>,
 }
 
@@ -137,9 +144,17 @@ impl Link {
         let inbox = Arc::new(Inbox::new());
         let mut doors = vec![local_door(&claim.socket(), &keys, &inbox)?];
         if settings.is_networked() {
-            doors.push(network_door(settings, &keys, &inbox)?);
+            doors.push(network_door(settings, &keys, subject.imports(), &inbox)?);
         }
+        let search = Arc::new(Search {
+            folder: settings.folder.clone(),
+            network: doors.get(1).map(|door| door.session.clone()),
+        });
         let hands = Hands::start(Arc::clone(&subject), Arc::clone(&inbox))?;
+        let imports = match subject.imports() {
+            [] => None,
+            _ => Some(Imports::start(&subject, &search)?),
+        };
         let worker = Worker::new(
             subject,
             Arc::clone(&inbox),
@@ -166,6 +181,7 @@ impl Link {
             inbox,
             worker: Some(worker),
             announced: Some(announced),
+            imports,
             left,
         })
     }
@@ -179,7 +195,7 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        drop(self.announced.take());
+        drop((self.announced.take(), self.imports.take()));
         self.inbox.stop();
         // A client that takes nothing must not keep the application from ending.
         if self.left.recv_timeout(LEAVING).is_ok()
@@ -201,7 +217,14 @@ fn local_door(socket: &Path, keys: &Keys, inbox: &Arc<Inbox>) -> Result<Door, Er
     Door::open(Origin::Local, session, keys, inbox)
 }
 
-fn network_door(settings: &Settings, keys: &Keys, inbox: &Arc<Inbox>) -> Result<Door, Error> {
+fn network_door(
+    settings: &Settings,
+    keys: &Keys,
+    imports: &[Remote],
+    inbox: &Arc<Inbox>,
+) -> Result<Door, Error> {
+    let mut peers: Vec<_> = imports.iter().map(|import| import.peer.clone()).collect();
+    peers.dedup();
     // Zenoh reads those who may come in from a file.
     let users = settings
         .login
@@ -221,7 +244,7 @@ fn network_door(settings: &Settings, keys: &Keys, inbox: &Arc<Inbox>) -> Result<
         login: settings.login.as_ref(),
         users: users_path.as_deref(),
         tls: settings.tls.as_ref(),
-        guard: Some(door::guard(keys, &[])),
+        guard: Some(door::guard(keys, &peers)),
     })
     .map_err(|error| cannot_listen(&settings.listen.join(", "), error))?;
     Door::open(Origin::Network, session, keys, inbox)

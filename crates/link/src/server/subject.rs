@@ -7,7 +7,7 @@ use jde_board::value::Value;
 use jde_board::{Access, Board, Nanos, Stamp, Variable};
 use jde_core::Policy;
 use jde_host::Handle;
-use jde_host::app::{Application, Binding, ChildTarget, Executor};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, Remote};
 use jde_host::snapshot::Snapshot;
 
 use crate::message::{
@@ -36,6 +36,10 @@ pub trait Subject: Send + Sync + 'static {
     /// # Errors
     /// Why not.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
+    /// What it imports from other applications.
+    fn imports(&self) -> &[Remote] {
+        &[]
+    }
 }
 
 /// What a subject is.
@@ -134,6 +138,10 @@ impl Subject for Running {
 
     fn snapshot(&self) -> Snapshot {
         self.handle.snapshot()
+    }
+
+    fn imports(&self) -> &[Remote] {
+        &self.handle.application().remotes
     }
 
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {

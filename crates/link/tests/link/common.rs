@@ -1,37 +1,51 @@
 //! An application of nothing but variables, for the link to serve; and a folder of its own for each test.
 
-#![allow(dead_code, unreachable_pub, reason = "each test uses its part")]
-
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
+use jde_host::app::Remote as Import;
 use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Range, Refusal, Schemas};
 use jde_link::{Client, Events, Folder, Link, Reach, Remote, Sample, Settings, Subject, Title};
 use jde_types::Value as _;
 
 /// How long a test waits for what must come.
-pub const SOON: Duration = Duration::from_secs(30);
+pub(crate) const SOON: Duration = Duration::from_secs(30);
 
 /// An application without schemas.
-pub struct Stage {
-    pub board: Board,
-    pub clock: AtomicU64,
-    pub acted: Mutex<Vec<(String, Action)>>,
-    pub snapshots: AtomicU64,
+pub(crate) struct Stage {
+    pub(crate) board: Board,
+    pub(crate) clock: AtomicU64,
+    pub(crate) acted: Mutex<Vec<(String, Action)>>,
+    pub(crate) snapshots: AtomicU64,
+    imports: Vec<Import>,
+    /// Its time goes with the machine's, if it goes.
+    start: Option<Instant>,
 }
 
 impl Stage {
-    pub fn new() -> Arc<Self> {
+    pub(crate) fn new() -> Arc<Self> {
+        Self::importing(Vec::new())
+    }
+
+    /// One whose time goes on, and which imports from others.
+    pub(crate) fn importing(imports: Vec<Import>) -> Arc<Self> {
         let stage = Self {
+            start: (!imports.is_empty()).then(Instant::now),
             board: Board::new(),
             clock: AtomicU64::new(5_000_000_000),
             acted: Mutex::default(),
             snapshots: AtomicU64::new(0),
+            imports,
         };
+        for import in &stage.imports {
+            let (owner, name) = import.parts();
+            let value_type = jde_abi::describe::Type::clone(&import.value_type);
+            stage.export(owner, name, value_type);
+        }
         stage.export("pioneer", "bearing", f64::describe());
         stage.export("pioneer", "path", jde_types::Path::describe());
         let gain = Declaration {
@@ -43,25 +57,30 @@ impl Stage {
         Arc::new(stage)
     }
 
-    pub fn export(&self, owner: &str, name: &str, value_type: jde_abi::describe::Type) -> Arc<Variable> {
+    pub(crate) fn export(
+        &self,
+        owner: &str,
+        name: &str,
+        value_type: jde_abi::describe::Type,
+    ) -> Arc<Variable> {
         self.board.declare(declaration(owner, name, value_type)).unwrap()
     }
 
-    pub fn writer(&self, variable: &str) -> Writer {
+    pub(crate) fn writer(&self, variable: &str) -> Writer {
         self.board.get(variable).unwrap().writer(0, "pioneer").unwrap()
     }
 
-    pub fn acts(&self) -> Vec<(String, Action)> {
+    pub(crate) fn acts(&self) -> Vec<(String, Action)> {
         self.acted.lock().unwrap().clone()
     }
 }
 
-pub fn write(writer: &mut Writer, number: f64, time: Nanos) {
+pub(crate) fn write(writer: &mut Writer, number: f64, time: Nanos) {
     writer.loan().copy_from_slice(&number.to_ne_bytes());
     writer.publish(time, time).unwrap();
 }
 
-pub fn declaration(owner: &str, name: &str, value_type: jde_abi::describe::Type) -> Declaration {
+pub(crate) fn declaration(owner: &str, name: &str, value_type: jde_abi::describe::Type) -> Declaration {
     Declaration {
         owner: owner.to_owned(),
         name: name.to_owned(),
@@ -105,7 +124,14 @@ impl Subject for Stage {
     }
 
     fn now(&self) -> Nanos {
-        self.clock.load(Ordering::Relaxed)
+        match self.start {
+            Some(start) => start.elapsed().as_nanos() as Nanos,
+            None => self.clock.load(Ordering::Relaxed),
+        }
+    }
+
+    fn imports(&self) -> &[Import] {
+        &self.imports
     }
 
     fn snapshot(&self) -> Snapshot {
@@ -129,14 +155,26 @@ impl Subject for Stage {
     }
 }
 
+/// A number imported from a peer, that counts for so long.
+pub(crate) fn import(peer: &str, variable: &str, stale: Duration) -> Import {
+    Import {
+        peer: peer.to_owned(),
+        variable: variable.to_owned(),
+        local: format!("{peer}:{variable}"),
+        value_type: Arc::new(f64::describe()),
+        unit: String::new(),
+        stale_ns: stale.as_nanos() as Nanos,
+    }
+}
+
 /// A folder for one test.
-pub struct Home {
-    pub folder: Folder,
+pub(crate) struct Home {
+    pub(crate) folder: Folder,
     _files: tempfile::TempDir,
 }
 
 impl Home {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let files = tempfile::tempdir().unwrap();
         Self {
             folder: Folder::at(files.path().join("jde")),
@@ -144,28 +182,28 @@ impl Home {
         }
     }
 
-    pub fn settings(&self, name: &str) -> Settings {
+    pub(crate) fn settings(&self, name: &str) -> Settings {
         Settings {
             folder: self.folder.clone(),
             ..Settings::local(name)
         }
     }
 
-    pub fn open(&self, name: &str, stage: &Arc<Stage>) -> Link {
+    pub(crate) fn open(&self, name: &str, stage: &Arc<Stage>) -> Link {
         Link::open(&self.settings(name), stage.clone(), &Events::told()).unwrap()
     }
 
-    pub fn client(&self) -> Client {
+    pub(crate) fn client(&self) -> Client {
         Client::connect(&Reach::Local(self.folder.clone())).unwrap()
     }
 
-    pub fn remote(&self) -> Remote {
+    pub(crate) fn remote(&self) -> Remote {
         self.client().application(None).unwrap()
     }
 }
 
 /// Values of a variable as they come.
-pub fn watch(
+pub(crate) fn watch(
     remote: &Remote,
     variable: &str,
     rate: jde_link::Rate,
@@ -178,15 +216,16 @@ pub fn watch(
 }
 
 /// Looks again and again until it is so.
-pub fn until(what: &str, mut so: impl FnMut() -> bool) {
+pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
     let start = std::time::Instant::now();
     while !so() {
         assert!(start.elapsed() < SOON, "{what}");
-        std::thread::yield_now();
+        // Whoever is waited for may need the processor.
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
-pub fn number(sample: &Sample) -> Option<f64> {
+pub(crate) fn number(sample: &Sample) -> Option<f64> {
     let bytes = sample.bytes.as_ref()?;
     Some(f64::from_ne_bytes(bytes.as_slice().try_into().unwrap()))
 }

@@ -1,16 +1,15 @@
 //! Applications and tools of one user on one machine, over real sockets.
 
-mod common;
-
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use common::{Home, SOON, Stage, number, until, watch, write};
 use jde_host::story::{Kind, Line};
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Client, Error, Events, Folder, Link, Rate, Reach};
+
+use crate::common::{Home, SOON, Stage, number, until, watch, write};
 
 fn play(by: &str, schema: &str) -> Request {
     Request {

@@ -1,0 +1,226 @@
+//! One application that others are imported from: looked for on this machine and on the network, listened to while it is
+//! there, and looked for again when it is gone. Waits as long as that takes, on a thread of its own.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use jde_ros::definition;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use super::imports::Inner;
+use crate::client::{Connection, Remote, Watching};
+use crate::folder::Folder;
+use crate::keys::{self, Keys, PROTOCOL, Rate};
+use crate::message::About;
+use crate::{Error, session};
+
+/// Between two looks for a peer that is not there.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Where peers are looked for.
+pub(super) struct Search {
+    pub(super) folder: Folder,
+    /// The session that `[link]` opened, if it did.
+    pub(super) network: Option<Session>,
+}
+
+/// Tells a waiting thread to look.
+#[derive(Default)]
+struct Bell {
+    state: Mutex<Heard>,
+    rung: Condvar,
+}
+
+#[derive(Default)]
+struct Heard {
+    rung: bool,
+    /// Ids under which the peer is alive on the network.
+    alive: BTreeSet<String>,
+}
+
+/// Begins to look for a peer, for as long as the imports last.
+pub(super) fn follow(
+    name: &str,
+    places: Vec<usize>,
+    inner: &Arc<Inner>,
+    search: &Arc<Search>,
+) -> Result<(), Error> {
+    let peer = Peer {
+        name: name.to_owned(),
+        places,
+        inner: Arc::clone(inner),
+        search: Arc::clone(search),
+        bell: Arc::default(),
+    };
+    std::thread::Builder::new()
+        .name("link-peer".to_owned())
+        .spawn(move || {
+            session::give_way();
+            peer.run();
+        })
+        .map(drop)
+        .map_err(Error::Thread)
+}
+
+struct Peer {
+    name: String,
+    /// Of its imports.
+    places: Vec<usize>,
+    inner: Arc<Inner>,
+    search: Arc<Search>,
+    bell: Arc<Bell>,
+}
+
+impl Peer {
+    fn run(self) {
+        let _watch = self.search.network.as_ref().map(|session| self.listen(session));
+        let mut last_trouble = None;
+        while !self.inner.stopping() {
+            match self.find() {
+                Ok(Some(remote)) => {
+                    last_trouble = None;
+                    let bell = Arc::clone(&self.bell);
+                    remote.on_gone(move || bell.ring());
+                    let watching = self.import(&remote);
+                    tracing::info!(peer = self.name, "found on {}", remote.about().host);
+                    while remote.alive() && !self.inner.stopping() {
+                        self.bell.wait();
+                    }
+                    drop(watching);
+                    self.places.iter().for_each(|place| self.inner.gone(*place));
+                    tracing::warn!(peer = self.name, "gone; what it exports is taken back");
+                }
+                Ok(None) => self.bell.wait(),
+                Err(error) => {
+                    let trouble = error.to_string();
+                    if last_trouble.as_ref() != Some(&trouble) {
+                        tracing::warn!(peer = self.name, "{trouble}");
+                    }
+                    last_trouble = Some(trouble);
+                    self.bell.wait();
+                }
+            }
+        }
+    }
+
+    /// Hears of the peer on the network.
+    fn listen(&self, session: &Session) -> Option<zenoh::pubsub::Subscriber<()>> {
+        let bell = Arc::clone(&self.bell);
+        let subscriber = session
+            .liveliness()
+            .declare_subscriber(format!("{}/{}", keys::of_name(&self.name), keys::ALIVE))
+            .history(true)
+            .callback(move |token| {
+                if let Some(id) = token.key_expr().as_str().split('/').nth(3) {
+                    bell.alive(id, token.kind() == SampleKind::Put);
+                }
+            })
+            .wait();
+        subscriber
+            .inspect_err(|error| tracing::warn!("peers on the network are not found: {error}"))
+            .ok()
+    }
+
+    fn find(&self) -> Result<Option<Remote>, Error> {
+        let entries = self.search.folder.list()?;
+        if let Some(entry) = entries.into_iter().find(|entry| entry.about.name == self.name) {
+            check(&entry.about)?;
+            let connection = Connection::local(&entry)?;
+            return Remote::new(Arc::new(connection), entry.about).map(Some);
+        }
+        let (Some(session), Some(id)) = (&self.search.network, self.bell.first()) else {
+            return Ok(None);
+        };
+        let connection = Connection::shared(session.clone(), &self.name);
+        let key = Keys::new(&self.name, &id).of(keys::ABOUT);
+        let about = connection.about(&key)?;
+        check(&about)?;
+        Remote::new(Arc::new(connection), about).map(Some)
+    }
+
+    /// Listens to all that is imported from it. What it does not have, or has of another type, stays without a value.
+    fn import(&self, remote: &Remote) -> Vec<Watching> {
+        let own = self.inner.subject.title().speed;
+        let ratio = own / remote.about().speed.max(f64::MIN_POSITIVE);
+        let watch = |place: usize| {
+            let import = &self.inner.slots[place].import;
+            let variable = remote.variable(&import.variable)?;
+            // Docs may differ between two versions of a plugin; layouts may not.
+            let ours = definition::read(&variable.type_name, &definition::definition(&import.value_type));
+            let same = match (ours, variable.value_type()) {
+                (Ok(ours), Ok(theirs)) => {
+                    definition::name(&import.value_type) == variable.type_name && ours.same_as(&theirs)
+                }
+                _ => false,
+            };
+            if !same {
+                return Err(Error::Refused {
+                    text: format!(
+                        "`{}` of `{}` is a {} laid out as there, and a {} is imported",
+                        import.variable,
+                        self.name,
+                        variable.type_name,
+                        definition::name(&import.value_type)
+                    ),
+                    nearest: None,
+                });
+            }
+            let (inner, native) = (Arc::clone(&self.inner), Arc::clone(&import.value_type));
+            remote.watch_as(&variable, native, Rate::Full, move |sample| {
+                inner.came(place, sample, ratio);
+            })
+        };
+        let watching = self.places.iter().filter_map(|place| {
+            watch(*place)
+                .inspect_err(|error| tracing::error!(peer = self.name, "not imported: {error}"))
+                .ok()
+        });
+        watching.collect()
+    }
+}
+
+fn check(about: &About) -> Result<(), Error> {
+    if about.protocol == PROTOCOL {
+        return Ok(());
+    }
+    Err(Error::Version {
+        application: about.name.clone(),
+        theirs: about.protocol,
+        theirs_version: about.version.clone(),
+    })
+}
+
+impl Bell {
+    fn ring(&self) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).rung = true;
+        self.rung.notify_all();
+    }
+
+    fn alive(&self, id: &str, there: bool) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if there {
+            state.alive.insert(id.to_owned());
+        } else {
+            state.alive.remove(id);
+        }
+        drop(state);
+        self.ring();
+    }
+
+    fn first(&self) -> Option<String> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.alive.first().cloned()
+    }
+
+    /// Waits until it rings, or it is time to look.
+    fn wait(&self) {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut state, _) = self
+            .rung
+            .wait_timeout_while(state, LOOK, |state| !state.rung)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.rung = false;
+    }
+}

@@ -1,0 +1,9 @@
+//! The link over real sockets, between real processes and across network namespaces. Nothing here waits for time to pass.
+
+mod common;
+mod cut;
+mod hostile;
+mod imports;
+mod local;
+mod network;
+mod processes;

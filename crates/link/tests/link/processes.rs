@@ -1,0 +1,236 @@
+//! Applications and clients in processes of their own, since only those can be killed and stopped.
+
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
+
+use jde_link::{Client, Error, Folder, Rate, Reach};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::common::{Home, SOON, Stage, import, number, until, watch, write};
+
+/// What a process of ours is to be, and where.
+const ROLE: &str = "JDE_LINK_TEST_ROLE";
+const PLACE: &str = "JDE_LINK_TEST_PLACE";
+
+/// This very test program in another role. Killed when dropped.
+pub(crate) struct Actor {
+    child: Child,
+    out: BufReader<ChildStdout>,
+}
+
+impl Actor {
+    fn start(role: &str, home: &Home) -> Self {
+        Self::run(
+            Command::new(std::env::current_exe().unwrap()),
+            role,
+            home.folder.path(),
+        )
+    }
+
+    /// In a network namespace.
+    pub(crate) fn on(machine: &str, role: &str, folder: &Path) -> Self {
+        let mut command = Command::new("ip");
+        command
+            .args(["netns", "exec", machine])
+            .arg(std::env::current_exe().unwrap());
+        Self::run(command, role, folder)
+    }
+
+    fn run(mut command: Command, role: &str, folder: &Path) -> Self {
+        let mut child = command
+            .args(["--exact", "processes::plays_its_role", "--nocapture"])
+            .env(ROLE, role)
+            .env(PLACE, folder)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        let mut actor = Self { child, out };
+        actor.hears("ready");
+        actor
+    }
+
+    /// Waits for a line with a word, and gives it.
+    pub(crate) fn hears(&mut self, word: &str) -> String {
+        let mut line = String::new();
+        while !line.contains(word) {
+            line.clear();
+            assert!(
+                self.out.read_line(&mut line).unwrap() > 0,
+                "it ended before it said {word}"
+            );
+        }
+        line
+    }
+
+    /// Waits for a line with a word, and gives the number behind it.
+    pub(crate) fn number(&mut self, word: &str) -> u64 {
+        let line = self.hears(word);
+        let (_, number) = line.split_once(word).unwrap();
+        number.trim().parse().unwrap()
+    }
+
+    fn signal(&self, signal: Signal) {
+        let pid = Pid::from_raw(self.child.id().cast_signed()).unwrap();
+        kill_process(pid, signal).unwrap();
+    }
+}
+
+impl Drop for Actor {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What the processes of this file do; no test of itself.
+#[test]
+fn plays_its_role() {
+    let Ok(role) = std::env::var(ROLE) else { return };
+    let folder = Folder::at(std::env::var_os(PLACE).unwrap());
+    match role.as_str() {
+        "application" => {
+            let stage = Stage::new();
+            write(&mut stage.writer("pioneer.bearing"), 1.5, 1);
+            let settings = jde_link::Settings {
+                folder,
+                ..jde_link::Settings::local("robot")
+            };
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            println!("ready");
+            loop {
+                std::thread::park();
+            }
+        }
+        "client" => {
+            let client = Client::connect(&Reach::Local(folder)).unwrap();
+            let remote = client.application(None).unwrap();
+            let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
+            told.recv().unwrap();
+            println!("ready");
+            loop {
+                std::thread::park();
+            }
+        }
+        // The two machines of a cut: a number that grows, and whoever imports it.
+        "robot" => {
+            let stage = Stage::new();
+            let mut writer = stage.writer("pioneer.bearing");
+            let settings = networked(folder, "robot2", &["tcp/10.77.0.2:7447"], &[]);
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            println!("ready");
+            for value in 1_u32.. {
+                write(&mut writer, value.into(), 5_000_000_000);
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+        "base" => {
+            let stale = Duration::from_millis(500);
+            let stage = Stage::importing(vec![import("robot2", "pioneer.bearing", stale)]);
+            let proxy = stage.board.get("robot2:pioneer.bearing").unwrap();
+            let settings = networked(folder, "base", &[], &["tcp/10.77.0.2:7447"]);
+            let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
+            println!("ready");
+            let mut said = 0;
+            loop {
+                let newest = proxy.wait_newer(said, Duration::from_millis(50));
+                let mut reader = proxy.reader("base");
+                match reader.latch() {
+                    Some(latched) if newest != said => {
+                        println!("shows {}", f64::from_ne_bytes(latched.bytes.try_into().unwrap()));
+                    }
+                    Some(_) => {}
+                    None => println!("nothing"),
+                }
+                said = newest;
+            }
+        }
+        other => panic!("there is no role {other}"),
+    }
+}
+
+fn networked(folder: Folder, name: &str, listen: &[&str], connect: &[&str]) -> jde_link::Settings {
+    let texts = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
+    jde_link::Settings {
+        folder,
+        listen: texts(listen),
+        connect: texts(connect),
+        insecure: true,
+        ..jde_link::Settings::local(name)
+    }
+}
+
+#[test]
+fn an_application_that_is_killed_is_gone_and_leaves_nothing() {
+    let home = Home::new();
+    let actor = Actor::start("application", &home);
+    let remote = home.remote();
+    assert_eq!(number(&remote.get("pioneer.bearing").unwrap()), Some(1.5));
+    assert_eq!(remote.about().pid, actor.child.id());
+    drop(actor);
+    assert!(remote.wait_gone(SOON));
+    assert!(matches!(remote.get("pioneer.bearing"), Err(Error::Gone(_))));
+    assert!(home.client().applications().unwrap().is_empty());
+    let left = std::fs::read_dir(home.folder.path()).unwrap().flatten();
+    let left: Vec<_> = left.map(|file| file.file_name()).collect();
+    assert_eq!(left, ["lock"]);
+    // And its name is free again.
+    assert_eq!(home.open("robot", &Stage::new()).about().name, "robot");
+}
+
+#[test]
+fn an_application_that_is_stopped_is_there_and_does_not_answer() {
+    let home = Home::new();
+    let actor = Actor::start("application", &home);
+    let client = home.client();
+    actor.signal(Signal::STOP);
+    assert_eq!(client.applications().unwrap().len(), 1);
+    let error = client.application(None).err().unwrap();
+    assert!(
+        matches!(&error, Error::NoAnswer { application, .. } if application == "robot"),
+        "{error}"
+    );
+    actor.signal(Signal::CONT);
+    let mut remote = None;
+    until("it answers again", || {
+        remote = client.application(None).ok();
+        remote.is_some()
+    });
+    assert_eq!(
+        number(&remote.unwrap().get("pioneer.bearing").unwrap()),
+        Some(1.5)
+    );
+}
+
+#[test]
+fn clients_that_are_killed_or_stopped_are_forgotten_and_hold_up_nobody() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let _link = home.open("robot", &stage);
+    let mut writer = stage.writer("pioneer.bearing");
+    write(&mut writer, 0.0, 1);
+    let readers = || {
+        stage
+            .board
+            .get("pioneer.bearing")
+            .unwrap()
+            .status(0)
+            .readers
+            .len()
+    };
+    for signal in [Signal::KILL, Signal::STOP] {
+        let actor = Actor::start("client", &home);
+        assert_eq!(readers(), 1);
+        actor.signal(signal);
+        let remote = home.remote();
+        let (watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
+        told.recv_timeout(SOON).unwrap();
+        for value in 1..=500 {
+            write(&mut writer, f64::from(value), 1);
+            while number(&told.recv_timeout(SOON).unwrap()) != Some(f64::from(value)) {}
+        }
+        drop(watching);
+        until("nothing is sent for it any more", || readers() == 0);
+    }
+}
