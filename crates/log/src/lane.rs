@@ -12,6 +12,9 @@ use crossbeam_queue::ArrayQueue;
 use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
 use jde_host::event::Event;
+use jde_host::story::Line;
+
+use crate::recorder::{Clock, Written};
 
 /// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
 const ROOM: usize = 512 << 10;
@@ -40,8 +43,20 @@ pub struct Topic {
 
 /// A value on its way.
 pub(crate) struct Slot {
+    /// Its place in the order of all that is put and told.
+    pub(crate) order: u64,
     pub(crate) stamps: Stamps,
-    pub(crate) bytes: Box<[u8]>,
+    pub(crate) form: SlotForm,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// What the bytes of a slot are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SlotForm {
+    /// A value, as its type says.
+    Value,
+    /// A message in CDR.
+    Message,
 }
 
 /// The two queues of a topic.
@@ -53,6 +68,8 @@ pub(crate) struct Lane {
     pub(crate) full: ArrayQueue<Box<Slot>>,
     /// Set for values that are too large to be copied by whoever publishes them.
     pub(crate) note: Option<Note>,
+    /// Whether it goes into files; if not, conditions look at it and that is all.
+    pub(crate) kept: bool,
     pub(crate) lost: AtomicU64,
 }
 
@@ -69,6 +86,8 @@ pub(crate) struct Note {
 pub(crate) enum Told {
     /// Something happened.
     Event(Event),
+    /// Something happened elsewhere.
+    Line(Line),
     /// The value of a variable was taken back.
     Retracted {
         /// When.
@@ -81,7 +100,9 @@ pub(crate) enum Told {
 /// What publishers and the writing thread share.
 pub(crate) struct Shared {
     pub(crate) lanes: Mutex<Vec<Arc<Lane>>>,
-    pub(crate) tell: SyncSender<Told>,
+    tell: SyncSender<(u64, Told)>,
+    /// Counts what is put and told.
+    order: AtomicU64,
     /// Whoever publishes waits rather than lose anything.
     pub(crate) lossless: bool,
     pub(crate) closed: AtomicBool,
@@ -90,7 +111,12 @@ pub(crate) struct Shared {
     pub(crate) kept: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) bytes: AtomicU64,
+    /// Messages that left the ring before their time was up.
+    pub(crate) short: AtomicU64,
     pub(crate) trouble: Mutex<Option<String>>,
+    pub(crate) files: Mutex<Vec<Written>>,
+    /// The application's clock, once somebody has brought it.
+    pub(crate) clock: OnceLock<Clock>,
     waiting: Mutex<()>,
     roomy: Condvar,
 }
@@ -101,6 +127,7 @@ impl Lane {
         value_type: Arc<Type>,
         about: BTreeMap<String, String>,
         note: Option<Note>,
+        kept: bool,
     ) -> Self {
         let bytes = value_type.bytes;
         let slots = if note.is_some() {
@@ -112,12 +139,14 @@ impl Lane {
         if note.is_none() {
             for _ in 0..slots {
                 let slot = Slot {
+                    order: 0,
                     stamps: Stamps {
                         published: 0,
                         measured: 0,
                         sequence: 0,
                     },
-                    bytes: vec![0; bytes].into_boxed_slice(),
+                    form: SlotForm::Value,
+                    bytes: vec![0; bytes],
                 };
                 // As many as there is room for.
                 let _ = free.push(Box::new(slot));
@@ -130,6 +159,7 @@ impl Lane {
             free,
             full: ArrayQueue::new(slots),
             note,
+            kept,
             lost: AtomicU64::new(0),
         }
     }
@@ -142,6 +172,22 @@ impl Topic {
     /// # Panics
     /// If there are not as many bytes as the type has.
     pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
+        assert_eq!(
+            bytes.len(),
+            self.lane.value_type.bytes,
+            "a value of {}",
+            self.lane.name
+        );
+        self.fill(bytes, SlotForm::Value, stamps)
+    }
+
+    /// Keeps a value that is a message already: CDR, little endian, with its header. Like [`Self::put`], but may allocate the
+    /// first few times. What is in it is not looked at; `jde_ros::cdr::decode` says whether it is of the type.
+    pub fn put_message(&self, message: &[u8], stamps: Stamps) -> bool {
+        self.fill(message, SlotForm::Message, stamps)
+    }
+
+    fn fill(&self, bytes: &[u8], form: SlotForm, stamps: Stamps) -> bool {
         if self.shared.closed.load(Ordering::Acquire) {
             return false;
         }
@@ -150,8 +196,10 @@ impl Topic {
             lane.lost.fetch_add(1, Ordering::Relaxed);
             return false;
         };
-        slot.stamps = stamps;
-        slot.bytes.copy_from_slice(bytes);
+        slot.order = self.shared.next();
+        (slot.stamps, slot.form) = (stamps, form);
+        slot.bytes.clear();
+        slot.bytes.extend_from_slice(bytes);
         // There are no more slots than there is room.
         let _ = lane.full.push(slot);
         if lane.free.len() < lane.free.capacity() / 4 {
@@ -167,10 +215,11 @@ impl Topic {
 }
 
 impl Shared {
-    pub(crate) fn new(tell: SyncSender<Told>, lossless: bool) -> Self {
+    pub(crate) fn new(tell: SyncSender<(u64, Told)>, lossless: bool) -> Self {
         Self {
             lanes: Mutex::default(),
             tell,
+            order: AtomicU64::new(0),
             lossless,
             closed: AtomicBool::new(false),
             scribe: OnceLock::new(),
@@ -178,7 +227,10 @@ impl Shared {
             kept: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
+            short: AtomicU64::new(0),
             trouble: Mutex::default(),
+            files: Mutex::default(),
+            clock: OnceLock::new(),
             waiting: Mutex::new(()),
             roomy: Condvar::new(),
         }
@@ -189,7 +241,7 @@ impl Shared {
         if self.closed.load(Ordering::Acquire) {
             return;
         }
-        match self.tell.try_send(told) {
+        match self.tell.try_send((self.next(), told)) {
             Ok(()) => {}
             Err(TrySendError::Full(told)) if self.lossless => {
                 self.wake();
@@ -201,6 +253,27 @@ impl Shared {
             }
             Err(TrySendError::Disconnected(_)) => {}
         }
+    }
+
+    /// The number of what is put or told next.
+    fn next(&self) -> u64 {
+        self.order.fetch_add(1, Ordering::AcqRel)
+    }
+
+    /// All numbers below this one are given. If one thread puts and tells everything, all but the last of these are there.
+    pub(crate) fn given(&self) -> u64 {
+        self.order.load(Ordering::Acquire)
+    }
+
+    /// Values that were lost on the way here, by topic.
+    pub(crate) fn lost_of(&self) -> BTreeMap<String, u64> {
+        let lanes = lock(&self.lanes);
+        lanes
+            .iter()
+            .filter(|lane| lane.kept)
+            .map(|lane| (lane.name.clone(), lane.lost.load(Ordering::Relaxed)))
+            .filter(|(_, lost)| *lost > 0)
+            .collect()
     }
 
     pub(crate) fn wake(&self) {

@@ -11,12 +11,10 @@ mod pattern;
 mod recorder;
 mod recording;
 pub mod replay;
-pub mod replay;
 mod ring;
 mod scribe;
 mod sink;
 mod tap;
-mod turns;
 pub mod trigger;
 mod turns;
 mod writer;
@@ -29,4 +27,3 @@ pub use recorder::{Clock, Happened, OnFile, OnTrouble, Options, Recorder, Status
 pub use tap::topic_name;
 pub use turns::{Cast, Member, Troupe, turns};
 pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};
-pub use turns::{Cast, Member, Troupe, turns};

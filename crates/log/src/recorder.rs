@@ -1,8 +1,7 @@
 //! A recording under way: what a program holds in its hands. The writing is done by a thread of its own.
 
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -12,13 +11,14 @@ use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable, Watch};
 use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
-use jde_host::story::Story;
+use jde_host::story::{Line, Story};
 
 use crate::lane::{Lane, Shared, Told, Topic, lock};
-use crate::scribe::{Scribe, Syncer};
-use crate::tap;
-use crate::writer::{self, Output, Writer};
-use crate::{Error, Origin};
+use crate::scribe::Scribe;
+use crate::sink::{Begun, Plan, Sink, Triggered, Whole, disk};
+use crate::trigger::Triggers;
+use crate::writer::{self, Output};
+use crate::{Error, Origin, tap};
 
 /// Events on their way: more than the busiest application tells while a disk stands still for a second.
 const EVENTS: usize = 4096;
@@ -27,7 +27,10 @@ const EVENTS: usize = 4096;
 pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
 
 /// Is told why the disk takes no more.
-pub type OnTrouble = Box<dyn FnOnce(&str) + Send>;
+pub type OnTrouble = Box<dyn FnMut(&str) + Send>;
+
+/// Is told what happens to files that conditions ask for, by the writing thread.
+pub type OnFile = Box<dyn FnMut(Happened, &Written) + Send>;
 
 /// How to record.
 pub struct Options<'a> {
@@ -43,11 +46,61 @@ pub struct Options<'a> {
     pub on_trouble: OnTrouble,
 }
 
+/// Writing only when something is worth it: files of what was before and after a condition came true.
+pub struct When {
+    /// The conditions.
+    pub triggers: Triggers,
+    /// How much a file has of what was before, ns.
+    pub before: Nanos,
+    /// How much of what came after the last time that a condition came true, ns.
+    pub after: Nanos,
+    /// Most bytes of the past that are held in memory; what has to go before its time is counted.
+    pub memory: usize,
+    /// Told of every file.
+    pub on_file: OnFile,
+}
+
+/// What happened to a file that a condition asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happened {
+    /// A condition came true, and it is being written.
+    Began,
+    /// A condition came true again, and it goes on for longer.
+    FiredAgain,
+    /// It is whole.
+    Ended,
+    /// The disk does not take it. Told once, until a file has been whole again; each firing tries anew.
+    Failed,
+}
+
+/// A file that a condition asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Where.
+    pub path: PathBuf,
+    /// What came true: `collision in example/base`.
+    pub reason: String,
+    /// When, ns since the application's start.
+    pub time: Nanos,
+    /// How often conditions came true in its time.
+    pub fired: u64,
+    /// Messages that have reached it.
+    pub kept: u64,
+    /// Messages of its time that it does not have.
+    pub lost: u64,
+    /// Its bytes.
+    pub bytes: u64,
+    /// Why it ends too soon, if it does.
+    pub trouble: Option<String>,
+}
+
 /// A recording under way. Any thread may call it. Dropped, it is finished.
 pub struct Recorder {
     shared: Arc<Shared>,
     thread: Mutex<Option<JoinHandle<()>>>,
     watches: Mutex<Vec<Watch>>,
+    /// The variables that conditions name.
+    named: BTreeSet<String>,
 }
 
 /// How a recording is doing.
@@ -59,10 +112,14 @@ pub struct Status {
     pub lost: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Why nothing is written any more.
+    /// Why nothing is written any more, or why the last file that failed did.
     pub trouble: Option<String>,
     /// Topics of which values were lost, and how many.
     pub lost_of: BTreeMap<String, u64>,
+    /// The files that conditions asked for.
+    pub files: Vec<Written>,
+    /// Messages of the past that had to go from memory before their time was up.
+    pub short: u64,
 }
 
 impl Recorder {
@@ -72,27 +129,53 @@ impl Recorder {
     /// [`Error`]; a disk that is full already is one.
     pub fn create(path: &Path, options: Options<'_>) -> Result<Self, Error> {
         let file = writer::create(path, options.overwrite)?;
-        let disk = file
-            .metadata()
-            .is_ok_and(|file| file.is_file())
-            .then(|| file.try_clone().ok())
-            .flatten();
-        Self::begin(Box::new(file), disk, options).map_err(|error| match error {
-            Failed::Write(error) => Error::Create {
-                path: path.to_owned(),
-                error,
-            },
-            Failed::Thread(error) => Error::Thread(error),
-        })
+        let disk = disk(&file);
+        Self::begin(Box::new(file), disk, options).map_err(|error| error.of(path))
     }
 
-    pub(crate) fn begin(output: Output, disk: Option<File>, options: Options<'_>) -> Result<Self, Failed> {
-        let writer = Writer::begin(output, &options.origin).map_err(Failed::Write)?;
-        let (tell, told): (_, Receiver<Told>) = sync_channel(EVENTS);
-        let shared = Arc::new(Shared::new(tell, options.lossless));
-        let syncer = disk.map(Syncer::start).transpose().map_err(Failed::Thread)?;
-        let story = options.application.map(Story::new);
-        let scribe = Scribe::new(&shared, writer, story, told, syncer, options.on_trouble);
+    /// Keeps the recent past in memory, and whenever a condition comes true writes a file of what was before and comes after:
+    /// of `drive.mcap`, the first whose name is free of `drive-001.mcap`, `drive-002.mcap`. In the files, the values in force at
+    /// their beginning come first, stamped with that time. `options.on_trouble` is not called.
+    ///
+    /// # Errors
+    /// [`Error`]; a folder where no file can be made is one.
+    pub fn wait(path: &Path, options: Options<'_>, when: When) -> Result<Self, Error> {
+        let plan = Plan {
+            path: path.to_owned(),
+            overwrite: options.overwrite,
+            before: when.before,
+            after: when.after,
+            memory: when.memory,
+        };
+        let (shared, told) = shared(options.lossless);
+        let origin = options.origin;
+        let sink = Triggered::new(&shared, origin, plan, when.on_file)?;
+        Self::start(shared, told, Box::new(sink), Some(when.triggers), options.application)
+            .map_err(|error| error.of(path))
+    }
+
+    pub(crate) fn begin(
+        output: Output,
+        disk: Option<std::fs::File>,
+        options: Options<'_>,
+    ) -> Result<Self, Failed> {
+        let file = Begun::new(output, disk, &options.origin).map_err(Failed::Write)?;
+        let (shared, told) = shared(options.lossless);
+        let sink = Whole::new(&shared, file, options.on_trouble);
+        Self::start(shared, told, Box::new(sink), None, options.application)
+    }
+
+    fn start(
+        shared: Arc<Shared>,
+        told: Receiver<(u64, Told)>,
+        sink: Box<dyn Sink>,
+        triggers: Option<Triggers>,
+        application: Option<&Application>,
+    ) -> Result<Self, Failed> {
+        let story = application.map(Story::new);
+        let named = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
+        let named = named.into_iter().map(str::to_owned).collect();
+        let scribe = Scribe::new(&shared, sink, triggers, story, told);
         let thread = Builder::new()
             .name("recording".to_owned())
             .spawn(move || scribe.run())
@@ -103,19 +186,33 @@ impl Recorder {
             shared,
             thread: Mutex::new(Some(thread)),
             watches: Mutex::default(),
+            named,
         })
     }
 
     /// Keeps every value of a variable from now on, the present one included, until the recording is finished.
     pub fn watch(&self, variable: &Arc<Variable>, clock: Clock) {
-        let (topic, watch) = tap::watch(variable, &self.shared, clock);
+        self.tap(variable, clock, true);
+    }
+
+    /// Has a variable looked at by the conditions that name it, without keeping its values.
+    pub fn look(&self, variable: &Arc<Variable>, clock: Clock) {
+        if self.named.contains(&variable.describe().full_name()) {
+            self.tap(variable, clock, false);
+        }
+    }
+
+    fn tap(&self, variable: &Arc<Variable>, clock: Clock, kept: bool) {
+        self.shared.clock.get_or_init(|| Arc::clone(&clock));
+        let (topic, watch) = tap::watch(variable, &self.shared, clock, kept);
         lock(&self.watches).push(watch);
         lock(&self.shared.lanes).push(topic.lane);
     }
 
-    /// Adds a topic whose values come from elsewhere. `about` is what the recording says of it.
+    /// Adds a topic whose values come from elsewhere. `about` is what the recording says of it; `variable` in it is the name by
+    /// which conditions know it.
     pub fn topic(&self, name: &str, value_type: Arc<Type>, about: BTreeMap<String, String>) -> Topic {
-        let lane = Arc::new(Lane::new(name.to_owned(), value_type, about, None));
+        let lane = Arc::new(Lane::new(name.to_owned(), value_type, about, None, true));
         lock(&self.shared.lanes).push(Arc::clone(&lane));
         Topic {
             lane,
@@ -130,16 +227,16 @@ impl Recorder {
         Box::new(move |event: &Event| shared.tell(Told::Event(event.clone())))
     }
 
+    /// Keeps a message of the story of an application elsewhere.
+    pub fn line(&self, line: Line) {
+        self.shared.tell(Told::Line(line));
+    }
+
     /// How it is doing.
     #[must_use]
     pub fn status(&self) -> Status {
         let shared = &*self.shared;
-        let lanes = lock(&shared.lanes);
-        let lost_of: BTreeMap<_, _> = lanes
-            .iter()
-            .map(|lane| (lane.name.clone(), lane.lost.load(Ordering::Relaxed)))
-            .filter(|(_, lost)| *lost > 0)
-            .collect();
+        let lost_of = shared.lost_of();
         let others = shared.lost_events.load(Ordering::Relaxed) + shared.dropped.load(Ordering::Relaxed);
         Status {
             kept: shared.kept.load(Ordering::Acquire),
@@ -147,6 +244,8 @@ impl Recorder {
             bytes: shared.bytes.load(Ordering::Relaxed),
             trouble: lock(&shared.trouble).clone(),
             lost_of,
+            files: lock(&shared.files).clone(),
+            short: shared.short.load(Ordering::Relaxed),
         }
     }
 
@@ -173,6 +272,23 @@ impl Drop for Recorder {
 pub(crate) enum Failed {
     Write(std::io::Error),
     Thread(std::io::Error),
+}
+
+impl Failed {
+    fn of(self, path: &Path) -> Error {
+        match self {
+            Self::Write(error) => Error::Create {
+                path: path.to_owned(),
+                error,
+            },
+            Self::Thread(error) => Error::Thread(error),
+        }
+    }
+}
+
+fn shared(lossless: bool) -> (Arc<Shared>, Receiver<(u64, Told)>) {
+    let (tell, told) = sync_channel(EVENTS);
+    (Arc::new(Shared::new(tell, lossless)), told)
 }
 
 #[cfg(test)]

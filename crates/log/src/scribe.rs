@@ -1,133 +1,126 @@
-//! The thread that writes: a round every few milliseconds over all that has come, and twice a second everything to the disk.
-//! Whatever the disk does, it goes on emptying the queues, so that nobody who publishes ever meets a full one for long.
+//! The thread that writes: a round every few milliseconds over all that has come. Whatever the disk does, it goes on emptying the
+//! queues, so that nobody who publishes ever meets a full one for long. Where messages go is the sink's business.
 
-use std::fs::File;
-use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::{self, Builder, JoinHandle};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::Receiver;
+use std::thread;
+use std::time::Duration;
 
-use jde_board::Reader;
-use jde_host::story::{Kind, Line, Story};
+use jde_board::{Nanos, Reader};
+use jde_host::story::{Happening, Kind, Line, Story};
 use jde_ros::cdr;
 
-use crate::lane::{Lane, Shared, Slot, Told, lock};
-use crate::recorder::OnTrouble;
+use crate::lane::{Lane, Shared, Slot, SlotForm, Told, lock};
+use crate::ring::About;
+use crate::sink::{Channel, Says, Sink};
 use crate::tap::{News, Seen, retracted};
-use crate::writer::{Times, Writer};
+use crate::trigger::{Firing, Triggers};
+use crate::writer::Times;
 
 /// Time between two rounds if nobody asks for one earlier.
 const ROUND: Duration = Duration::from_millis(20);
-/// Time between two flushes: half of the second that may be lost.
-const FLUSH: Duration = Duration::from_millis(500);
 
 /// Writes a recording.
 pub(crate) struct Scribe {
     shared: Arc<Shared>,
-    /// None once the disk takes no more.
-    writer: Option<Writer>,
+    sink: Box<dyn Sink>,
+    triggers: Option<Triggers>,
     story: Option<Story>,
-    story_channels: Vec<u16>,
-    told: Receiver<Told>,
+    told: Receiver<(u64, Told)>,
     lanes: Vec<Open>,
-    syncer: Option<Syncer>,
-    on_trouble: Option<OnTrouble>,
-    flushed: Instant,
-    /// Messages since then.
-    unflushed: u64,
-    /// Kept for its room.
+    /// Channels of the sink, so far.
+    channels: usize,
+    /// The first channel of the story, whose kinds follow each other.
+    story_channel: Option<usize>,
+    /// The application's time: that of the newest that has come, or of its clock.
+    now: Nanos,
+    /// What has come and was not looked at yet.
+    round: Vec<(u64, Item)>,
+    /// Kept for their room.
     message: Vec<u8>,
-    round: Vec<(usize, Box<Slot>)>,
+    fired: Vec<Firing>,
 }
 
 /// A topic with its channel.
 struct Open {
     lane: Arc<Lane>,
-    channel: u16,
+    /// None if it goes into no file.
+    channel: Option<usize>,
     fetch: Option<(Reader, Seen)>,
+    /// The variable, if a condition names it.
+    variable: Option<String>,
 }
 
-/// Asks the disk to have what the system was given. It may take its time, so it has a thread of its own.
-pub(crate) struct Syncer {
-    ask: Option<SyncSender<()>>,
-    thread: Option<JoinHandle<()>>,
+enum Item {
+    /// Of the topic of this number.
+    Value(usize, Box<Slot>),
+    Told(Told),
 }
 
 impl Scribe {
     pub(crate) fn new(
         shared: &Arc<Shared>,
-        writer: Writer,
+        sink: Box<dyn Sink>,
+        triggers: Option<Triggers>,
         story: Option<Story>,
-        told: Receiver<Told>,
-        syncer: Option<Syncer>,
-        on_trouble: OnTrouble,
+        told: Receiver<(u64, Told)>,
     ) -> Self {
         Self {
             shared: Arc::clone(shared),
-            writer: Some(writer),
+            sink,
+            triggers,
             story,
-            story_channels: Vec::new(),
             told,
             lanes: Vec::new(),
-            syncer,
-            on_trouble: Some(on_trouble),
-            flushed: Instant::now(),
-            unflushed: 0,
-            message: Vec::new(),
+            channels: 0,
+            story_channel: None,
+            now: 0,
             round: Vec::new(),
+            message: Vec::new(),
+            fired: Vec::new(),
         }
     }
 
     pub(crate) fn run(mut self) {
-        self.open_story();
+        if self.story.is_some() {
+            self.story_channel();
+        }
         loop {
             // Looked at before the round: what was put before it was set is in that round.
             let closed = self.shared.closed.load(Ordering::Acquire);
             self.open_lanes();
-            self.values();
-            self.events();
+            self.take(closed);
+            for number in 0..self.lanes.len() {
+                self.fetch(number);
+            }
+            self.pass();
+            let more = self.sink.round(self.now);
             if closed {
                 return self.finish();
             }
-            if self.flushed.elapsed() >= FLUSH {
-                self.flush();
-            }
-            thread::park_timeout(ROUND);
-        }
-    }
-
-    /// Does something with the file; the first thing that fails is the last that is tried.
-    fn write<T>(&mut self, act: impl FnOnce(&mut Writer) -> io::Result<T>) -> Option<T> {
-        let writer = self.writer.as_mut()?;
-        match act(writer) {
-            Ok(done) => Some(done),
-            Err(error) => {
-                // What is in no chunk yet goes nowhere, and neither does what the file can no longer tell of.
-                self.writer = None;
-                let lost = std::mem::take(&mut self.unflushed);
-                self.shared.dropped.fetch_add(lost, Ordering::Relaxed);
-                let words = error.to_string();
-                *lock(&self.shared.trouble) = Some(words.clone());
-                if let Some(tell) = self.on_trouble.take() {
-                    tell(&words);
-                }
-                None
+            if !more {
+                thread::park_timeout(ROUND);
             }
         }
     }
 
-    fn open_story(&mut self) {
-        if self.story.is_none() {
-            return;
+    fn open(&mut self, channel: Channel) -> usize {
+        self.sink.open(channel);
+        self.channels += 1;
+        self.channels - 1
+    }
+
+    /// The first channel of the story; made when it is first wanted.
+    fn story_channel(&mut self) -> usize {
+        if let Some(channel) = self.story_channel {
+            return channel;
         }
+        let first = self.channels;
         for kind in Kind::ALL {
-            let (name, schema) = kind.schema();
-            if let Some(channel) = self.write(|writer| writer.json(kind.topic(), name, schema)) {
-                self.story_channels.push(channel);
-            }
+            self.open(Channel::Story(kind));
         }
+        *self.story_channel.insert(first)
     }
 
     fn open_lanes(&mut self) {
@@ -137,43 +130,76 @@ impl Scribe {
             .cloned()
             .collect();
         for lane in new {
-            let channel = self.write(|writer| writer.variable(&lane.name, &lane.value_type, &lane.about));
+            let channel = lane.kept.then(|| self.open(Channel::Lane(Arc::clone(&lane))));
             let fetch = lane
                 .note
                 .as_ref()
                 .map(|note| (note.variable.reader("recording"), Seen::since(note.since)));
+            let variable = lane.about.get("variable");
+            let named = |variable: &&String| {
+                let triggers = self.triggers.as_ref();
+                triggers.is_some_and(|triggers| triggers.variables().contains(variable.as_str()))
+            };
             self.lanes.push(Open {
-                // Without a file no channel is used.
-                channel: channel.unwrap_or_default(),
+                variable: variable.filter(named).cloned(),
                 lane,
+                channel,
                 fetch,
             });
         }
     }
 
-    /// Everything that was put since the last round, in the order of its times, and then what is to be fetched.
-    fn values(&mut self) {
+    /// Everything that has come, in its order. If it comes from one thread, as in virtual time, that order is always the same:
+    /// what may have overtaken something that is not here yet is left for the next round.
+    fn take(&mut self, closed: bool) {
+        let given = if closed { u64::MAX } else { self.shared.given() };
         let mut round = std::mem::take(&mut self.round);
         for (number, open) in self.lanes.iter().enumerate() {
             // No more than there were: a busy publisher must not keep the others waiting.
             let come = open.lane.full.len();
-            round.extend((0..come).map_while(|_| Some((number, open.lane.full.pop()?))));
+            let values = (0..come).map_while(|_| open.lane.full.pop());
+            round.extend(values.map(|slot| (slot.order, Item::Value(number, slot))));
         }
-        round.sort_by_key(|(_, slot)| slot.stamps.published);
-        for (number, slot) in round.drain(..) {
-            let times = Times {
-                log: slot.stamps.published,
-                publish: slot.stamps.measured,
-                sequence: slot.stamps.sequence,
-            };
-            self.value(number, times, &slot.bytes);
-            // It came from there.
-            let _ = self.lanes[number].lane.free.push(slot);
+        while let Ok((order, told)) = self.told.try_recv() {
+            round.push((order, Item::Told(told)));
+        }
+        round.sort_by_key(|(order, _)| *order);
+        let here = round.partition_point(|(order, _)| *order < given);
+        for (_, item) in round.drain(..here) {
+            match item {
+                Item::Value(number, slot) => {
+                    self.slot(number, &slot);
+                    // It came from there.
+                    let _ = self.lanes[number].lane.free.push(slot);
+                }
+                Item::Told(told) => self.tell(told),
+            }
         }
         self.round = round;
         self.shared.made_room();
-        for number in 0..self.lanes.len() {
-            self.fetch(number);
+    }
+
+    fn slot(&mut self, number: usize, slot: &Slot) {
+        let times = Times {
+            log: slot.stamps.published,
+            publish: slot.stamps.measured,
+            sequence: slot.stamps.sequence,
+        };
+        match slot.form {
+            SlotForm::Value => self.value(number, times, &slot.bytes),
+            SlotForm::Message => {
+                let open = &self.lanes[number];
+                if let Some(channel) = open.channel {
+                    let says = Says::State(About::Value);
+                    self.sink.message(channel, times, &slot.bytes, says);
+                }
+                if open.variable.is_some()
+                    && let Ok(value) = cdr::decode(&open.lane.value_type, &slot.bytes)
+                {
+                    self.look(number, times.log, Some(&value));
+                }
+                self.at(times.log);
+            }
         }
     }
 
@@ -208,7 +234,7 @@ impl Scribe {
             }
             News::Retracted => {
                 let told = retracted(log, &open.lane);
-                self.tell(&told);
+                self.tell(told);
             }
         }
         reader.release();
@@ -217,127 +243,121 @@ impl Scribe {
 
     fn value(&mut self, number: usize, times: Times, bytes: &[u8]) {
         let open = &self.lanes[number];
-        if self.writer.is_none() {
-            open.lane.lost.fetch_add(1, Ordering::Relaxed);
-            return;
+        if let Some(channel) = open.channel {
+            cdr::encode(&open.lane.value_type, bytes, &mut self.message);
+            let says = Says::State(About::Value);
+            self.sink.message(channel, times, &self.message, says);
         }
-        let channel = open.channel;
-        let mut message = std::mem::take(&mut self.message);
-        cdr::encode(&open.lane.value_type, bytes, &mut message);
-        self.message(channel, times, &message);
-        self.message = message;
+        self.look(number, times.log, Some(bytes));
+        self.at(times.log);
     }
 
-    fn events(&mut self) {
-        while let Ok(told) = self.told.try_recv() {
-            self.tell(&told);
-        }
-    }
-
-    fn tell(&mut self, told: &Told) {
-        let lines = self.story.as_mut().map(|story| match told {
-            Told::Event(event) => story.hear(event),
-            Told::Retracted { time, variable } => vec![Line::retracted(*time, variable)],
-        });
-        self.lines(lines.unwrap_or_default());
-    }
-
-    fn lines(&mut self, lines: Vec<Line>) {
-        for line in lines {
-            let times = Times {
-                log: line.time(),
-                publish: line.time(),
-                sequence: 0,
-            };
-            // Opened in the order of the kinds.
-            match self.story_channels.get(line.kind() as usize).copied() {
-                Some(channel) if self.writer.is_some() => self.message(channel, times, &line.json()),
-                Some(_) | None => {
-                    self.shared.lost_events.fetch_add(1, Ordering::Relaxed);
+    fn tell(&mut self, told: Told) {
+        match told {
+            Told::Event(event) => {
+                let lines = self.story.as_mut().map(|story| story.hear(&event));
+                for line in lines.unwrap_or_default() {
+                    self.line(&line, None);
+                }
+                if let Some(triggers) = &mut self.triggers {
+                    triggers.event(&event, &mut self.fired);
+                }
+                self.fire();
+            }
+            Told::Line(line) => {
+                self.line(&line, None);
+                if let Some(triggers) = &mut self.triggers {
+                    triggers.line(&line, &mut self.fired);
+                }
+                self.fire();
+            }
+            Told::Retracted { time, variable } => {
+                let of = |open: &Open| open.lane.about.get("variable") == Some(&variable);
+                let number = self.lanes.iter().position(of);
+                let channel = number.and_then(|number| self.lanes[number].channel);
+                // Without an application there is no story to tell it in, and what no file has needs none.
+                if self.story.is_some() && channel.is_some() {
+                    self.line(&Line::retracted(time, &variable), channel);
+                }
+                if let Some(number) = number {
+                    self.look(number, time, None);
                 }
             }
         }
     }
 
-    fn message(&mut self, channel: u16, times: Times, data: &[u8]) {
-        // Counted before: if it fails, it is among those that are lost.
-        self.unflushed += 1;
-        self.write(|writer| writer.message(channel, times, data));
+    /// A message of the story; if it is that a value was taken back, of which channel.
+    fn line(&mut self, line: &Line, retracts: Option<usize>) {
+        let channel = self.story_channel() + line.kind() as usize;
+        let times = Times {
+            log: line.time(),
+            publish: line.time(),
+            sequence: 0,
+        };
+        let says = match (retracts, line) {
+            (Some(of), _) => Says::Retracts(of),
+            (None, Line::Decision(decision)) => Says::State(About::Named(decision.group.as_str().into())),
+            (None, Line::Change(change)) => Says::State(About::Named(change.schema.as_str().into())),
+            (None, Line::Happening(_)) => Says::State(About::Nothing),
+        };
+        self.sink.message(channel, times, &line.json(), says);
+        self.at(line.time());
     }
 
-    fn flush(&mut self) {
-        self.flushed = Instant::now();
-        if self.unflushed == 0 {
+    /// Shows a value, or that there is none any more, to the conditions that name it.
+    fn look(&mut self, number: usize, time: Nanos, value: Option<&[u8]>) {
+        let (Some(variable), Some(triggers)) = (&self.lanes[number].variable, &mut self.triggers) else {
+            return;
+        };
+        match value {
+            Some(bytes) => triggers.value(time, variable, bytes, &mut self.fired),
+            None => triggers.retracted(time, variable, &mut self.fired),
+        }
+        self.fire();
+    }
+
+    /// The application's time is this at least.
+    fn at(&mut self, time: Nanos) {
+        if time <= self.now {
             return;
         }
-        if self.write(Writer::flush).is_some() {
-            self.flushed_all();
-            if let Some(syncer) = &self.syncer {
-                syncer.ask();
-            }
+        self.now = time;
+        if let Some(triggers) = &mut self.triggers {
+            triggers.pass(time, &mut self.fired);
+            self.fire();
         }
     }
 
-    fn flushed_all(&mut self) {
-        let bytes = self.writer.as_ref().map_or(0, Writer::bytes);
-        self.shared.bytes.store(bytes, Ordering::Relaxed);
-        let kept = std::mem::take(&mut self.unflushed);
-        self.shared.kept.fetch_add(kept, Ordering::Release);
+    /// In real time, time passes also while nothing comes.
+    fn pass(&mut self) {
+        if let Some(clock) = self.shared.clock.get().filter(|_| !self.shared.lossless) {
+            self.at(clock());
+        }
+    }
+
+    /// Tells what came true, first in the story and then to the sink.
+    fn fire(&mut self) {
+        for firing in std::mem::take(&mut self.fired) {
+            let text = firing.text.clone();
+            let line = Line::Happening(Happening {
+                time_s: firing.time as f64 / 1e9,
+                kind: "trigger".to_owned(),
+                schema: None,
+                by: None,
+                text,
+            });
+            self.line(&line, None);
+            let triggers = self.triggers.as_ref();
+            let condition = triggers.and_then(|triggers| triggers.condition(firing.condition));
+            self.sink.fired(&firing, condition.unwrap_or_default());
+        }
     }
 
     fn finish(mut self) {
         let last = self.story.take().map(Story::finish);
-        self.lines(last.unwrap_or_default());
-        let lost = self
-            .lanes
-            .iter()
-            .map(|open| (&open.lane.name, open.lane.lost.load(Ordering::Relaxed)))
-            .filter(|(_, lost)| *lost > 0)
-            .map(|(name, lost)| (name.clone(), lost.to_string()))
-            .collect();
-        self.write(|writer| {
-            writer.flush()?;
-            writer.metadata("jde/lost", lost)?;
-            writer.finish()
-        });
-        if self.writer.is_some() {
-            self.flushed_all();
+        for line in last.unwrap_or_default() {
+            self.line(&line, None);
         }
-        if let Some(syncer) = self.syncer.take() {
-            syncer.ask();
-        }
-    }
-}
-
-impl Syncer {
-    pub(crate) fn start(file: File) -> io::Result<Self> {
-        let (ask, asked) = sync_channel(1);
-        let thread = Builder::new().name("recording-sync".to_owned()).spawn(move || {
-            while asked.recv().is_ok() {
-                // What the disk cannot do the next write is told of.
-                let _ = file.sync_data();
-            }
-        })?;
-        Ok(Self {
-            ask: Some(ask),
-            thread: Some(thread),
-        })
-    }
-
-    /// Asks for it, unless it has been asked for and not begun.
-    fn ask(&self) {
-        if let Some(ask) = &self.ask {
-            let _ = ask.try_send(());
-        }
-    }
-}
-
-/// Waits until the disk has what it was asked to have.
-impl Drop for Syncer {
-    fn drop(&mut self) {
-        drop(self.ask.take());
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.sink.finish();
     }
 }

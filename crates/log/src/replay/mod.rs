@@ -7,7 +7,9 @@
 mod compare;
 mod differ;
 mod drive;
+mod steps;
 mod tape;
+mod translation;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,10 +1,7 @@
-//! Reads a recording once from its beginning and hands out steps in their order, and values by time or by number.
-//!
-//! A turn is written when it is over, so steps come out of order. Transactions are numbered without gaps: a step is next when all
-//! before it have been. A number that never comes was lost, and is counted.
+//! Reads a recording once from its beginning, and hands out steps in their order and values by time or by number. It holds no more
+//! in memory than it has to read ahead.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_abi::describe::Type;
@@ -12,10 +9,12 @@ use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::replay::{Old, Past, Source, Step};
 use jde_host::story::{Decision, Kind, Line};
-use jde_host::turn::{INPUTS, Turn};
+use jde_host::turn::Turn;
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 
+use super::steps::{End, Next, Steps};
+use super::translation::Translation;
 use super::{Drive, ReplayError};
 use crate::recording::{Message, Messages};
 use crate::turns::TOPIC;
@@ -42,11 +41,7 @@ struct Inner {
     damage: Option<String>,
     /// When the last step was.
     time: Nanos,
-    steps: BinaryHeap<Reverse<Waiting>>,
-    count: u64,
-    /// The number of the next transaction.
-    expected: u64,
-    lost_steps: u64,
+    steps: Steps,
     translation: Translation,
     turn_type: Type,
     sources: Vec<Lane>,
@@ -60,23 +55,6 @@ struct Lane {
     value_type: Arc<Type>,
     waiting: VecDeque<Old>,
     last: u32,
-}
-
-struct Waiting {
-    key: (u64, bool, Nanos, u64),
-    step: Step,
-}
-
-/// From the numbers of a recording to those of an application.
-struct Translation {
-    schemas: Vec<Option<Member>>,
-    groups: Vec<u64>,
-}
-
-struct Member {
-    number: u32,
-    /// For each port of the application, the one of the recording.
-    ports: Vec<Option<usize>>,
 }
 
 impl Tape {
@@ -137,10 +115,7 @@ impl Tape {
                     )
                 }),
                 time: 0,
-                steps: BinaryHeap::new(),
-                count: 0,
-                expected: 1,
-                lost_steps: 0,
+                steps: Steps::new(),
                 translation: Translation::new(drive, application),
                 turn_type: Turn::describe(),
                 source_of: named
@@ -181,7 +156,7 @@ impl Tape {
     }
 
     pub(super) fn lost_steps(&self) -> u64 {
-        self.lock().lost_steps
+        self.lock().steps.lost()
     }
 
     pub(super) fn damage(&self) -> Option<String> {
@@ -237,44 +212,23 @@ impl Past for Tape {
 impl Inner {
     fn next(&mut self) -> Option<Step> {
         loop {
-            if let Some(Reverse(first)) = self.steps.peek() {
-                let order = first.step.order;
-                let is_next = if first.step.is_transaction() {
-                    order <= self.expected
-                } else {
-                    order < self.expected
-                };
-                let lost = self.at_end || self.read > first.step.time.saturating_add(PATIENCE);
-                if is_next {
-                    return self.pop();
-                }
-                if lost {
-                    if self.damage.is_some() && self.at_end {
-                        // What is beyond was under way when it was cut off.
-                        return None;
+            let late = self.read.checked_sub(PATIENCE);
+            let end = match (self.at_end, self.damage.is_some()) {
+                (false, _) => End::Beyond(late),
+                (true, false) => End::Here,
+                (true, true) => End::CutOff,
+            };
+            match self.steps.next(end) {
+                Next::Step(step) => {
+                    if step.is_transaction() {
+                        self.time = self.time.max(step.time);
                     }
-                    self.lost_steps += order - self.expected;
-                    self.expected = order;
-                    if !first.step.is_transaction() {
-                        self.expected += 1;
-                        self.lost_steps += 1;
-                    }
-                    continue;
+                    return Some(step);
                 }
-            } else if self.at_end {
-                return None;
+                Next::Over => return None,
+                Next::Wait => drop(self.read_one()),
             }
-            self.read_one();
         }
-    }
-
-    fn pop(&mut self) -> Option<Step> {
-        let Reverse(Waiting { step, .. }) = self.steps.pop()?;
-        if step.is_transaction() {
-            self.expected = step.order + 1;
-            self.time = self.time.max(step.time);
-        }
-        Some(step)
     }
 
     /// Reads all that was written until then.
@@ -324,12 +278,7 @@ impl Inner {
         let Some(turn) = Turn::from_bytes(&bytes) else {
             return;
         };
-        let turn = Arc::new(self.translation.of(turn));
-        for step in Step::of(&turn) {
-            self.count += 1;
-            let key = (step.order, !step.is_transaction(), step.time, self.count);
-            self.steps.push(Reverse(Waiting { key, step }));
-        }
+        self.steps.put(&Arc::new(self.translation.of(turn)));
     }
 
     fn happening(&mut self, data: &[u8]) {
@@ -377,92 +326,4 @@ impl Inner {
 /// Whether a number comes before another; they count on from 0.
 fn before(number: u32, other: u32) -> bool {
     number != other && other.wrapping_sub(number) < u32::MAX / 2
-}
-
-impl Translation {
-    fn new(drive: &Drive, application: &Application) -> Self {
-        let cast = drive.cast();
-        let schemas = cast.schemas.iter().map(|then| {
-            let number = application.instance(&then.name)?;
-            let ports = application.instances[number].schema.ports.iter();
-            let ports = ports.map(|port| then.ports.iter().position(|name| *name == port.name));
-            Some(Member {
-                number: number as u32,
-                ports: ports.collect(),
-            })
-        });
-        let groups = cast.groups.iter().map(|then| {
-            let mut groups = application.groups.iter();
-            let place = groups.position(|group| group.name == then.name);
-            place.map_or(u64::MAX, |place| place as u64)
-        });
-        Self {
-            schemas: schemas.collect(),
-            groups: groups.collect(),
-        }
-    }
-
-    fn of(&self, mut turn: Turn) -> Turn {
-        match turn.kind {
-            Turn::STARTED | Turn::TICKED | Turn::ENDED => return turn,
-            Turn::ARBITRATED => {
-                let group = usize::try_from(turn.detail)
-                    .ok()
-                    .and_then(|group| self.groups.get(group));
-                turn.detail = group.copied().unwrap_or(u64::MAX);
-            }
-            _ => {}
-        }
-        let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
-            // Its transactions count, and are nobody's.
-            (turn.kind, turn.schema) = (0, u32::MAX);
-            return turn;
-        };
-        turn.schema = member.number;
-        if turn.kind == Turn::LED {
-            let child = usize::try_from(turn.detail)
-                .ok()
-                .and_then(|child| self.schemas.get(child)?.as_ref());
-            turn.detail = child.map_or(u64::MAX, |child| u64::from(child.number));
-            return turn;
-        }
-        if turn.kind == Turn::OPERATED {
-            if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
-                let now = member
-                    .ports
-                    .iter()
-                    .position(|then| *then == Some(turn.detail as usize));
-                turn.detail = now.map_or(u64::MAX, |port| port as u64);
-            }
-            return turn;
-        }
-        let then = turn.inputs;
-        let inputs = turn.inputs.resize(member.ports.len().min(INPUTS));
-        for (input, port) in inputs.iter_mut().zip(&member.ports) {
-            *input = port
-                .and_then(|port| then.get(port).copied())
-                .unwrap_or(Turn::UNSEEN);
-        }
-        turn
-    }
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
 }

@@ -6,11 +6,14 @@ use std::sync::{Arc, OnceLock};
 
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
-use jde_host::{BeforeStart, Lockstep, Options, Running};
+use jde_host::{BeforeStart, Handle, Lockstep, Options, Running};
 use jde_log::{Origin, Recorder, Recording, Selection};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
+
+/// What an operator does.
+pub(crate) type Act = fn(&Handle);
 
 /// A recorded drive of safe-navigation.
 pub(crate) struct Scene {
@@ -21,14 +24,19 @@ pub(crate) struct Scene {
 
 impl Scene {
     pub(crate) fn lockstep(name: &str, limit: u64, only: &[&str]) -> Self {
-        Self::new(name, limit, None, only)
+        Self::new(name, limit, None, only, &[])
     }
 
     pub(crate) fn real_time(name: &str, limit: u64, speed: f64, only: &[&str]) -> Self {
-        Self::new(name, limit, Some(speed), only)
+        Self::new(name, limit, Some(speed), only, &[])
     }
 
-    fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str]) -> Self {
+    /// In lockstep, with what operators do at times, ns.
+    pub(crate) fn operated(name: &str, limit: u64, acts: &[(u64, Act)]) -> Self {
+        Self::new(name, limit, None, &[], acts)
+    }
+
+    fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str], acts: &[(u64, Act)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
         let plugins = plugins(&["sim", "example", "goon", "vff", "stop"]);
@@ -49,9 +57,17 @@ impl Scene {
             on_turn: Some(jde_log::turns(&recorder, &application, speed.is_none())),
         };
         if speed.is_some() {
-            Running::start(application, &scene.plugins, options).unwrap().wait();
+            Running::start(application, &scene.plugins, options)
+                .unwrap()
+                .wait();
         } else {
-            Lockstep::start(application, &scene.plugins, options).unwrap().run();
+            let mut lockstep = Lockstep::start(application, &scene.plugins, options).unwrap();
+            let handle = lockstep.handle();
+            for (time, act) in acts {
+                lockstep.run_until(*time);
+                act(&handle);
+            }
+            lockstep.run();
         }
         let status = recorder.finish();
         assert_eq!(status.lost, 0, "{status:?}");

@@ -2,9 +2,11 @@
 
 mod drives;
 
+use jde_board::value::Value;
+use jde_host::{Handle, Operating};
 use jde_log::replay::{Drive, ReplayError, Span, Verdict, decide};
 
-use drives::{Scene, SECOND};
+use drives::{SECOND, Scene};
 
 fn again(scene: &Scene, sets: &[&str]) -> Verdict {
     let drive = Drive::open(scene.file()).unwrap();
@@ -17,7 +19,11 @@ fn r16_a_drive_in_lockstep_is_decided_again_as_it_was() {
     let scene = Scene::lockstep("lockstep.mcap", 20 * SECOND, &[]);
     let verdict = again(&scene, &[]);
     assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
-    assert_eq!(verdict.comparison.same, scene.decisions(), "every selection is compared");
+    assert_eq!(
+        verdict.comparison.same,
+        scene.decisions(),
+        "every selection is compared"
+    );
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
 
@@ -28,7 +34,13 @@ fn a_changed_constant_is_found_in_a_drive_in_lockstep() {
     assert!(!verdict.is_same());
     let first = &verdict.comparison.first[0];
     assert_eq!(first.group, "example/base");
-    assert!(first.saw.iter().any(|(name, saw)| name == "stop" && !saw.is_empty()), "{first:#?}");
+    assert!(
+        first
+            .saw
+            .iter()
+            .any(|(name, saw)| name == "stop" && !saw.is_empty()),
+        "{first:#?}"
+    );
 }
 
 #[test]
@@ -36,17 +48,118 @@ fn r16_a_drive_in_real_time_is_decided_again_as_it_was() {
     let scene = Scene::real_time("real.mcap", 30 * SECOND, 5.0, &[]);
     let verdict = again(&scene, &[]);
     assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
-    assert_eq!(verdict.comparison.same, scene.decisions(), "every selection is compared");
+    assert_eq!(
+        verdict.comparison.same,
+        scene.decisions(),
+        "every selection is compared"
+    );
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
     let verdict = again(&scene, &["stop.ahead=1.5"]);
     assert!(!verdict.is_same());
 }
 
 #[test]
+fn r14_what_operators_did_is_done_again() {
+    fn schema(handle: &Handle, name: &str) -> usize {
+        handle.application().instance(name).unwrap()
+    }
+    fn ana(handle: &Handle) -> Operating {
+        handle.operator("ana")
+    }
+    let scene = Scene::operated(
+        "operated.mcap",
+        20 * SECOND,
+        &[
+            (2 * SECOND, |handle| {
+                let stop = schema(handle, "stop");
+                ana(handle).modulate(stop, "ahead", &Value::Float(3.0)).unwrap();
+            }),
+            (4 * SECOND, |handle| {
+                ana(handle).hold_asleep(schema(handle, "vff")).unwrap()
+            }),
+            (6 * SECOND, |handle| {
+                ana(handle).release(schema(handle, "stop")).unwrap()
+            }),
+            (7 * SECOND, |handle| {
+                ana(handle).release(schema(handle, "vff")).unwrap()
+            }),
+            (8 * SECOND, |handle| {
+                ana(handle)
+                    .set_period(schema(handle, "goon"), SECOND / 5)
+                    .unwrap()
+            }),
+            (9 * SECOND, |handle| {
+                ana(handle).force(schema(handle, "stop")).unwrap()
+            }),
+            (11 * SECOND, |handle| {
+                ana(handle).release(schema(handle, "stop")).unwrap()
+            }),
+        ],
+    );
+    let verdict = again(&scene, &[]);
+    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert_eq!(
+        verdict.comparison.same,
+        scene.decisions(),
+        "every selection is compared"
+    );
+    assert_eq!((verdict.missed, verdict.unknown), (Vec::new(), Vec::new()));
+}
+
+#[test]
+fn another_application_is_told_apart_before_it_is_replayed() {
+    let scene = Scene::lockstep("other.mcap", 5 * SECOND, &[]);
+    let drive = Drive::open(scene.file()).unwrap();
+    assert_eq!(drive.differences(&scene.application(&[])), [""; 0]);
+    let changed = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
+    let differences = drive.differences(&changed);
+    assert!(
+        differences
+            .iter()
+            .any(|words| words.starts_with("stop.ahead starts with 0.9")),
+        "{differences:?}"
+    );
+    assert!(
+        differences
+            .iter()
+            .any(|words| words.starts_with("goon.period starts with 0.1 s")),
+        "{differences:?}"
+    );
+    // With the values of then it is the same again.
+    let mut restored = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
+    drive.restore(&mut restored, |_| false);
+    assert_eq!(drive.differences(&restored), [""; 0]);
+    let (path, text) = drive.application().unwrap();
+    assert!(path.ends_with("safe-navigation.toml") && text.contains("safe-navigation"));
+}
+
+#[test]
+fn a_drive_that_was_cut_off_is_taken_again_up_to_there() {
+    let scene = Scene::lockstep("cut.mcap", 20 * SECOND, &[]);
+    let bytes = std::fs::read(scene.file()).unwrap();
+    std::fs::write(scene.file(), &bytes[..bytes.len() / 2]).unwrap();
+    let verdict = again(&scene, &[]);
+    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(verdict.damage.is_some());
+    assert!(
+        (SECOND..19 * SECOND).contains(&verdict.until),
+        "{}",
+        verdict.until
+    );
+    assert_eq!(verdict.lost_steps, 0);
+}
+
+#[test]
 fn a_recording_without_what_schemas_import_is_refused() {
     let scene = Scene::lockstep("partial.mcap", SECOND, &["*.mission", "pioneer.odometry"]);
     let drive = Drive::open(scene.file()).unwrap();
-    let lacks = decide(&drive, scene.application(&[]), scene.plugins(), Span::default(), |_| true);
+    let lacks = decide(
+        &drive,
+        scene.application(&[]),
+        scene.plugins(),
+        Span::default(),
+        |_| true,
+    );
     let Err(ReplayError::Lacks { what, .. }) = lacks else {
         panic!("{lacks:?}");
     };

@@ -1,0 +1,193 @@
+//! Steps in their order. A turn is written when it is over, so its steps come after those of turns that began later.
+//!
+//! Transactions are numbered without gaps: a step is next when all before it have been. A number that does not come in time was
+//! lost, and is counted.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::Arc;
+
+use jde_core::Nanos;
+use jde_host::replay::Step;
+use jde_host::turn::Turn;
+
+/// Steps that wait for those before them.
+pub(super) struct Steps {
+    waiting: BinaryHeap<Reverse<Waiting>>,
+    count: u64,
+    /// The number of the next transaction.
+    expected: u64,
+    lost: u64,
+}
+
+/// Where the recording ends, as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// There is more; what was before that time and is not here was lost.
+    Beyond(Option<Nanos>),
+    /// Here.
+    Here,
+    /// Here, because it was cut off: what is missing was under way.
+    CutOff,
+}
+
+/// What comes next.
+#[derive(Debug)]
+pub(super) enum Next {
+    /// That step.
+    Step(Step),
+    /// Nobody knows before more has been read.
+    Wait,
+    /// Nothing.
+    Over,
+}
+
+/// Transactions come before the calls behind them, and those in the order of their times.
+struct Waiting {
+    key: (u64, bool, Nanos, u64),
+    step: Step,
+}
+
+impl Steps {
+    pub(super) fn new() -> Self {
+        Self {
+            waiting: BinaryHeap::new(),
+            count: 0,
+            expected: 1,
+            lost: 0,
+        }
+    }
+
+    /// Adds those of a turn.
+    pub(super) fn put(&mut self, turn: &Arc<Turn>) {
+        for step in Step::of(turn) {
+            self.count += 1;
+            let key = (step.order, !step.is_transaction(), step.time, self.count);
+            self.waiting.push(Reverse(Waiting { key, step }));
+        }
+    }
+
+    /// The next one.
+    pub(super) fn next(&mut self, end: End) -> Next {
+        let Some(Reverse(Waiting { step: first, .. })) = self.waiting.peek() else {
+            return match end {
+                End::Beyond(_) => Next::Wait,
+                End::Here | End::CutOff => Next::Over,
+            };
+        };
+        let (order, is_transaction) = (first.order, first.is_transaction());
+        // All transactions before this one have to have been.
+        let needed = if is_transaction { order } else { order + 1 };
+        if needed > self.expected {
+            match end {
+                End::Beyond(late) if late.is_none_or(|late| first.time >= late) => return Next::Wait,
+                End::CutOff => return Next::Over,
+                End::Beyond(_) | End::Here => {
+                    self.lost += needed - self.expected;
+                    self.expected = needed;
+                }
+            }
+        }
+        let Some(Reverse(Waiting { step, .. })) = self.waiting.pop() else {
+            return Next::Over;
+        };
+        if is_transaction {
+            self.expected = self.expected.max(order + 1);
+        }
+        Next::Step(step)
+    }
+
+    /// How many transactions never came.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::turn::{Call, Moment};
+
+    use super::*;
+
+    fn tick(order: u64, time: Nanos) -> Arc<Turn> {
+        Arc::new(Turn {
+            kind: Turn::TICKED,
+            checked: Moment { order, time },
+            ..Turn::default()
+        })
+    }
+
+    /// A turn that looks behind transaction `after` and tells the rules in transaction `checked`.
+    fn check(after: u64, checked: u64, time: Nanos) -> Arc<Turn> {
+        Arc::new(Turn {
+            kind: Turn::CYCLED,
+            looked: Call {
+                after,
+                time,
+                clock: time,
+            },
+            checked: Moment {
+                order: checked,
+                time: time + 5,
+            },
+            ..Turn::default()
+        })
+    }
+
+    fn orders(steps: &mut Steps, end: End) -> Vec<(u64, bool)> {
+        let next = || match steps.next(end) {
+            Next::Step(step) => Some((step.order, step.is_transaction())),
+            Next::Wait | Next::Over => None,
+        };
+        std::iter::from_fn(next).collect()
+    }
+
+    #[test]
+    fn steps_come_in_the_order_of_then_however_turns_were_written() {
+        let mut steps = Steps::new();
+        let more = End::Beyond(None);
+        // It was held up between looking and telling, and two others came before.
+        steps.put(&tick(1, 10));
+        steps.put(&tick(3, 12));
+        assert_eq!(orders(&mut steps, more), [(1, true)], "the second may still come");
+        steps.put(&tick(2, 11));
+        assert_eq!(orders(&mut steps, more), [(2, true), (3, true)]);
+        steps.put(&check(2, 4, 11));
+        assert_eq!(orders(&mut steps, more), [(2, false), (4, true)]);
+    }
+
+    #[test]
+    fn what_never_comes_is_counted_and_passed_over() {
+        let mut steps = Steps::new();
+        steps.put(&tick(1, 10));
+        steps.put(&tick(4, 100));
+        assert_eq!(orders(&mut steps, End::Beyond(Some(100))), [(1, true)]);
+        assert_eq!(orders(&mut steps, End::Beyond(Some(101))), [(4, true)]);
+        assert_eq!(steps.lost(), 2);
+        steps.put(&tick(7, 200));
+        assert_eq!(orders(&mut steps, End::CutOff), [], "it was under way");
+        assert_eq!(steps.lost(), 2);
+        assert_eq!(orders(&mut steps, End::Here), [(7, true)]);
+        assert_eq!(steps.lost(), 4);
+    }
+}

@@ -1,0 +1,155 @@
+//! One file around a firing: what of the ring it takes, what it says of itself, and what it lacks. Where the disk has failed there
+//! is no file, and only the count goes on.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use jde_board::Nanos;
+
+use super::{Begun, Channel};
+use crate::Origin;
+use crate::recorder::Written;
+use crate::ring::{Content, Entry, Ring};
+use crate::trigger::Firing;
+use crate::writer::Times;
+
+/// A file under way, or where there would be one if the disk had taken it.
+pub(super) struct Around {
+    /// None once the disk takes no more.
+    pub(super) file: Option<Begun>,
+    /// Number of the next message to write.
+    pub(super) next: u64,
+    /// No message is older than this.
+    start: Nanos,
+    /// And none newer.
+    pub(super) until: Nanos,
+    /// Its place among the files that others are told of.
+    pub(super) place: usize,
+    lost: BTreeMap<String, u64>,
+    /// Messages and bytes that had reached the file when the disk failed, and messages that had not.
+    left: (u64, u64, u64),
+    /// How often a condition came true.
+    fired: u32,
+}
+
+impl Around {
+    pub(super) fn new(next: u64, start: Nanos, until: Nanos, place: usize) -> Self {
+        Self {
+            file: None,
+            next,
+            start,
+            until,
+            place,
+            lost: BTreeMap::new(),
+            left: (0, 0, 0),
+            fired: 0,
+        }
+    }
+
+    /// Writes what every such file begins with: why it is there, its channels, and what was in force.
+    pub(super) fn begin(
+        &mut self,
+        file: Begun,
+        origin: &Origin,
+        firing: &Firing,
+        condition: &str,
+        channels: &[Channel],
+        ring: &Ring,
+    ) -> io::Result<()> {
+        self.file = Some(file);
+        self.fired_again(origin, firing, condition)?;
+        channels.iter().try_for_each(|channel| self.open(channel))?;
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
+        for (channel, times, data) in ring.base() {
+            let log = self.start;
+            file.message(channel, Times { log, ..times }, data)?;
+        }
+        Ok(())
+    }
+
+    /// Says why the file is there, or why it goes on.
+    pub(super) fn fired_again(&mut self, origin: &Origin, firing: &Firing, condition: &str) -> io::Result<()> {
+        self.fired += 1;
+        let name = match self.fired {
+            1 => "jde/trigger".to_owned(),
+            more => format!("jde/trigger/{more}"),
+        };
+        let seconds = |time: Nanos| format!("{}.{:09}", time / 1_000_000_000, time % 1_000_000_000);
+        let wall = origin.start().saturating_add(firing.time);
+        let why = BTreeMap::from([
+            ("condition".to_owned(), condition.to_owned()),
+            ("reason".to_owned(), firing.text.clone()),
+            ("time_s".to_owned(), seconds(firing.time)),
+            ("time_ns".to_owned(), wall.to_string()),
+            ("from_s".to_owned(), seconds(self.start)),
+        ]);
+        match &mut self.file {
+            Some(file) => file.metadata(&name, why),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn open(&mut self, channel: &Channel) -> io::Result<()> {
+        match &mut self.file {
+            Some(file) => file.open(channel),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the next message.
+    pub(super) fn take(&mut self, entry: &Entry, channels: &[Channel]) -> io::Result<()> {
+        self.next += 1;
+        let topic = channels[entry.channel].name();
+        match (&entry.content, &mut self.file) {
+            (Content::Lost(count), _) => self.lose(topic, *count),
+            (_, None) => self.lose(topic, 1),
+            (Content::Message { data, .. } | Content::Retracted { data, .. }, Some(file)) => {
+                // What came late is told late.
+                let log = entry.times.log.max(self.start);
+                let times = Times { log, ..entry.times };
+                file.message(entry.channel, times, data)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts messages of its time that it will not have.
+    pub(super) fn lose(&mut self, topic: &str, count: u64) {
+        match self.lost.get_mut(topic) {
+            Some(lost) => *lost += count,
+            None => drop(self.lost.insert(topic.to_owned(), count)),
+        }
+    }
+
+    pub(super) fn flush_in_time(&mut self) -> io::Result<()> {
+        self.file.as_mut().map_or(Ok(()), Begun::flush_in_time)
+    }
+
+    pub(super) fn finish(&mut self) -> io::Result<()> {
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
+        file.finish(&self.lost)
+    }
+
+    /// Lets go of the file where it is; answers with the number of messages that were on their way to it.
+    pub(super) fn abandon(&mut self) -> u64 {
+        let Some(file) = self.file.take() else {
+            return 0;
+        };
+        self.left = (file.kept(), file.bytes(), file.unflushed());
+        file.unflushed()
+    }
+
+    /// Tells how the file is doing.
+    pub(super) fn note(&self, written: &mut Written) {
+        let (kept, bytes, unwritten) = match &self.file {
+            Some(file) => (file.kept(), file.bytes(), 0),
+            None => self.left,
+        };
+        (written.kept, written.bytes) = (kept, bytes);
+        written.lost = unwritten + self.lost.values().sum::<u64>();
+    }
+}

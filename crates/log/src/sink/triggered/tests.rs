@@ -1,0 +1,155 @@
+//! Names of files, and disks that run full while a file is written.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::sync::Mutex;
+use std::sync::mpsc::sync_channel;
+use std::time::SystemTime;
+
+use jde_types::Value;
+
+use super::*;
+use crate::Recording;
+use crate::lane::Lane;
+use crate::ring::About;
+
+const SECOND: Nanos = 1_000_000_000;
+
+#[test]
+fn files_are_numbered_before_their_ending() {
+    for (path, third) in [
+        ("runs/drive.mcap", "runs/drive-003.mcap"),
+        ("drive", "drive-003"),
+        ("a.b.mcap", "a.b-003.mcap"),
+    ] {
+        assert_eq!(numbered(path.as_ref(), 3), Path::new(third));
+    }
+    assert_eq!(numbered("d.mcap".as_ref(), 1234), Path::new("d-1234.mcap"));
+}
+
+/// A disk on which the second file gets so many bytes and the third none at all.
+struct Small {
+    file: File,
+    room: usize,
+}
+
+impl Write for Small {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.room == 0 {
+            return Err(io::Error::from_raw_os_error(28));
+        }
+        let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
+        self.room -= written;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// How many files were made.
+static MADE: Mutex<usize> = Mutex::new(0);
+
+fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<File>), Error> {
+    let mut made = MADE.lock().unwrap();
+    *made += 1;
+    let file = writer::create(path, overwrite)?;
+    let room = match *made {
+        2 => 20_000,
+        3 => 0,
+        _ => usize::MAX,
+    };
+    Ok((Box::new(Small { file, room }), None))
+}
+
+#[test]
+fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let told: Arc<Mutex<Vec<_>>> = Arc::default();
+    let tell = Arc::clone(&told);
+    let on_file: OnFile = Box::new(move |happened, written| {
+        let name = written.path.file_name().unwrap().to_string_lossy().into_owned();
+        tell.lock().unwrap().push((happened, name));
+    });
+    let shared = Arc::new(Shared::new(sync_channel(1).0, true));
+    let origin = Origin {
+        application: "bench".to_owned(),
+        seed: 0,
+        started: SystemTime::UNIX_EPOCH,
+        folder: None,
+        file: None,
+    };
+    let plan = Plan {
+        path: folder.path().join("drive.mcap"),
+        overwrite: false,
+        before: 10 * SECOND,
+        after: 5 * SECOND,
+        memory: 1 << 20,
+    };
+    let mut sink = Triggered::new(&shared, origin, plan, on_file).unwrap();
+    sink.make = small;
+    let value_type = Arc::new(<[u64; 16]>::describe());
+    let lane = Lane::new("/bench/noise".to_owned(), value_type, BTreeMap::new(), None, true);
+    sink.open(Channel::Lane(Arc::new(lane)));
+
+    // Ten values a second for 200 s, and a firing every 40 s. What does not compress fills the disk.
+    let mut noise = 1_u64;
+    for number in 0..2000 {
+        let mut data = vec![0, 1, 0, 0];
+        for _ in 0..16 {
+            noise = noise.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+            data.extend(noise.rotate_left(29).to_le_bytes());
+        }
+        let time = number * SECOND / 10;
+        let times = Times {
+            log: time,
+            publish: time,
+            sequence: number,
+        };
+        sink.message(0, times, &data, Says::State(About::Value));
+        if number % 400 == 200 {
+            let firing = Firing {
+                time,
+                condition: 0,
+                text: format!("firing at {time}"),
+            };
+            sink.fired(&firing, "operator");
+        }
+        sink.round(time);
+    }
+    sink.finish();
+
+    let told = told.lock().unwrap();
+    let told: Vec<_> = told.iter().map(|(happened, name)| (*happened, name.as_str())).collect();
+    assert_eq!(
+        told,
+        [
+            (Happened::Began, "drive-001.mcap"),
+            (Happened::Ended, "drive-001.mcap"),
+            (Happened::Began, "drive-002.mcap"),
+            (Happened::Failed, "drive-002.mcap"),
+            // The third cannot even be begun, which is no news; the fourth takes its name.
+            (Happened::Began, "drive-003.mcap"),
+            (Happened::Ended, "drive-003.mcap"),
+            (Happened::Began, "drive-004.mcap"),
+            (Happened::Ended, "drive-004.mcap"),
+        ]
+    );
+    let files = lock(&shared.files).clone();
+    // 10 s before, 5 s after, the firing, and what was in force at the beginning.
+    let whole = 10 * 15 + 2;
+    for (place, file) in files.iter().enumerate() {
+        // Of what was in force, a file that was never begun knows nothing.
+        let known = whole - u64::from(place == 2);
+        assert_eq!(file.kept + file.lost, known, "{file:?}");
+        assert_eq!(file.trouble.is_some(), [1, 2].contains(&place), "{file:?}");
+    }
+    assert_eq!((files[2].kept, files[3].kept), (0, whole));
+    let lost: u64 = files.iter().map(|file| file.lost).sum();
+    assert_eq!(shared.dropped.load(Ordering::Relaxed), lost);
+    assert_eq!(shared.kept.load(Ordering::Relaxed), files.iter().map(|file| file.kept).sum::<u64>());
+    let damaged = Recording::open(&files[1].path).unwrap();
+    assert!(damaged.damage().unwrap().offset <= 20_000);
+    assert_eq!(Recording::open(&files[3].path).unwrap().damage(), None);
+}

@@ -1,0 +1,338 @@
+//! Looks through an expression before it is ever asked: whether all it names is there, and its parts go together. What depends on
+//! values, such as an index past the end of a list, cannot be seen here.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use cel::Program;
+use cel::common::ast::{ComprehensionExpr, Expr, IdedExpr, LiteralValue, SelectExpr, operators};
+use jde_abi::describe::Type;
+use jde_board::nearest;
+
+use super::condition::{Reason, Wrong};
+use super::kind::Kind;
+
+/// Functions of the language that are not operators, for those who mean one of them.
+const FUNCTIONS: [&str; 20] = [
+    "size",
+    "int",
+    "uint",
+    "double",
+    "string",
+    "contains",
+    "startsWith",
+    "endsWith",
+    "math.abs",
+    "math.ceil",
+    "math.floor",
+    "math.greatest",
+    "math.isFinite",
+    "math.isInf",
+    "math.isNaN",
+    "math.least",
+    "math.round",
+    "math.sign",
+    "math.sqrt",
+    "math.trunc",
+];
+
+/// The kind of an expression's value, and the variables that it names as they are written in it.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub(super) fn check<'n>(
+    program: &Program,
+    variable: &dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)>,
+    known: &BTreeMap<String, Arc<Type>>,
+) -> Result<(Kind, BTreeSet<String>), Wrong> {
+    let mut checker = Checker {
+        program,
+        variable,
+        known,
+        bound: Vec::new(),
+        used: BTreeSet::new(),
+    };
+    let kind = checker.kind(program.expression())?;
+    Ok((kind, checker.used))
+}
+
+struct Checker<'a, 'n> {
+    program: &'a Program,
+    variable: &'a dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)>,
+    known: &'a BTreeMap<String, Arc<Type>>,
+    /// Names that a list's elements have within `exists` and the like, innermost last.
+    bound: Vec<(String, Kind)>,
+    used: BTreeSet<String>,
+}
+
+impl Checker<'_, '_> {
+    fn kind(&mut self, expression: &IdedExpr) -> Result<Kind, Wrong> {
+        match &expression.expr {
+            Expr::Literal(literal) => Ok(match literal {
+                LiteralValue::Boolean(_) => Kind::Bool,
+                LiteralValue::Double(_) => Kind::Double,
+                LiteralValue::Int(_) => Kind::Int,
+                LiteralValue::UInt(_) => Kind::UInt,
+                LiteralValue::String(_) => Kind::Text,
+                LiteralValue::Bytes(_) | LiteralValue::Null => Kind::Any,
+            }),
+            Expr::Ident(name) => self
+                .bound(name)
+                .ok_or_else(|| self.unknown(expression.id, "variable", name)),
+            Expr::Select(select) => self.select(expression.id, select),
+            Expr::Call(call) => {
+                let namespace = call.target.as_ref().and_then(|target| match &target.expr {
+                    Expr::Ident(name) if name == "math" => Some("math."),
+                    _ => None,
+                });
+                let name = format!("{}{}", namespace.unwrap_or_default(), call.func_name);
+                let target = call.target.iter().filter(|_| namespace.is_none());
+                let arguments = target.map(|target| &**target).chain(&call.args);
+                let kinds = arguments
+                    .map(|argument| self.kind(argument))
+                    .collect::<Result<Vec<_>, _>>()?;
+                self.call(expression.id, &name, &kinds)
+            }
+            Expr::Comprehension(comprehension) => self.comprehension(comprehension),
+            Expr::List(list) => {
+                let mut element = None;
+                for each in &list.elements {
+                    let kind = self.kind(each)?;
+                    element = match element {
+                        None => Some(kind),
+                        Some(other) if other == kind => Some(other),
+                        Some(_) => Some(Kind::Any),
+                    };
+                }
+                Ok(Kind::List(Box::new(element.unwrap_or(Kind::Any))))
+            }
+            Expr::Map(_) | Expr::Struct(_) | Expr::Unspecified => Err(self.wrong(
+                expression.id,
+                Reason::Syntax("maps and structures cannot be made in a condition".to_owned()),
+            )),
+        }
+    }
+
+    fn bound(&self, name: &str) -> Option<Kind> {
+        let found = self.bound.iter().rev().find(|(bound, _)| bound == name);
+        found.map(|(_, kind)| kind.clone())
+    }
+
+    /// A variable by its two names, or a field of what is before the point.
+    fn select(&mut self, id: u64, select: &SelectExpr) -> Result<Kind, Wrong> {
+        if let Expr::Ident(owner) = &select.operand.expr
+            && self.bound(owner).is_none()
+        {
+            let name = format!("{owner}.{}", select.field);
+            let Some((_, value_type)) = (self.variable)(&name) else {
+                return Err(self.unknown(select.operand.id, "variable", &name));
+            };
+            let kind = Kind::of(value_type);
+            self.used.insert(name);
+            return Ok(kind);
+        }
+        let of = self.kind(&select.operand)?;
+        let Kind::Struct(value_type) = &of else {
+            return match of {
+                Kind::Any => Ok(Kind::Any),
+                Kind::List(_) => Err(self.wrong(
+                    id,
+                    Reason::Kinds(format!(
+                        "a list has no field `{}`; say which element, as in `[0]`, or ask them all with `exists`",
+                        select.field
+                    )),
+                )),
+                other => Err(self.wrong(
+                    id,
+                    Reason::Kinds(format!("{other} has no fields, so no `{}`", select.field)),
+                )),
+            };
+        };
+        let field = value_type.fields.iter().find(|field| field.name == select.field);
+        match field {
+            Some(_) if select.test => Ok(Kind::Bool),
+            Some(field) => Ok(Kind::field(field)),
+            None => {
+                let names = value_type.fields.iter().map(|field| field.name.as_str());
+                Err(self.wrong(
+                    id,
+                    Reason::Field {
+                        of: of.to_string(),
+                        field: select.field.clone(),
+                        nearest: nearest(&select.field, names).map(str::to_owned),
+                    },
+                ))
+            }
+        }
+    }
+
+    /// `exists`, `all`, `map` and the like.
+    fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Wrong> {
+        let range = self.kind(&comprehension.iter_range)?;
+        let element = match range {
+            Kind::List(element) => *element,
+            Kind::Any => Kind::Any,
+            other => {
+                return Err(self.wrong(
+                    comprehension.iter_range.id,
+                    Reason::Kinds(format!("{other} is no list whose elements could be asked")),
+                ));
+            }
+        };
+        let result = self.kind(&comprehension.accu_init)?;
+        let outer = self.bound.len();
+        self.bound.push((comprehension.iter_var.clone(), element));
+        self.bound.push((comprehension.accu_var.clone(), result));
+        let kind = self.inside(comprehension);
+        self.bound.truncate(outer);
+        kind
+    }
+
+    fn inside(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Wrong> {
+        self.kind(&comprehension.loop_cond)?;
+        let result = self.kind(&comprehension.loop_step)?;
+        self.bound.push((comprehension.accu_var.clone(), result));
+        self.kind(&comprehension.result)
+    }
+
+    fn call(&self, id: u64, name: &str, kinds: &[Kind]) -> Result<Kind, Wrong> {
+        let unfit = |what: &str| {
+            let kinds: Vec<_> = kinds.iter().map(Kind::to_string).collect();
+            self.wrong(id, Reason::Kinds(format!("{what}, not {}", kinds.join(" and "))))
+        };
+        let all = |fits: &dyn Fn(&Kind) -> bool| kinds.iter().all(|kind| *kind == Kind::Any || fits(kind));
+        let first = kinds.first().cloned().unwrap_or(Kind::Any);
+        match name {
+            operators::LOGICAL_AND | operators::LOGICAL_OR | operators::LOGICAL_NOT => {
+                let sign = name.trim_matches('_');
+                all(&|kind| *kind == Kind::Bool)
+                    .then_some(Kind::Bool)
+                    .ok_or_else(|| unfit(&format!("`{sign}` takes yes or no")))
+            }
+            operators::NOT_STRICTLY_FALSE => Ok(Kind::Bool),
+            operators::CONDITIONAL => match kinds {
+                [Kind::Bool | Kind::Any, yes, no] if yes == no => Ok(yes.clone()),
+                [Kind::Bool | Kind::Any, Kind::List(one), Kind::List(other)] => {
+                    let known = if **one == Kind::Any { other } else { one };
+                    Ok(Kind::List(known.clone()))
+                }
+                [Kind::Bool | Kind::Any, _, _] => Ok(Kind::Any),
+                _ => Err(unfit("what is before `?` is a yes or no")),
+            },
+            operators::LESS
+            | operators::LESS_EQUALS
+            | operators::GREATER
+            | operators::GREATER_EQUALS
+            | operators::EQUALS
+            | operators::NOT_EQUALS => {
+                let alike = all(&Kind::is_number) || all(&|kind| *kind == first);
+                let sign = name.trim_matches('_');
+                let comparable = all(&|kind| !matches!(kind, Kind::Struct(_)));
+                (alike && comparable)
+                    .then_some(Kind::Bool)
+                    .ok_or_else(|| unfit(&format!("`{sign}` compares numbers, or texts")))
+            }
+            operators::ADD if matches!(kinds, [Kind::List(_), Kind::List(_)]) => {
+                let known = kinds
+                    .iter()
+                    .find(|kind| **kind != Kind::List(Box::new(Kind::Any)));
+                Ok(known.cloned().unwrap_or(first))
+            }
+            operators::ADD if all(&|kind| *kind == Kind::Text) => Ok(first),
+            operators::ADD
+            | operators::SUBSTRACT
+            | operators::MULTIPLY
+            | operators::DIVIDE
+            | operators::MODULO => {
+                let sign = name.trim_matches('_');
+                let known = kinds.iter().find(|kind| **kind != Kind::Any).cloned();
+                let known = known.unwrap_or(Kind::Any);
+                all(&|kind| kind.is_number() && *kind == known)
+                    .then(|| known.clone())
+                    .ok_or_else(|| {
+                        unfit(&format!(
+                            "`{sign}` takes two numbers of one kind (write 2.0 for a double, 2u for a uint)"
+                        ))
+                    })
+            }
+            operators::NEGATE => all(&|kind| matches!(kind, Kind::Int | Kind::Double))
+                .then_some(first)
+                .ok_or_else(|| unfit("`-` takes an int or a double")),
+            operators::INDEX => match kinds {
+                [Kind::List(element), Kind::Int | Kind::UInt | Kind::Any] => Ok((**element).clone()),
+                [Kind::Any, _] => Ok(Kind::Any),
+                _ => Err(unfit("`[]` takes a list and a whole number")),
+            },
+            operators::IN => match kinds {
+                [_, Kind::List(_) | Kind::Any] => Ok(Kind::Bool),
+                _ => Err(unfit("`in` takes a value and a list")),
+            },
+            "size" => match kinds {
+                [Kind::List(_) | Kind::Text | Kind::Any] => Ok(Kind::Int),
+                _ => Err(unfit("`size` takes a list or a text")),
+            },
+            "int" | "uint" | "double" => match kinds {
+                [Kind::Int | Kind::UInt | Kind::Double | Kind::Text | Kind::Any] => Ok(match name {
+                    "int" => Kind::Int,
+                    "uint" => Kind::UInt,
+                    _ => Kind::Double,
+                }),
+                _ => Err(unfit(&format!("`{name}` takes a number"))),
+            },
+            "string" => Ok(Kind::Text),
+            "contains" | "startsWith" | "endsWith" => (kinds.len() == 2 && all(&|kind| *kind == Kind::Text))
+                .then_some(Kind::Bool)
+                .ok_or_else(|| unfit(&format!("`{name}` takes two texts"))),
+            "math.abs" | "math.sign" => (kinds.len() == 1 && all(&Kind::is_number))
+                .then_some(first)
+                .ok_or_else(|| unfit(&format!("`{name}` takes a number"))),
+            "math.sqrt" => (kinds.len() == 1 && all(&Kind::is_number))
+                .then_some(Kind::Double)
+                .ok_or_else(|| unfit("`math.sqrt` takes a number")),
+            "math.ceil" | "math.floor" | "math.round" | "math.trunc" => (kinds.len() == 1
+                && all(&|kind| *kind == Kind::Double))
+            .then_some(Kind::Double)
+            .ok_or_else(|| unfit(&format!("`{name}` takes a double"))),
+            "math.isNaN" | "math.isInf" | "math.isFinite" => (kinds.len() == 1
+                && all(&|kind| *kind == Kind::Double))
+            .then_some(Kind::Bool)
+            .ok_or_else(|| unfit(&format!("`{name}` takes a double"))),
+            "math.@max" | "math.@min" => match kinds {
+                [Kind::List(element)] if element.is_number() || **element == Kind::Any => {
+                    Ok((**element).clone())
+                }
+                [_] | [] => all(&Kind::is_number)
+                    .then_some(first)
+                    .ok_or_else(|| unfit("`math.greatest` and `math.least` take numbers, or a list of them")),
+                _ if all(&|kind| kind.is_number() && *kind == first) => Ok(first),
+                _ if all(&Kind::is_number) => Ok(Kind::Double),
+                _ => Err(unfit(
+                    "`math.greatest` and `math.least` take numbers, or a list of them",
+                )),
+            },
+            name => Err(self.wrong(
+                id,
+                Reason::Unknown {
+                    what: "function",
+                    name: name.to_owned(),
+                    nearest: nearest(name, FUNCTIONS).map(str::to_owned),
+                },
+            )),
+        }
+    }
+
+    fn unknown(&self, id: u64, what: &'static str, name: &str) -> Wrong {
+        let nearest = nearest(name, self.known.keys().map(String::as_str));
+        let reason = Reason::Unknown {
+            what,
+            name: name.to_owned(),
+            nearest: nearest.map(str::to_owned),
+        };
+        self.wrong(id, reason)
+    }
+
+    fn wrong(&self, id: u64, reason: Reason) -> Wrong {
+        let place = self.program.source_info().offset_for(id);
+        (place.map_or(1, |(start, _)| start as usize + 1), reason)
+    }
+}

@@ -1,0 +1,203 @@
+//! An expression over variables, read and checked once and looked at again and again. It sees the variables it names, and of
+//! these the fields.
+
+use std::fmt;
+use std::sync::{Arc, LazyLock};
+
+use cel::{Context, Env, Program, Value, extensions};
+use jde_abi::describe::Type;
+
+use super::check::check;
+use super::condition::{Reason, Wrong};
+use super::kind::Kind;
+use super::{Names, view};
+
+/// Longer ones are no conditions that anybody reads again.
+const LONGEST: usize = 1000;
+/// Brackets within brackets: deeper than anybody writes, and nowhere near the end of the stack.
+const DEEPEST: usize = 50;
+/// Letters that stand for those which a name may have in an application and not in an expression.
+const STAND_INS: [char; 4] = ['_', 'x', 'y', 'z'];
+
+/// CEL's own functions and those of its extension `math`.
+static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
+    let mut env = Env::stdlib();
+    // A fresh environment has nothing that its functions could collide with.
+    let _ = env.add_extension(extensions::math);
+    Arc::new(env)
+});
+
+/// An expression with the values it was last given.
+#[derive(Clone)]
+pub(super) struct Expression {
+    program: Arc<Program>,
+    variables: Vec<Held>,
+}
+
+#[derive(Clone)]
+struct Held {
+    name: String,
+    /// Its name within the expression.
+    written: String,
+    value_type: Arc<Type>,
+    value: Vec<u8>,
+    there: bool,
+}
+
+impl Expression {
+    /// Reads and checks an expression.
+    pub(super) fn new(text: &str, names: &Names) -> Result<Self, Wrong> {
+        bounded(text)?;
+        let (source, renamed) = plain(text, names);
+        let program = LANGUAGE.compile(&source).map_err(|errors| {
+            let error = errors
+                .errors
+                .into_iter()
+                .min_by_key(|error| (error.msg.starts_with("Incomplete"), error.pos));
+            error.map_or_else(
+                || (1, Reason::Syntax("it cannot be read".to_owned())),
+                |error| (column(&source, error.pos), Reason::Syntax(words(&error.msg))),
+            )
+        })?;
+        let variable = |written: &str| {
+            let name = renamed
+                .iter()
+                .find(|(_, safe)| safe == written)
+                .map_or(written, |(name, _)| name);
+            names
+                .variables
+                .get_key_value(name)
+                .map(|(name, value_type)| (name.as_str(), value_type))
+        };
+        let (kind, used) = check(&program, &variable, &names.variables)?;
+        match kind {
+            Kind::Bool | Kind::Any => {}
+            kind => return Err((1, Reason::NotBoolean(kind.to_string()))),
+        }
+        let variables: Vec<_> = used
+            .into_iter()
+            .filter_map(|written| {
+                let (name, value_type) = variable(&written)?;
+                Some(Held {
+                    name: name.to_owned(),
+                    value_type: Arc::clone(value_type),
+                    value: Vec::new(),
+                    there: false,
+                    written,
+                })
+            })
+            .collect();
+        if variables.is_empty() {
+            return Err((
+                1,
+                Reason::Syntax("it names no variable, so it would never change".to_owned()),
+            ));
+        }
+        Ok(Self {
+            program: Arc::new(program),
+            variables,
+        })
+    }
+
+    /// The full names of the variables it reads.
+    pub(super) fn variables(&self) -> impl Iterator<Item = &str> {
+        self.variables.iter().map(|held| held.name.as_str())
+    }
+
+    /// Takes the value of a variable, or that there is none any more; answers whether it is one of its own.
+    pub(super) fn take(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
+        let Some(held) = self.variables.iter_mut().find(|held| held.name == variable) else {
+            return false;
+        };
+        held.there = value.is_some();
+        if let Some(value) = value {
+            held.value.clear();
+            held.value.extend_from_slice(value);
+        }
+        true
+    }
+
+    /// Whether it is true of these values. What has no value, or cannot be worked out, is not.
+    pub(super) fn is_true(&self) -> bool {
+        let mut context = Context::with_env(Arc::clone(&LANGUAGE));
+        for held in self.variables.iter().filter(|held| held.there) {
+            context.add_variable_as_val(held.written.as_str(), view::of(&held.value_type, &held.value));
+        }
+        self.program.execute(&context) == Ok(Value::Bool(true))
+    }
+}
+
+impl fmt::Debug for Expression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.variables()).finish()
+    }
+}
+
+/// Refuses what would only wear out the parser.
+fn bounded(text: &str) -> Result<(), Wrong> {
+    if text.len() > LONGEST {
+        let much = format!(
+            "{} letters are too many; at most {LONGEST} can be read",
+            text.len()
+        );
+        return Err((1, Reason::Syntax(much)));
+    }
+    let mut deep = 0_usize;
+    for (place, letter) in text.chars().enumerate() {
+        match letter {
+            '(' | '[' | '{' => deep += 1,
+            ')' | ']' | '}' => deep = deep.saturating_sub(1),
+            _ => {}
+        }
+        if deep > DEEPEST {
+            return Err((
+                place + 1,
+                Reason::Syntax("brackets within too many brackets".to_owned()),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The expression with names that CEL cannot read, such as `left-eye.image`, replaced by others as long, so that columns stay;
+/// and which stands for which.
+fn plain(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
+    let odd = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
+    let mut known: Vec<_> = names
+        .variables
+        .keys()
+        .filter(|name| name.contains(odd) && text.contains(name.as_str()))
+        .collect();
+    // A name that is the beginning of another must not take its place.
+    known.sort_by_key(|name| std::cmp::Reverse(name.len()));
+    let mut source = text.to_owned();
+    let mut renamed = Vec::new();
+    for name in known {
+        let with = |letter: char| name.replace(odd, &letter.to_string());
+        let free = STAND_INS
+            .into_iter()
+            .map(with)
+            .find(|safe| !names.variables.contains_key(safe) && !source.contains(safe.as_str()));
+        if let Some(safe) = free {
+            source = source.replace(name.as_str(), &safe);
+            renamed.push((name.clone(), safe));
+        }
+    }
+    (source, renamed)
+}
+
+/// A place that the parser tells as a line and a column, in letters from the beginning.
+fn column(source: &str, (line, column): (isize, isize)) -> usize {
+    let lines = source
+        .split_inclusive('\n')
+        .take(usize::try_from(line - 1).unwrap_or(0));
+    let before: usize = lines.map(|line| line.chars().count()).sum();
+    before + usize::try_from(column).unwrap_or(1).max(1)
+}
+
+/// What the parser says, without the names of all its tokens.
+fn words(message: &str) -> String {
+    let message = message.strip_prefix("Syntax error: ").unwrap_or(message);
+    let message = message.split(" expecting ").next().unwrap_or(message);
+    message.replace("'<EOF>'", "the end")
+}

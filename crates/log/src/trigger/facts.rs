@@ -1,0 +1,131 @@
+//! What conditions need to know of an event, whether it is heard in the process or read as a message of the story.
+
+use jde_board::Nanos;
+use jde_core::{Case, Health};
+use jde_host::event::Event;
+use jde_host::story::Line;
+
+use super::Names;
+
+/// Something that a condition may be about.
+pub(super) enum Fact<'a> {
+    /// A selection.
+    Selected {
+        group: &'a str,
+        /// Two or more are ready.
+        collision: bool,
+        /// Somebody is awake and nobody wins.
+        absence: bool,
+        /// The choice is another one.
+        switched: bool,
+    },
+    /// How a schema is.
+    Health {
+        schema: &'a str,
+        overrun: bool,
+        /// Why it can do nothing, if it cannot.
+        fault: Option<&'a str>,
+    },
+    /// A command or a wake was refused.
+    Refused { schema: &'a str, text: &'a str },
+    /// An operator did something: who, and to whom.
+    Operator(String),
+}
+
+/// What an event says, and when.
+pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos, Fact<'a>)> {
+    let name = |schema: usize| names.schemas.get(schema).map(String::as_str);
+    Some(match event {
+        Event::Decided(record) => {
+            let fact = Fact::Selected {
+                group: names.groups.get(record.group.index())?,
+                collision: record.case == Case::Collision,
+                absence: record.choice.is_none() && !record.candidates.is_empty(),
+                switched: record.changed,
+            };
+            (record.time, fact)
+        }
+        Event::Health { time, schema, health } => {
+            let fact = Fact::Health {
+                schema: name(*schema)?,
+                overrun: *health == Health::Overrun,
+                fault: match health {
+                    Health::Faulted(reason) => Some(reason),
+                    Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => None,
+                },
+            };
+            (*time, fact)
+        }
+        Event::Hung { time, schema, .. } => {
+            let fact = Fact::Health {
+                schema: name(*schema)?,
+                overrun: true,
+                fault: Some("a call does not return"),
+            };
+            (*time, fact)
+        }
+        Event::Overrun { time, schema, .. } => {
+            let fact = Fact::Health {
+                schema: name(*schema)?,
+                overrun: true,
+                fault: None,
+            };
+            (*time, fact)
+        }
+        Event::Refused { time, schema, what } => {
+            let fact = Fact::Refused {
+                schema: name(*schema)?,
+                text: what,
+            };
+            (*time, fact)
+        }
+        Event::Operator { time, by, action } => {
+            let text = format!("{by} acted on {}", name(action.schema())?);
+            (*time, Fact::Operator(text))
+        }
+        _ => return None,
+    })
+}
+
+/// What a message says.
+pub(super) fn of_line(line: &Line) -> Option<Fact<'_>> {
+    match line {
+        Line::Decision(decision) => Some(Fact::Selected {
+            group: &decision.group,
+            collision: decision.case == "collision",
+            absence: decision.choice.is_none() && !decision.candidates.is_empty(),
+            switched: decision.changed,
+        }),
+        Line::Change(_) => None,
+        Line::Happening(happening) => {
+            let schema = happening.schema.as_deref();
+            match happening.kind.as_str() {
+                "ok" | "arbitration-failed" => Some(Fact::Health {
+                    schema: schema?,
+                    overrun: false,
+                    fault: None,
+                }),
+                "overrun" => Some(Fact::Health {
+                    schema: schema?,
+                    overrun: true,
+                    fault: None,
+                }),
+                "faulted" | "hung" => Some(Fact::Health {
+                    schema: schema?,
+                    overrun: happening.kind == "hung",
+                    fault: Some(&happening.text),
+                }),
+                "refused" => Some(Fact::Refused {
+                    schema: schema?,
+                    text: &happening.text,
+                }),
+                "operator" => Some(Fact::Operator(format!(
+                    "{} acted on {}",
+                    happening.by.as_deref().unwrap_or("somebody"),
+                    schema?
+                ))),
+                _ => None,
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! What conditions may name: the schemas, groups and variables of an application.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use jde_abi::describe::{Role, Type};
+use jde_host::app::Application;
+use jde_types::Value;
+
+/// The names of an application. For one that runs elsewhere, they are filled in by whoever asked it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    /// Its schemas, in their order.
+    pub schemas: Vec<String>,
+    /// Its groups, in their order: `roots`, `example/base`.
+    pub groups: Vec<String>,
+    /// The full names of its variables, and what their values are.
+    pub variables: BTreeMap<String, Arc<Type>>,
+}
+
+impl Names {
+    /// Those of an application once it runs.
+    #[must_use]
+    pub fn of(application: &Application) -> Self {
+        let period = Arc::new(f64::describe());
+        let mut variables = BTreeMap::new();
+        for instance in &application.instances {
+            for port in &instance.schema.ports {
+                match port.role {
+                    Role::Export | Role::Modulation { .. } | Role::Command { .. } => {
+                        let name = format!("{}.{}", instance.name, port.name);
+                        variables.insert(name, Arc::clone(&port.value_type));
+                    }
+                    Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => {}
+                }
+            }
+            variables.insert(format!("{}.period", instance.name), Arc::clone(&period));
+        }
+        let instances = application.instances.iter();
+        let groups = application.groups.iter();
+        Self {
+            schemas: instances.map(|instance| instance.name.clone()).collect(),
+            groups: groups.map(|group| group.name.clone()).collect(),
+            variables,
+        }
+    }
+}

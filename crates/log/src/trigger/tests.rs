@@ -1,0 +1,425 @@
+//! Conditions as users write them, right and wrong, and the moments at which they fire.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use jde_host::story::{Change, Decision, Happening};
+use jde_types::{Flag, LaserScan, Mission, Odometry, Seq, Text, Value};
+
+use super::*;
+
+fn names() -> Names {
+    let variable = |name: &str, value_type| (name.to_owned(), Arc::new(value_type));
+    Names {
+        schemas: vec!["goon".to_owned(), "stop".to_owned()],
+        groups: vec!["roots".to_owned(), "example/base".to_owned()],
+        variables: BTreeMap::from([
+            variable("pioneer.laser", LaserScan::describe()),
+            variable("pioneer.odometry", Odometry::describe()),
+            variable("pioneer.stalled", Flag::describe()),
+            variable("goon.fast", f64::describe()),
+            variable("goon.count", u32::describe()),
+            variable("guide.mission", Mission::describe()),
+            variable("left-eye.laser", LaserScan::describe()),
+            variable("robot2:pioneer.odometry", Odometry::describe()),
+        ]),
+    }
+}
+
+fn triggers(conditions: &[&str]) -> Triggers {
+    let conditions = conditions
+        .iter()
+        .map(|text| Condition::new(text, &names()).unwrap())
+        .collect();
+    Triggers::new(names(), conditions)
+}
+
+/// When and why a single condition fires while a value comes every 20 ms.
+fn fires<T: Value>(condition: &str, variable: &str, values: &[T]) -> Vec<usize> {
+    let mut triggers = triggers(&[condition]);
+    let mut fired = Vec::new();
+    for (place, value) in values.iter().enumerate() {
+        triggers.value(place as u64 * 20_000_000, variable, value.as_bytes(), &mut fired);
+    }
+    assert!(fired.iter().all(|firing| firing.text == condition));
+    fired
+        .iter()
+        .map(|firing| (firing.time / 20_000_000) as usize)
+        .collect()
+}
+
+/// What is said of a condition that is none.
+fn refused(condition: &str) -> String {
+    let bad = Condition::new(condition, &names()).unwrap_err();
+    assert_eq!(bad.condition, condition);
+    format!("{}: {}", bad.column, bad.reason)
+}
+
+fn scan(ranges: &[f32]) -> LaserScan {
+    LaserScan {
+        ranges: Seq::from_slice(ranges).unwrap(),
+        ..LaserScan::default()
+    }
+}
+
+fn drive(speed: f64) -> Odometry {
+    let mut odometry = Odometry::default();
+    odometry.twist.twist.linear.x = speed;
+    odometry
+}
+
+#[test]
+fn an_expression_fires_when_it_goes_from_false_to_true() {
+    let speeds = [0.1, 0.5, 0.6, 0.3, 0.41, f64::NAN, 0.5].map(drive);
+    assert_eq!(
+        fires(
+            "pioneer.odometry.twist.twist.linear.x > 0.4",
+            "pioneer.odometry",
+            &speeds
+        ),
+        [1, 4, 6],
+        "what is no number is neither"
+    );
+    let scans = [&[][..], &[1.0, 0.2], &[0.1], &[f32::INFINITY, 2.0], &[0.29]].map(scan);
+    assert_eq!(
+        fires("pioneer.laser.ranges.exists(r, r < 0.3)", "pioneer.laser", &scans),
+        [1, 4]
+    );
+    assert_eq!(
+        fires(
+            "size(pioneer.laser.ranges) > 0 && math.least(pioneer.laser.ranges) < 0.15",
+            "pioneer.laser",
+            &scans
+        ),
+        [2]
+    );
+    assert_eq!(
+        fires("pioneer.laser.ranges[1] < 1.0", "pioneer.laser", &scans),
+        [1],
+        "an index past the end is not true"
+    );
+    assert_eq!(
+        fires(
+            "pioneer.laser.ranges.filter(r, r < 1.0).size() == 1",
+            "pioneer.laser",
+            &scans
+        ),
+        [1, 4],
+        "one at 0.2, then one at 0.1: it stays true"
+    );
+    assert_eq!(fires("goon.fast > 1", "goon.fast", &[1.0, 1.5]), [1]);
+    assert_eq!(
+        fires("goon.count % 2u == 1u", "goon.count", &[1_u32, 2, 3]),
+        [0, 2]
+    );
+    assert_eq!(
+        fires(
+            "pioneer.stalled",
+            "pioneer.stalled",
+            &[Flag::from(false), Flag::from(true)]
+        ),
+        [1]
+    );
+    let said = |note: &str| Mission {
+        note: Text::truncated(note),
+        ..Mission::default()
+    };
+    assert_eq!(
+        fires(
+            "guide.mission.note.contains('stuck')",
+            "guide.mission",
+            &[said("on the way"), said("stuck in the door"),]
+        ),
+        [1]
+    );
+}
+
+#[test]
+fn names_that_no_expression_can_hold_are_understood_and_columns_stay() {
+    let far = LaserScan {
+        range_max: 30.0,
+        ..LaserScan::default()
+    };
+    assert_eq!(
+        fires(
+            "left-eye.laser.range_max > 8",
+            "left-eye.laser",
+            &[LaserScan::default(), far]
+        ),
+        [1]
+    );
+    assert_eq!(
+        fires(
+            "robot2:pioneer.odometry.twist.twist.linear.x > 0.4",
+            "robot2:pioneer.odometry",
+            &[drive(0.5)]
+        ),
+        [0]
+    );
+    assert_eq!(
+        refused("left-eye.laser.range_max > 3 && left-eye.laser.ranje_max > 2"),
+        "47: a sensor_msgs/msg/LaserScan has no field `ranje_max`; did you mean `range_max`?"
+    );
+}
+
+#[test]
+fn no_value_is_not_true_and_a_value_taken_back_is_none() {
+    let mut triggers = triggers(&["goon.fast < 1.0 || goon.count > 5u", "!(goon.fast > 1.0)"]);
+    assert_eq!(triggers.variables(), BTreeSet::from(["goon.count", "goon.fast"]));
+    let mut fired = Vec::new();
+    triggers.value(0, "goon.count", &9_u32.to_ne_bytes(), &mut fired);
+    assert_eq!(
+        fired.len(),
+        1,
+        "one side is enough for `||`, and the other has no value"
+    );
+    triggers.value(20_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
+    assert_eq!(fired.len(), 2);
+    triggers.retracted(40_000_000, "goon.fast", &mut fired);
+    triggers.value(60_000_000, "goon.fast", &0.5_f64.to_ne_bytes(), &mut fired);
+    assert_eq!(fired.len(), 3, "it was not true in between");
+    assert_eq!(fired[2].condition, 1);
+}
+
+#[test]
+fn an_expression_is_looked_at_a_hundred_times_a_second_and_what_was_put_off_later() {
+    let mut triggers = triggers(&["goon.fast > 1.0"]);
+    let mut fired = Vec::new();
+    let mut value = |time: u64, value: f64, fired: &mut Vec<Firing>| {
+        triggers.value(time, "goon.fast", &value.to_ne_bytes(), fired);
+    };
+    value(0, 0.0, &mut fired);
+    value(1_000_000, 2.0, &mut fired);
+    assert_eq!(fired, [], "too soon after the look before");
+    value(10_000_000, 0.0, &mut fired);
+    assert_eq!(
+        fired.len(),
+        1,
+        "what was put off is looked at before the next value"
+    );
+    value(20_000_000, 0.0, &mut fired);
+    value(21_000_000, 2.0, &mut fired);
+    triggers.pass(29_999_999, &mut fired);
+    assert_eq!(fired.len(), 1);
+    triggers.pass(30_000_000, &mut fired);
+    assert_eq!(fired.len(), 2, "and time alone is enough");
+    triggers.pass(40_000_000, &mut fired);
+    assert_eq!(fired.len(), 2);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_column() {
+    for (condition, said) in [
+        ("pioneer.laser.ranges >> 3", "23: extraneous input '>'"),
+        ("(goon.fast > 1", "15: missing ')' at the end"),
+        ("goon.fast > ", "13: mismatched input the end"),
+        ("", "1: mismatched input the end"),
+        (
+            "goon.fast > 0.3 && pioneer.lasr.range_max > 1.0",
+            "20: no variable is called `pioneer.lasr`; did you mean `pioneer.laser`?",
+        ),
+        (
+            "pioneer.odometry.twist.linear.x > 0.4",
+            "23: a geometry_msgs/msg/TwistWithCovariance has no field `linear`",
+        ),
+        (
+            "pioneer.laser.range.exists(r, r < 0.3)",
+            "14: a sensor_msgs/msg/LaserScan has no field `range`; did you mean `ranges`?",
+        ),
+        (
+            "pioneer.laser.ranges.x > 1",
+            "21: a list has no field `x`; say which element, as in `[0]`, or ask them all with `exists`",
+        ),
+        ("goon.fast.data > 1.0", "10: a double has no fields, so no `data`"),
+        (
+            "goon.fast * 2 > 1.0",
+            "11: `*` takes two numbers of one kind (write 2.0 for a double, 2u for a uint), not a double and an int",
+        ),
+        (
+            "goon.fast + 1.0",
+            "1: it is a double, not a yes or no: compare it with something, as in `> 0.5`",
+        ),
+        (
+            "pioneer.laser",
+            "1: it is a sensor_msgs/msg/LaserScan, not a yes or no: compare it with something, as in `> 0.5`",
+        ),
+        (
+            "goon.fast > 'a'",
+            "11: `>` compares numbers, or texts, not a double and a text",
+        ),
+        (
+            "goon.fast && goon.count > 1u",
+            "11: `&&` takes yes or no, not a double and a bool",
+        ),
+        (
+            "pioneer.laser.ranges.exists(r, r.x < 0.3)",
+            "33: a double has no fields, so no `x`",
+        ),
+        (
+            "goon.fast.exists(r, r < 0.3)",
+            "5: a double is no list whose elements could be asked",
+        ),
+        (
+            "abs(goon.fast) > 1.0",
+            "4: no function is called `abs`; did you mean `math.abs`?",
+        ),
+        (
+            "math.cos(goon.fast) > 1.0",
+            "9: no function is called `math.cos`; did you mean `math.abs`?",
+        ),
+        ("1 > 0", "1: it names no variable, so it would never change"),
+        (
+            "colision",
+            "1: no condition or variable is called `colision`; did you mean `collision`?",
+        ),
+        (
+            "collision:exmple/base",
+            "11: no group is called `exmple/base`; did you mean `example/base`?",
+        ),
+        (
+            "overrun: gon",
+            "10: no schema is called `gon`; did you mean `goon`?",
+        ),
+        (
+            "chatter",
+            "8: say how many switches in a second are too many, as in `chatter>5`",
+        ),
+        (
+            "chatter>many",
+            "9: how many switches in a second is a whole number, as in `chatter>5`",
+        ),
+        ("absence>3", "8: `absence` takes no number"),
+        ("refused:goon", "9: `refused` is of nobody in particular"),
+    ] {
+        assert_eq!(refused(condition), said, "{condition}");
+    }
+    assert!(refused(&"(".repeat(900)).contains("too many brackets"));
+    assert!(refused(&"x".repeat(2000)).contains("too many"));
+}
+
+fn selected(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed: bool) -> Line {
+    Line::Decision(Decision {
+        number: 1,
+        time_s,
+        group: group.to_owned(),
+        case: case.to_owned(),
+        candidates: vec![jde_host::story::Candidate {
+            name: "goon".to_owned(),
+            state: "ready".to_owned(),
+            ready: true,
+            urgency: None,
+        }],
+        before: None,
+        choice: choice.map(str::to_owned),
+        decider: "nobody".to_owned(),
+        reason: String::new(),
+        cause: String::new(),
+        changed,
+        takeover_us: None,
+    })
+}
+
+fn happened(time_s: f64, kind: &str, schema: &str) -> Line {
+    Line::Happening(Happening {
+        time_s,
+        kind: kind.to_owned(),
+        schema: Some(schema.to_owned()),
+        by: None,
+        text: "why".to_owned(),
+    })
+}
+
+/// What a condition says of a story, and when.
+fn told(condition: &str, story: &[Line]) -> Vec<String> {
+    let mut triggers = triggers(&[condition]);
+    let mut fired = Vec::new();
+    for line in story {
+        triggers.line(line, &mut fired);
+    }
+    fired
+        .iter()
+        .map(|firing| format!("{} {}", firing.time as f64 / 1e9, firing.text))
+        .collect()
+}
+
+#[test]
+fn r3_a_collision_and_an_absence_fire_when_they_begin() {
+    let story = [
+        selected(1.0, "roots", "alone", Some("goon"), true),
+        selected(2.0, "example/base", "collision", Some("stop"), true),
+        selected(2.1, "example/base", "collision", Some("stop"), false),
+        selected(3.0, "example/base", "absence", None, true),
+        selected(3.1, "example/base", "absence", Some("goon"), true),
+        selected(4.0, "example/base", "collision", Some("stop"), true),
+        selected(5.0, "roots", "collision", Some("goon"), false),
+        Line::Change(Change {
+            time_s: 6.0,
+            schema: "goon".to_owned(),
+            from: "ready".to_owned(),
+            to: "winner".to_owned(),
+        }),
+    ];
+    assert_eq!(
+        told("collision", &story),
+        [
+            "2 collision in example/base",
+            "4 collision in example/base",
+            "5 collision in roots"
+        ]
+    );
+    assert_eq!(told("collision:roots", &story), ["5 collision in roots"]);
+    assert_eq!(told("absence", &story), ["3 nobody wins in example/base"]);
+    assert_eq!(told("absence:roots", &story), [String::new(); 0]);
+}
+
+#[test]
+fn chattering_fires_once_until_it_has_paused() {
+    let switch = |time| selected(time, "roots", "alone", Some("goon"), true);
+    let stay = |time| selected(time, "roots", "alone", Some("goon"), false);
+    let story = [
+        switch(1.0),
+        stay(1.1),
+        switch(1.4),
+        switch(1.8),
+        switch(1.9),
+        switch(2.0),
+        selected(2.05, "example/base", "alone", Some("stop"), true),
+        switch(9.0),
+        switch(9.1),
+        switch(9.2),
+    ];
+    assert_eq!(
+        told("chatter > 2", &story),
+        [
+            "1.8 chattering: 3 switches within a second in roots",
+            "9.2 chattering: 3 switches within a second in roots"
+        ]
+    );
+    assert_eq!(told("chatter>5:roots", &story), [String::new(); 0]);
+}
+
+#[test]
+fn health_refusals_and_operators_fire() {
+    let story = [
+        happened(1.0, "overrun", "goon"),
+        happened(1.0, "overrun", "goon"),
+        happened(2.0, "ok", "goon"),
+        happened(3.0, "overrun", "goon"),
+        happened(4.0, "faulted", "stop"),
+        happened(5.0, "refused", "goon"),
+        happened(6.0, "refused", "goon"),
+        happened(7.0, "operator", "goon"),
+        happened(8.0, "ended", "goon"),
+    ];
+    assert_eq!(
+        told("overrun", &story),
+        ["1 overrun of goon", "3 overrun of goon"]
+    );
+    assert_eq!(told("overrun:stop", &story), [String::new(); 0]);
+    assert_eq!(told("fault", &story), ["4 fault of stop: why"]);
+    assert_eq!(
+        told("refused", &story),
+        ["5 refused to goon: why", "6 refused to goon: why"]
+    );
+    assert_eq!(told("operator", &story), ["7 operator: somebody acted on goon"]);
+}
