@@ -268,6 +268,16 @@ pub enum Action {
         /// A number, text, list, or fields by name; what is left out stays.
         value: serde_json::Value,
     },
+    /// Puts a schema to sleep and ends its instance; its variables stay.
+    Unload {
+        /// Which.
+        schema: String,
+    },
+    /// Makes a fresh instance of an unloaded schema, and lets it go.
+    Load {
+        /// Which.
+        schema: String,
+    },
     /// Renews the lease on what this operator holds at a schema.
     Renew {
         /// Which.
@@ -297,6 +307,8 @@ impl Action {
             | Self::LetGo { schema }
             | Self::Period { schema, .. }
             | Self::Modulate { schema, .. }
+            | Self::Unload { schema }
+            | Self::Load { schema }
             | Self::Renew { schema } => schema,
         }
     }

@@ -13,8 +13,9 @@ use crate::Error;
 const NICE: i32 = 10;
 /// How long a connection may be silent before it counts as cut. Each end sends a sign of life four times in it.
 const LEASE_MS: u64 = 3000;
-/// How long an endpoint may take to let us in.
+/// How long an endpoint may take to let us in, and when we no longer wait to be told that it did not.
 const OPEN_MS: u64 = 3000;
+const OPENING: Duration = Duration::from_secs(4);
 /// Whoever does not take what he asked for is cut off after this, us: his answers hold up those of others.
 const BLOCKED_US: u64 = 200_000;
 /// Largest message: the largest picture with room to spare.
@@ -68,7 +69,24 @@ impl std::fmt::Debug for Login {
 /// Opens a session; all its threads give way to the application's.
 pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
     let config = config(opening)?;
-    gently("link-open", move || zenoh::open(config).wait())?.map_err(|error| Error::Open(error.to_string()))
+    let (tell, opened) = mpsc::channel();
+    // A session that could not connect takes its time to say so: it is left to itself.
+    std::thread::Builder::new()
+        .name("link-open".to_owned())
+        .spawn(move || {
+            give_way();
+            if let Err(mpsc::SendError(Ok(late))) = tell.send(zenoh::open(config).wait()) {
+                close(late);
+            }
+        })
+        .map_err(Error::Thread)?;
+    match opened.recv_timeout(OPENING) {
+        Ok(session) => session.map_err(|error| Error::Open(error.to_string())),
+        Err(_) => Err(Error::Open(format!(
+            "nobody answered within {} s",
+            OPENING.as_secs()
+        ))),
+    }
 }
 
 /// Says good-bye to all peers, in bounded time.
@@ -87,22 +105,6 @@ pub(crate) fn close(session: Session) {
     {
         let _ = closed.recv_timeout(CLOSING);
     }
-}
-
-/// Runs `work` on a thread that gives way to others, and waits for it. Threads started there inherit that.
-pub(crate) fn gently<T: Send>(name: &str, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new()
-            .name(name.to_owned())
-            .spawn_scoped(scope, || {
-                give_way();
-                work()
-            })
-            .map_err(Error::Thread)?;
-        Ok(thread
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-    })
 }
 
 /// Makes the calling thread, and those that it starts, give way to others.

@@ -162,6 +162,8 @@ impl Subject for Running {
                 variable,
                 value,
             } => return self.modulate(&operator, schema, owner, variable, value),
+            Action::Unload { .. } => operator.unload(schema),
+            Action::Load { .. } => operator.load(schema),
             Action::Renew { .. } => Ok(()),
         }
         .map_err(Refusal::new)

@@ -1,5 +1,6 @@
 //! An application of nothing but variables, for the link to serve; and a folder of its own for each test.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
@@ -11,6 +12,7 @@ use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Range, Refusal, Schemas};
 use jde_link::{Client, Events, Folder, Link, Reach, Remote, Sample, Settings, Subject, Title};
 use jde_types::Value as _;
+use zenoh::Wait;
 
 /// How long a test waits for what must come.
 pub(crate) const SOON: Duration = Duration::from_secs(30);
@@ -228,4 +230,27 @@ pub(crate) fn until(what: &str, mut so: impl FnMut() -> bool) {
 pub(crate) fn number(sample: &Sample) -> Option<f64> {
     let bytes = sample.bytes.as_ref()?;
     Some(f64::from_ne_bytes(bytes.as_slice().try_into().unwrap()))
+}
+
+/// A client that keeps to no protocol.
+pub(crate) fn stranger(endpoint: &str) -> zenoh::Session {
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"client\"".to_owned()),
+        ("connect/endpoints", format!("[\"{endpoint}\"]")),
+        ("scouting/multicast/enabled", "false".to_owned()),
+    ] {
+        config.insert_json5(key, &value).unwrap();
+    }
+    zenoh::open(config).wait().unwrap()
+}
+
+/// The private socket of the only application there is.
+pub(crate) fn socket(folder: &Folder) -> PathBuf {
+    std::fs::read_dir(folder.path())
+        .unwrap()
+        .flatten()
+        .map(|file| file.path())
+        .find(|path| path.extension().is_some_and(|end| end == "sock"))
+        .unwrap()
 }

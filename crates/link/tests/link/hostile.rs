@@ -2,43 +2,20 @@
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_link::Rate;
 use proptest::prelude::*;
 use zenoh::Wait;
-use zenoh::qos::CongestionControl;
 
-use crate::common::{Home, SOON, Stage, number, watch, write};
-
-/// A client of the private socket that keeps to no protocol.
-fn stranger(home: &Home) -> zenoh::Session {
-    let socket = std::fs::read_dir(home.folder.path())
-        .unwrap()
-        .flatten()
-        .map(|file| file.path())
-        .find(|path| path.extension().is_some_and(|end| end == "sock"))
-        .unwrap();
-    let mut config = zenoh::Config::default();
-    for (key, value) in [
-        ("mode", "\"client\"".to_owned()),
-        (
-            "connect/endpoints",
-            format!("[\"unixsock-stream/{}\"]", socket.display()),
-        ),
-        ("scouting/multicast/enabled", "false".to_owned()),
-    ] {
-        config.insert_json5(key, &value).unwrap();
-    }
-    zenoh::open(config).wait().unwrap()
-}
+use crate::common::{Home, SOON, Stage, number, socket, stranger, until, watch, write};
+use crate::processes::Actor;
 
 #[test]
 fn no_bytes_upset_an_application() {
     let (home, stage) = (Home::new(), Stage::new());
     let link = home.open("robot", &stage);
     let root = format!("jde/1/robot/{}", link.about().id);
-    let stranger = stranger(&home);
+    let stranger = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
     let bytes = proptest::collection::vec(any::<u8>(), 0..200);
     let below = "(operate|about|variables|hierarchy|events/states|var/pioneer/bearing|want/a/b/c|[a-z*]{1,4}/[a-z*]{1,4})";
     let parameters = "(last=-1|last=99999999999999999999|status|status=;last|[ -~]{0,20})";
@@ -86,14 +63,7 @@ fn no_bytes_upset_an_application() {
 fn bytes_that_are_not_even_zenoh_upset_nobody() {
     let (home, stage) = (Home::new(), Stage::new());
     let _link = home.open("robot", &stage);
-    let path = std::fs::read_dir(home.folder.path())
-        .unwrap()
-        .flatten()
-        .map(|file| file.path());
-    let path = path
-        .filter(|path| path.extension().is_some_and(|end| end == "sock"))
-        .last()
-        .unwrap();
+    let path = socket(&home.folder);
     for noise in [
         &b"GET / HTTP/1.1\r\n\r\n"[..],
         &[0xff; 100_000],
@@ -110,42 +80,24 @@ fn bytes_that_are_not_even_zenoh_upset_nobody() {
 #[test]
 fn a_flood_keeps_nobody_else_from_being_served() {
     let (home, stage) = (Home::new(), Stage::new());
-    let link = home.open("robot", &stage);
-    let root = format!("jde/1/robot/{}", link.about().id);
+    let _link = home.open("robot", &stage);
     let remote = home.remote();
     let mut writer = stage.writer("pioneer.bearing");
     let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
     assert!(told.recv_timeout(SOON).unwrap().bytes.is_none());
-    let stop = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let flood = scope.spawn(|| {
-            let stranger = stranger(&home);
-            let operate = r#"{"by":"x","action":"play","schema":"goon"}"#;
-            while !stop.load(Ordering::Relaxed) {
-                for (key, payload) in [
-                    ("operate", operate),
-                    ("variables?status", ""),
-                    ("**", ""),
-                    ("hierarchy", ""),
-                ] {
-                    // Its answers are dropped, and it never waits for them.
-                    let get = stranger.get(format!("{root}/{key}")).payload(payload);
-                    let get = get.congestion_control(CongestionControl::Drop);
-                    get.callback(|_| {}).wait().unwrap();
-                }
-                let _ = stranger.put(format!("{root}/hierarchy"), vec![0; 1000]).wait();
-            }
-        });
-        for value in 1..=200 {
-            write(&mut writer, f64::from(value), 1);
-            // Some are left out, and the newest comes.
-            while number(&told.recv_timeout(SOON).unwrap()) != Some(f64::from(value)) {}
-        }
-        stop.store(true, Ordering::Relaxed);
-        flood.join().unwrap();
+    let flood = Actor::start("flood", &home);
+    until("it floods", || !stage.acts().is_empty());
+    for value in 1..=200 {
+        write(&mut writer, f64::from(value), 1);
+        // Some are left out, and the newest comes.
+        while number(&told.recv_timeout(SOON).unwrap()) != Some(f64::from(value)) {}
+    }
+    until("somebody new gets in", || {
+        home.client()
+            .application(None)
+            .is_ok_and(|late| late.schemas().is_ok())
     });
     assert!(remote.alive());
-    // A hundred operators' requests a second are carried out, and as many again after a quiet second.
-    assert!(!stage.acts().is_empty());
+    drop(flood);
     remote.schemas().unwrap();
 }

@@ -9,7 +9,7 @@ use jde_link::message::{Action, Network, Request};
 use jde_link::{Access, Client, Error, Events, Link, Login, Rate, Reach, Settings, Tls};
 use zenoh::Wait;
 
-use crate::common::{Home, SOON, Stage, number, watch, write};
+use crate::common::{Home, SOON, Stage, number, stranger, watch, write};
 
 /// A port that nobody has at the moment.
 fn free() -> String {
@@ -247,19 +247,6 @@ fn a_peer_of_another_version_is_named_with_both_versions() {
     assert!(!path.exists());
 }
 
-/// A client that keeps to no protocol.
-fn stranger(endpoint: &str) -> zenoh::Session {
-    let mut config = zenoh::Config::default();
-    for (key, value) in [
-        ("mode", "\"client\"".to_owned()),
-        ("connect/endpoints", format!("[\"{endpoint}\"]")),
-        ("scouting/multicast/enabled", "false".to_owned()),
-    ] {
-        config.insert_json5(key, &value).unwrap();
-    }
-    zenoh::open(config).wait().unwrap()
-}
-
 /// All answers to a question.
 fn answers(session: &zenoh::Session, key: &str) -> Vec<String> {
     let (tell, told) = channel();
@@ -289,7 +276,7 @@ fn nobody_speaks_for_an_application_to_its_clients() {
     let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
     assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
 
-    let (liar, honest) = (stranger(&endpoint), stranger(&endpoint));
+    let (liar, puts) = (stranger(&endpoint), stranger(&endpoint));
     let root = format!("jde/1/robot/{}", link.about().id);
     let _answers = liar
         .declare_queryable("jde/**")
@@ -316,15 +303,14 @@ fn nobody_speaks_for_an_application_to_its_clients() {
         "jde/**".to_owned(),
         format!("{root}/**"),
     ] {
-        stranger
-            .put(key, forged.clone())
+        puts.put(key, forged.clone())
             .attachment(attachment.clone())
             .wait()
             .unwrap();
     }
     // An answer says that what was sent before it has been dealt with.
     assert_eq!(
-        answers(&stranger, &format!("{root}/about")),
+        answers(&puts, &format!("{root}/about")),
         [format!("{root}/about")]
     );
     write(&mut writer, 2.0, 2);

@@ -7,8 +7,10 @@ use std::time::Duration;
 
 use jde_link::{Client, Error, Folder, Rate, Reach};
 use rustix::process::{Pid, Signal, kill_process};
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
 
-use crate::common::{Home, SOON, Stage, import, number, until, watch, write};
+use crate::common::{Home, SOON, Stage, import, number, socket, stranger, until, watch, write};
 
 /// What a process of ours is to be, and where.
 const ROLE: &str = "JDE_LINK_TEST_ROLE";
@@ -21,7 +23,7 @@ pub(crate) struct Actor {
 }
 
 impl Actor {
-    fn start(role: &str, home: &Home) -> Self {
+    pub(crate) fn start(role: &str, home: &Home) -> Self {
         Self::run(
             Command::new(std::env::current_exe().unwrap()),
             role,
@@ -112,6 +114,29 @@ fn plays_its_role() {
             println!("ready");
             loop {
                 std::thread::park();
+            }
+        }
+        // Asks for everything all the time and listens to nothing.
+        "flood" => {
+            let socket = socket(&folder);
+            let stranger = stranger(&format!("unixsock-stream/{}", socket.display()));
+            let id = socket.file_stem().unwrap().to_string_lossy();
+            println!("ready");
+            loop {
+                for (key, payload) in [
+                    ("operate", r#"{"by":"x","action":"play","schema":"goon"}"#),
+                    ("variables?status", ""),
+                    ("**", ""),
+                    ("hierarchy", ""),
+                ] {
+                    let get = stranger.get(format!("jde/1/robot/{id}/{key}")).payload(payload);
+                    let _ = get
+                        .congestion_control(CongestionControl::Drop)
+                        .callback(|_| {})
+                        .wait();
+                }
+                let put = stranger.put("jde/1/robot/x/hierarchy", vec![0; 1000]);
+                let _ = put.congestion_control(CongestionControl::Drop).wait();
             }
         }
         // The two machines of a cut: a number that grows, and whoever imports it.
