@@ -82,9 +82,10 @@ impl History {
         self.lock().retracted = true;
     }
 
-    /// Number of the newest value.
-    pub(crate) fn newest(&self) -> Option<u64> {
-        self.lock().values.back().map(|last| last.stamp.sequence)
+    /// Whether it has come as far as the value of that number, as turns tell numbers.
+    pub(crate) fn has(&self, wanted: u32) -> bool {
+        let newest = self.lock().values.back().map(|last| last.stamp.sequence);
+        newest.is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
     }
 
     /// The value of that number, as turns tell them; the newest if none is told or that one is not there, which is counted.

@@ -6,18 +6,19 @@
 
 mod past;
 mod player;
+mod scenery;
 mod seat;
 
 use std::sync::Arc;
 
 use jde_abi::describe::Type;
+use jde_board::value::{self, Value};
 use jde_core::Nanos;
 
 use crate::app::{Application, Source as Origin};
 use crate::clock::Clock;
 use crate::engine::Engine;
 use crate::event::Observer;
-use crate::history::History;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::running::{Handle, StartError, table};
@@ -52,7 +53,7 @@ pub struct Replay {
 /// What the drivers of an application export, in its order, and what it imports from others.
 #[must_use]
 pub fn sources(application: &Application) -> Vec<Source> {
-    let sources = player::origins(application).into_iter().map(|origin| {
+    let sources = scenery::origins(application).into_iter().map(|origin| {
         let (name, value_type) = match origin {
             Origin::Here(instance, port) => {
                 let owner = &application.instances[instance];
@@ -67,10 +68,19 @@ pub fn sources(application: &Application) -> Vec<Source> {
         Source {
             name,
             value_type: Arc::clone(value_type),
-            imported: player::is_imported(application, origin),
+            imported: scenery::is_imported(application, origin),
         }
     });
     sources.collect()
+}
+
+/// A value as a person reads it: of a type with one field that field alone.
+#[must_use]
+pub fn words(value_type: &Type, bytes: &[u8]) -> String {
+    match value::decode(value_type, bytes) {
+        Value::Map(fields) if fields.len() == 1 => fields[0].1.to_string(),
+        value => value.to_string(),
+    }
 }
 
 impl Replay {
@@ -91,7 +101,7 @@ impl Replay {
         let mut runners = Vec::new();
         for (number, ports) in ports.into_iter().enumerate() {
             let instance = &engine.application.instances[number];
-            if player::is_driver(instance) {
+            if scenery::is_driver(instance) {
                 runners.push(None);
                 continue;
             }
@@ -133,11 +143,4 @@ impl Replay {
     pub fn unknown(&self) -> Vec<String> {
         self.player.unknown()
     }
-}
-
-/// A history and the number of the newest value in it, as turns tell numbers.
-fn has(history: &History, wanted: u32) -> bool {
-    history
-        .newest()
-        .is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
 }

@@ -1,24 +1,21 @@
 //! Takes the steps of the past in their order. What follows from one is left to the step that the past has for it; what it has
 //! none for happens by itself, after the slack that threads need to tell of what they did.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Weak};
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use jde_abi::describe::{Kind, Role};
-use jde_board::{Reader, Stamp, Variable, Watch, Writer, value};
 use jde_core::{Nanos, Operator, SchemaId};
 
-use super::past::{Old, Part, Past, Step};
+use super::past::{Part, Past, Step};
+use super::scenery::Scenery;
 use super::seat::{Asked, Seat};
-use super::{Sight, has};
-use crate::app::{Application, Binding, Instance, Remote, Source as Origin};
+use super::{Sight, words as in_words};
 use crate::engine::{Bells, Engine, Signal};
 use crate::exec::lockstep::Queue;
-use crate::history::History;
 use crate::inbox::Inbox;
 use crate::instance::Shown;
 use crate::runner::Runner;
-use crate::turn::{INPUTS, Turn};
+use crate::turn::Turn;
 
 /// Bytes of the largest value that is told in words.
 const SHORT: usize = 64;
@@ -31,47 +28,11 @@ pub(super) struct Player {
     past: Box<dyn Past>,
     next: Option<Step>,
     slack: Nanos,
-    sources: Vec<Export>,
-    /// Of the same places.
-    origins: Vec<Origin>,
-    histories: BTreeMap<String, Arc<History>>,
+    scenery: Scenery,
     unknown: BTreeSet<String>,
     /// Its end has been told.
     over: bool,
     resting: bool,
-    /// Kept for as long as histories grow.
-    _watches: Vec<Watch>,
-}
-
-/// What a driver exported.
-struct Export {
-    writer: Writer,
-    history: Arc<History>,
-}
-
-/// What schemas can import that no schema but a driver, or nobody here, makes.
-pub(super) fn origins(application: &Application) -> Vec<Origin> {
-    let instances = application.instances.iter().enumerate();
-    let drivers = instances.filter(|(_, instance)| is_driver(instance));
-    let exports = drivers.flat_map(|(number, instance)| {
-        let ports = instance.schema.ports.iter().enumerate();
-        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export));
-        exports.map(move |(port, _)| Origin::Here(number, port))
-    });
-    let remotes = (0..application.remotes.len()).map(Origin::Elsewhere);
-    exports.chain(remotes).collect()
-}
-
-pub(super) fn is_driver(instance: &Instance) -> bool {
-    instance.schema.kind == Kind::Driver
-}
-
-/// Whether a schema that is no driver imports it.
-pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
-    let others = application.instances.iter().filter(|other| !is_driver(other));
-    let mut bindings = others.flat_map(|other| &other.bindings);
-    bindings
-        .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == origin))
 }
 
 impl Player {
@@ -84,24 +45,20 @@ impl Player {
         let queue = Arc::new(Queue::default());
         let bells: Arc<dyn Bells> = Arc::clone(&queue) as _;
         engine.attach(&bells);
-        let mut player = Self {
-            seats: runners.into_iter().map(|runner| runner.map(Seat::new)).collect(),
+        let mut seats: Vec<_> = runners.into_iter().map(|runner| runner.map(Seat::new)).collect();
+        let scenery = Scenery::new(&engine, seats.iter_mut().flatten())?;
+        Ok(Self {
             engine,
             queue,
+            seats,
             past,
             next: None,
             slack,
-            sources: Vec::new(),
-            origins: Vec::new(),
-            histories: BTreeMap::new(),
+            scenery,
             unknown: BTreeSet::new(),
             over: false,
             resting: false,
-            _watches: Vec::new(),
-        };
-        player.find_sources()?;
-        player.look_back();
-        Ok(player)
+        })
     }
 
     pub(super) fn engine(&self) -> &Arc<Engine> {
@@ -112,11 +69,11 @@ impl Player {
         if let Some(step) = self.next.take().or_else(|| self.past.next()) {
             if let Some(time) = self.own_time().filter(|time| *time < step.time) {
                 self.next = Some(step);
-                self.publish(time);
+                self.scenery.publish(&mut *self.past, time);
                 self.engine.clock.put(time);
                 self.own(time);
             } else {
-                self.publish(step.time);
+                self.scenery.publish(&mut *self.past, step.time);
                 self.engine.clock.put(step.clock());
                 self.take(&step);
             }
@@ -138,7 +95,7 @@ impl Player {
                 Shown::Nothing => None,
                 Shown::Value(old) => {
                     let short = old.bytes().len() <= SHORT;
-                    let words = short.then(|| value::decode(&port.value_type, old.bytes()).to_string());
+                    let words = short.then(|| in_words(&port.value_type, old.bytes()));
                     Some((old.stamp.sequence, old.stamp.time, words))
                 }
             };
@@ -151,51 +108,11 @@ impl Player {
     }
 
     pub(super) fn missed(&self) -> Vec<(String, u64)> {
-        let missed = self
-            .histories
-            .iter()
-            .map(|(name, history)| (name.clone(), history.missed()));
-        missed.filter(|(_, missed)| *missed > 0).collect()
+        self.scenery.missed()
     }
 
     pub(super) fn unknown(&self) -> Vec<String> {
         self.unknown.iter().cloned().collect()
-    }
-
-    fn find_sources(&mut self) -> Result<(), String> {
-        let engine = Arc::clone(&self.engine);
-        for origin in origins(&engine.application) {
-            let variable = engine.variables.source(origin);
-            let (writer, name) = match origin {
-                Origin::Here(instance, _) => (instance as u32, engine.name(instance)),
-                Origin::Elsewhere(_) => (Remote::WRITER, "elsewhere"),
-            };
-            let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;
-            let history = History::of(variable);
-            self.histories
-                .insert(variable.describe().full_name(), Arc::clone(&history));
-            self.origins.push(origin);
-            self.sources.push(Export { writer, history });
-        }
-        Ok(())
-    }
-
-    /// Has every input of a schema show what it showed.
-    fn look_back(&mut self) {
-        let (histories, watches) = (&mut self.histories, &mut self._watches);
-        let mut history = |reader: &Reader| {
-            let variable = reader.variable();
-            let name = variable.describe().full_name();
-            let history = histories.entry(name).or_insert_with(|| {
-                let history = History::of(variable);
-                watches.push(follow(variable, &history));
-                history
-            });
-            Arc::clone(history)
-        };
-        for seat in self.seats.iter_mut().flatten() {
-            seat.runner.look_back(&mut history);
-        }
     }
 
     /// The next time at which something happens that the past does not tell of.
@@ -292,7 +209,7 @@ impl Player {
             Turn::LED => self.lead(number, turn),
             _ => {
                 if matches!(step.part, Part::Looked | Part::Acted) {
-                    self.see_to_inputs(number, turn);
+                    self.see_to(number, turn);
                 }
                 self.step_of(number, step);
             }
@@ -361,9 +278,12 @@ impl Player {
 
     /// A father did something with a child in its iteration.
     fn lead(&mut self, father: usize, turn: &Turn) {
-        let under_way = self.seats.get(father).and_then(|seat| seat.as_ref()?.leave.clone());
+        let under_way = self
+            .seats
+            .get(father)
+            .and_then(|seat| seat.as_ref()?.leave.clone());
         if let Some(under_way) = under_way {
-            self.see_to_inputs(father, &under_way);
+            self.see_to(father, &under_way);
         }
         let Some(seat) = self.seats.get_mut(father).and_then(Option::as_mut) else {
             return;
@@ -407,61 +327,9 @@ impl Player {
         }
     }
 
-    /// Has the values be there that a turn saw of what the drivers exported.
-    fn see_to_inputs(&mut self, number: usize, turn: &Turn) {
-        let engine = Arc::clone(&self.engine);
-        let Some(instance) = engine.application.instances.get(number) else {
-            return;
-        };
-        for (port, binding) in instance.bindings.iter().enumerate().take(INPUTS) {
-            let Binding::Import {
-                source: Some(source), ..
-            } = binding
-            else {
-                continue;
-            };
-            let Some(place) = self.origins.iter().position(|origin| origin == source) else {
-                continue;
-            };
-            let wanted = turn.input(port);
-            if matches!(wanted, Turn::UNSEEN | Turn::NOTHING) || has(&self.sources[place].history, wanted) {
-                continue;
-            }
-            while let Some(old) = self.past.value_up_to(place, wanted) {
-                self.give(place, &old);
-            }
-        }
-    }
-
-    /// Publishes what the drivers exported until then.
-    fn publish(&mut self, time: Nanos) {
-        for place in 0..self.sources.len() {
-            while let Some(old) = self.past.value_until(place, time) {
-                self.give(place, &old);
-            }
-        }
-    }
-
-    fn give(&mut self, place: usize, old: &Old) {
-        let export = &mut self.sources[place];
-        let Some(bytes) = &old.bytes else {
-            export.history.retract();
-            return export.writer.retract();
-        };
-        let room = export.writer.loan();
-        if room.len() != bytes.len() {
-            return;
-        }
-        room.copy_from_slice(bytes);
-        let writer = export.writer.id();
-        if export.writer.publish(old.measured, old.published).is_ok() {
-            let stamp = Stamp {
-                time: old.measured,
-                sequence: u64::from(old.number),
-                writer,
-                valid_until: Nanos::MAX,
-            };
-            export.history.put(stamp, bytes);
+    fn see_to(&mut self, number: usize, turn: &Turn) {
+        if let Some(instance) = self.engine.application.instances.get(number) {
+            self.scenery.see_to(&mut *self.past, instance, turn);
         }
     }
 
@@ -487,74 +355,4 @@ impl Drop for Player {
             self.shut_down();
         }
     }
-}
-
-impl Seat {
-    /// One step of a period.
-    fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Turn>) {
-        if !self.runner.is_awake() {
-            return;
-        }
-        match part {
-            Part::Looked => {
-                self.runner.recall(Some(turn));
-                self.checked = self.runner.look_again();
-                self.saw = self.runner.shown();
-            }
-            Part::Checked | Part::Failed => {
-                if let Some(checked) = self.checked.take() {
-                    self.runner.checked_again(checked);
-                }
-            }
-            Part::Begun => {
-                let leave = self.runner.begin_again(turn);
-                if leave && !turn.acted.happened() {
-                    // It had no leave then: there is no step of the past for this iteration.
-                    let acted = self.runner.act_again();
-                    self.runner.acted_again(acted);
-                } else if leave {
-                    self.leave = Some(Arc::clone(turn));
-                }
-            }
-            Part::Acted => self.act(engine),
-            Part::Ended => {
-                self.act(engine);
-                self.lead_all(engine);
-                if let Some(acted) = self.acted.take() {
-                    self.runner.acted_again(acted);
-                }
-            }
-        }
-    }
-}
-
-impl Seat {
-    /// The iteration that it has leave for. What it asks for its children meanwhile is done when it was done first.
-    fn act(&mut self, engine: &Engine) {
-        if let Some(turn) = self.leave.take() {
-            self.runner.recall(Some(&turn));
-            engine.put_off();
-            self.acted = Some(self.runner.act_again());
-            self.leads = engine.taken_on();
-        }
-    }
-
-    /// Does what it asked for and the past has no step for.
-    fn lead_all(&mut self, engine: &Engine) {
-        for lead in std::mem::take(&mut self.leads) {
-            engine.lead(lead);
-        }
-    }
-}
-
-/// Has a history take over every value of a variable.
-fn follow(variable: &Arc<Variable>, history: &Arc<History>) -> Watch {
-    let history = Arc::clone(history);
-    // A variable that is kept by its own watch would never go.
-    let weak: Weak<Variable> = Arc::downgrade(variable);
-    variable.watch(move || {
-        if let Some(variable) = weak.upgrade() {
-            history.take(&variable);
-        }
-    })
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use jde_core::{Answer, GroupId, Level, Nanos};
 
-use crate::engine::Lead;
+use super::past::Part;
+use crate::engine::{Engine, Lead};
 use crate::instance::{self, Shown};
 use crate::runner::Runner;
 use crate::turn::Turn;
@@ -105,5 +106,59 @@ impl Seat {
     pub(super) fn rest(&mut self) {
         (self.checked, self.acted, self.leave) = (None, None, None);
         self.runner.rest_again();
+    }
+
+    /// One step of a period.
+    pub(super) fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Turn>) {
+        if !self.runner.is_awake() {
+            return;
+        }
+        match part {
+            Part::Looked => {
+                self.runner.recall(Some(turn));
+                self.checked = self.runner.look_again();
+                self.saw = self.runner.shown();
+            }
+            Part::Checked | Part::Failed => {
+                if let Some(checked) = self.checked.take() {
+                    self.runner.checked_again(checked);
+                }
+            }
+            Part::Begun => {
+                let leave = self.runner.begin_again(turn);
+                if leave && !turn.acted.happened() {
+                    // It had no leave then: there is no step of the past for this iteration.
+                    let acted = self.runner.act_again();
+                    self.runner.acted_again(acted);
+                } else if leave {
+                    self.leave = Some(Arc::clone(turn));
+                }
+            }
+            Part::Acted => self.act(engine),
+            Part::Ended => {
+                self.act(engine);
+                self.lead_all(engine);
+                if let Some(acted) = self.acted.take() {
+                    self.runner.acted_again(acted);
+                }
+            }
+        }
+    }
+
+    /// The iteration that it has leave for. What it asks for its children meanwhile is done when it was done first.
+    pub(super) fn act(&mut self, engine: &Engine) {
+        if let Some(turn) = self.leave.take() {
+            self.runner.recall(Some(&turn));
+            engine.put_off();
+            self.acted = Some(self.runner.act_again());
+            self.leads = engine.taken_on();
+        }
+    }
+
+    /// Does what it asked for and the past has no step for.
+    pub(super) fn lead_all(&mut self, engine: &Engine) {
+        for lead in std::mem::take(&mut self.leads) {
+            engine.lead(lead);
+        }
     }
 }

@@ -38,13 +38,14 @@ pub(crate) struct How {
 /// [`Failure::Different`] if something is not; else why it could not be done.
 pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>) -> Result<(), Failure> {
     let drive = Drive::open(&how.file)?;
-    let mut loaded = match &how.application {
-        Some(application) => load::application(application, &how.sets)?,
+    let loaded = match &how.application {
+        Some(application) => load::application(application, &how.sets),
         None => {
             let (path, text) = drive.application()?;
-            load::text(&path, &text, &how.sets)?
+            load::text(&path, &text, &how.sets)
         }
     };
+    let mut loaded = loaded.map_err(plugins_first)?;
     let set = |name: &str| {
         let mut sets = how.sets.iter();
         sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
@@ -89,6 +90,22 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
         Ok(())
     } else {
         Err(Failure::Different)
+    }
+}
+
+/// A recorded application ran once: if a plugin is missing now, that is what is wrong.
+fn plugins_first(failure: Failure) -> Failure {
+    match failure {
+        Failure::Application {
+            faults,
+            unusable,
+            missing,
+        } => Failure::Application {
+            faults,
+            unusable: unusable || missing,
+            missing,
+        },
+        other => other,
     }
 }
 

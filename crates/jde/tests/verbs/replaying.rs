@@ -29,7 +29,10 @@ fn r16_a_drive_that_is_decided_as_it_was_is_success() {
     let same = replay(&file, &["--json"]);
     assert_eq!(same.status, Some(0), "{}", same.err);
     let verdict = json(&same.out);
-    assert_eq!((&verdict["different"], &verdict["lockstep"]), (&0.into(), &true.into()));
+    assert_eq!(
+        (&verdict["different"], &verdict["lockstep"]),
+        (&0.into(), &true.into())
+    );
     assert!(verdict["same"].as_u64().unwrap() > 10, "{verdict}");
     assert!(same.err.contains("selections are as they were"), "{}", same.err);
     assert!(!same.err.contains('\r'), "in a pipe it is plain");
@@ -44,7 +47,11 @@ fn what_was_set_for_the_recorded_run_is_in_force_again() {
     assert_eq!(same.status, Some(0), "{}{}", same.out, same.err);
     // The file alone does not have it.
     let room = replay(&file, &["--app", &app("room.toml")]);
-    assert!(room.out.contains("differs: goon.fast starts with"), "{}", room.out);
+    assert!(
+        room.out.contains("differs: goon.fast starts with"),
+        "{}",
+        room.out
+    );
 }
 
 #[test]
@@ -56,7 +63,12 @@ fn a_changed_constant_is_found_and_explained() {
     assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);
     let words = &different.out;
     assert!(words.contains("differs: vff.ahead starts with 0.5"), "{words}");
-    for part in ["then ", "now ", "saw laser (value ", "selections are not as they were"] {
+    for part in [
+        "then ",
+        "now ",
+        "saw laser (value ",
+        "selections are not as they were",
+    ] {
         assert!(words.contains(part), "`{part}` is not in:\n{words}");
     }
     let verdict = json(&replay(&file, &[&set[..], &["--json"]].concat()).out);
@@ -87,7 +99,24 @@ fn what_cannot_be_replayed_is_named() {
     let file = recorded(folder.path(), &["--record-only", "*.odometry"]);
     let lacks = replay(&file, &[]);
     assert_eq!(lacks.status, Some(2), "{}", lacks.err);
-    assert!(lacks.err.contains(".laser` is not in it, and schemas import it"), "{}", lacks.err);
+    assert!(
+        lacks.err.contains(".laser` is not in it, and schemas import it"),
+        "{}",
+        lacks.err
+    );
+
+    let other = folder.path().join("app.toml");
+    let text = fs::read_to_string(app("room.toml"))
+        .unwrap()
+        .replace("\"goon\"", "\"gone\"");
+    fs::write(&other, text).unwrap();
+    let missing = replay(&file, &["--app", other.to_str().unwrap()]);
+    assert_eq!(missing.status, Some(3), "{}", missing.err);
+    assert!(
+        missing.err.contains("there is no plugin `gone`"),
+        "{}",
+        missing.err
+    );
 
     let none = replay("nowhere.mcap", &[]);
     assert_eq!(none.status, Some(2), "{}", none.err);

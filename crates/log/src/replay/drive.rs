@@ -3,15 +3,20 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use jde_board::value;
 use jde_core::Nanos;
 use jde_host::app::{Application, Binding};
+use jde_host::replay::words;
+use jde_host::turn::Turn;
 use jde_ros::cdr;
+use jde_types::Value;
 
 use super::ReplayError;
 use super::differ;
 use crate::turns::TOPIC;
 use crate::{Cast, Recording};
+
+/// Turns among which the start is told: threads that it wakes may tell of themselves first.
+const FIRST_TURNS: usize = 64;
 
 /// A recorded drive.
 pub struct Drive {
@@ -52,7 +57,9 @@ impl Drive {
             start,
             first: BTreeMap::new(),
         };
-        drive.first = drive.first_values()?;
+        drive.first = drive.first_values()?.ok_or_else(|| {
+            lacks("it does not begin with the start of its application, and schemas remember what was before")
+        })?;
         Ok(drive)
     }
 
@@ -147,10 +154,7 @@ impl Drive {
                 let mut now = Vec::new();
                 cdr::encode(&port.value_type, initial, &mut now);
                 if self.first.get(&name) != Some(&now) {
-                    let (now, then) = (
-                        value::decode(&port.value_type, initial),
-                        value::decode(&port.value_type, &then),
-                    );
+                    let (now, then) = (words(&port.value_type, initial), words(&port.value_type, &then));
                     differences.push(format!("{name} starts with {now}, and did with {then}"));
                 }
             }
@@ -173,22 +177,33 @@ impl Drive {
         self.recording.metadata("jde")?.get(what).map(String::as_str)
     }
 
-    /// The values that were there before anything was: they have the number 0.
-    fn first_values(&self) -> Result<BTreeMap<String, Vec<u8>>, ReplayError> {
-        let mut first = BTreeMap::new();
+    /// The values that were there before anything was: they have the number 0. None if it does not begin with the start.
+    fn first_values(&self) -> Result<Option<BTreeMap<String, Vec<u8>>>, ReplayError> {
+        let turn_type = Turn::describe();
+        let (mut first, mut turns, mut since) = (BTreeMap::new(), 0, None);
+        let mut started = false;
         for message in self.recording.messages()? {
             let Ok(message) = message else { break };
-            if message.channel.topic == TOPIC {
+            if started && since.is_some_and(|since| message.log_time > since) {
                 break;
             }
-            if message.sequence == 0
+            if message.channel.topic == TOPIC {
+                since.get_or_insert(message.log_time);
+                turns += 1;
+                let turn = cdr::decode(&turn_type, &message.data).ok();
+                let turn = turn.and_then(|bytes| Turn::from_bytes(&bytes));
+                started |= turn.is_some_and(|turn| turn.kind == Turn::STARTED);
+                if !started && turns == FIRST_TURNS {
+                    break;
+                }
+            } else if message.sequence == 0
                 && message.channel.encoding == "cdr"
                 && let Some(variable) = message.channel.about.get("variable")
             {
                 first.entry(variable.clone()).or_insert(message.data);
             }
         }
-        Ok(first)
+        Ok(started.then_some(first))
     }
 }
 

@@ -1,0 +1,177 @@
+//! What schemas see in a replay: the values of then, of drivers and other applications from the past, of all others from those
+//! who make them now. It takes no step.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Weak};
+
+use jde_abi::describe::{Kind, Role};
+use jde_board::{Reader, Stamp, Variable, Watch, Writer};
+use jde_core::Nanos;
+
+use super::past::{Old, Past};
+use super::seat::Seat;
+use crate::app::{Application, Binding, Instance, Remote, Source as Origin};
+use crate::engine::Engine;
+use crate::history::History;
+use crate::turn::{INPUTS, Turn};
+
+/// The values that are there to be seen.
+pub(super) struct Scenery {
+    sources: Vec<Export>,
+    histories: BTreeMap<String, Arc<History>>,
+    /// Kept for as long as histories grow.
+    watches: Vec<Watch>,
+}
+
+/// What a driver or another application exported.
+struct Export {
+    origin: Origin,
+    writer: Writer,
+    history: Arc<History>,
+}
+
+/// What schemas can import that no schema but a driver, or nobody here, makes.
+pub(super) fn origins(application: &Application) -> Vec<Origin> {
+    let instances = application.instances.iter().enumerate();
+    let drivers = instances.filter(|(_, instance)| is_driver(instance));
+    let exports = drivers.flat_map(|(number, instance)| {
+        let ports = instance.schema.ports.iter().enumerate();
+        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export));
+        exports.map(move |(port, _)| Origin::Here(number, port))
+    });
+    let remotes = (0..application.remotes.len()).map(Origin::Elsewhere);
+    exports.chain(remotes).collect()
+}
+
+pub(super) fn is_driver(instance: &Instance) -> bool {
+    instance.schema.kind == Kind::Driver
+}
+
+/// Whether a schema that is no driver imports it.
+pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
+    let others = application.instances.iter().filter(|other| !is_driver(other));
+    let mut bindings = others.flat_map(|other| &other.bindings);
+    bindings
+        .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == origin))
+}
+
+impl Scenery {
+    /// Has every input of those schemas show what it showed.
+    pub(super) fn new<'s>(
+        engine: &Engine,
+        seats: impl Iterator<Item = &'s mut Seat>,
+    ) -> Result<Self, String> {
+        let mut scenery = Self {
+            sources: Vec::new(),
+            histories: BTreeMap::new(),
+            watches: Vec::new(),
+        };
+        for origin in origins(&engine.application) {
+            let variable = engine.variables.source(origin);
+            let (writer, name) = match origin {
+                Origin::Here(instance, _) => (instance as u32, engine.name(instance)),
+                Origin::Elsewhere(_) => (Remote::WRITER, "elsewhere"),
+            };
+            let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;
+            let history = History::of(variable);
+            let name = variable.describe().full_name();
+            scenery.histories.insert(name, Arc::clone(&history));
+            scenery.sources.push(Export {
+                origin,
+                writer,
+                history,
+            });
+        }
+        for seat in seats {
+            seat.runner.look_back(|reader| scenery.history(reader));
+        }
+        Ok(scenery)
+    }
+
+    /// Publishes what came from elsewhere until then.
+    pub(super) fn publish(&mut self, past: &mut dyn Past, time: Nanos) {
+        for (place, export) in self.sources.iter_mut().enumerate() {
+            while let Some(old) = past.value_until(place, time) {
+                export.give(&old);
+            }
+        }
+    }
+
+    /// Has the values be there that an instance saw in a turn; they may have been published a little later than they were seen.
+    pub(super) fn see_to(&mut self, past: &mut dyn Past, instance: &Instance, turn: &Turn) {
+        for (port, binding) in instance.bindings.iter().enumerate().take(INPUTS) {
+            let Binding::Import {
+                source: Some(source), ..
+            } = binding
+            else {
+                continue;
+            };
+            let mut sources = self.sources.iter_mut().enumerate();
+            let Some((place, export)) = sources.find(|(_, export)| export.origin == *source) else {
+                continue;
+            };
+            let wanted = turn.input(port);
+            if matches!(wanted, Turn::UNSEEN | Turn::NOTHING) || export.history.has(wanted) {
+                continue;
+            }
+            while let Some(old) = past.value_up_to(place, wanted) {
+                export.give(&old);
+            }
+        }
+    }
+
+    /// How often values were looked for that are not there, by variable.
+    pub(super) fn missed(&self) -> Vec<(String, u64)> {
+        let histories = self.histories.iter();
+        let missed = histories.map(|(name, history)| (name.clone(), history.missed()));
+        missed.filter(|(_, missed)| *missed > 0).collect()
+    }
+
+    /// The history of the variable that an input reads.
+    fn history(&mut self, reader: &Reader) -> Arc<History> {
+        let variable = reader.variable();
+        let name = variable.describe().full_name();
+        let history = self.histories.entry(name).or_insert_with(|| {
+            let history = History::of(variable);
+            self.watches.push(follow(variable, &history));
+            history
+        });
+        Arc::clone(history)
+    }
+}
+
+impl Export {
+    fn give(&mut self, old: &Old) {
+        let Some(bytes) = &old.bytes else {
+            self.history.retract();
+            return self.writer.retract();
+        };
+        let room = self.writer.loan();
+        if room.len() != bytes.len() {
+            return self.writer.discard();
+        }
+        room.copy_from_slice(bytes);
+        if self.writer.publish(old.measured, old.published).is_ok() {
+            // Under the number of then, which turns tell; the board counts anew.
+            let stamp = Stamp {
+                time: old.measured,
+                sequence: u64::from(old.number),
+                writer: self.writer.id(),
+                valid_until: Nanos::MAX,
+            };
+            self.history.put(stamp, bytes);
+        }
+    }
+}
+
+/// Has a history take over every value of a variable.
+fn follow(variable: &Arc<Variable>, history: &Arc<History>) -> Watch {
+    let history = Arc::clone(history);
+    // A variable that is kept by its own watch would never go.
+    let weak: Weak<Variable> = Arc::downgrade(variable);
+    variable.watch(move || {
+        if let Some(variable) = weak.upgrade() {
+            history.take(&variable);
+        }
+    })
+}
