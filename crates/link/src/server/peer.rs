@@ -90,7 +90,9 @@ impl Peer {
                     }
                     drop(watching);
                     self.places.iter().for_each(|place| self.inner.gone(*place));
-                    tracing::warn!(peer = self.name, "gone; what it exports is taken back");
+                    if !self.inner.stopping() {
+                        tracing::warn!(peer = self.name, "gone; what it exports is taken back");
+                    }
                 }
                 Ok(None) => self.bell.wait(),
                 Err(error) => {
