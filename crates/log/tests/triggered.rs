@@ -200,7 +200,7 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
     let fired: Vec<_> = status.files.iter().map(|file| file.fired).collect();
     assert_eq!(fired, [2, 1]);
     let (first, messages) = read(&folder.path().join("drive-001.mcap"));
-    assert_eq!(first.metadata("jde/trigger/2").unwrap()["reason"], "ana acted on goon");
+    assert_eq!(first.metadata("jde/trigger/2").unwrap()["reason"], "operator: ana acted on goon");
     assert_eq!((messages[0].log_time, messages.last().unwrap().log_time), (10 * SECOND, 48 * SECOND));
     assert_eq!(std::fs::read(folder.path().join("drive-002.mcap")).unwrap(), b"precious");
     let (second, messages) = read(&folder.path().join("drive-003.mcap"));

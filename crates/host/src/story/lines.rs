@@ -63,7 +63,7 @@ pub struct Change {
 pub struct Happening {
     /// When, s since the application's start.
     pub time_s: f64,
-    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `refused`, `operator`, `retracted`, `ended`.
+    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `refused`, `operator`, `retracted`, `trigger`, `ended`.
     pub kind: String,
     /// Whom it is about, if anybody.
     #[serde(default, skip_serializing_if = "Option::is_none")]

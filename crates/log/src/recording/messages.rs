@@ -81,12 +81,9 @@ impl Messages {
         let Some((opcode, body)) = read else {
             return Err(damaged("it was cut off".to_owned()));
         };
-        if opcode != op::CHUNK {
-            return Err(damaged("here is no chunk, though the index says so".to_owned()));
-        }
         let mut messages = Vec::new();
         let mut stray = None;
-        let unpacked = scan::each(&body, |record| {
+        let take = |record: Record<'_>| {
             if let Record::Message { header, data } = record
                 && header.log_time >= self.from
             {
@@ -102,7 +99,12 @@ impl Messages {
                 }
             }
             Ok(())
-        });
+        };
+        let unpacked = match opcode {
+            op::CHUNK => scan::each(&body, take),
+            op::MESSAGE => mcap::parse_record(opcode, &body).and_then(take),
+            _ => return Err(damaged("here is no chunk, though the index says so".to_owned())),
+        };
         unpacked.map_err(|error| damaged(error.to_string()))?;
         if let Some(channel) = stray {
             return Err(damaged(format!(

@@ -128,7 +128,7 @@ impl Recording {
             path,
             &found.summary,
             found.metadata,
-            Some(found.damage),
+            found.damage,
         ))
     }
 
@@ -211,7 +211,7 @@ impl Recording {
 
     /// None if there is no index that can be read.
     fn indexed(path: &Path, file: &mut File) -> io::Result<Option<Self>> {
-        let Some(summary) = summary(file)? else {
+        let Some(summary) = summary(file)?.filter(finds_all) else {
             return Ok(None);
         };
         let mut metadata = BTreeMap::new();
@@ -273,6 +273,17 @@ impl From<&mcap::Channel<'_>> for Channel {
             about: channel.metadata.clone(),
         }
     }
+}
+
+/// Whether an index leads to every message. Others than we may write messages into no chunk, and leave out what they like.
+fn finds_all(summary: &Summary) -> bool {
+    summary.stats.as_ref().is_some_and(|stats| {
+        stats.chunk_count as usize == summary.chunk_indexes.len()
+            && stats.attachment_count as usize == summary.attachment_indexes.len()
+            && stats.metadata_count as usize == summary.metadata_indexes.len()
+            && stats.channel_count as usize == summary.channels.len()
+            && (stats.message_count == 0 || stats.chunk_count > 0)
+    })
 }
 
 /// The index at the end of a file; none if it is not there or cannot be believed.

@@ -16,12 +16,15 @@ use super::Damage;
 const HEAD: u64 = 9;
 /// The most that a chunk may grow when it is unpacked: LZ4 cannot do more, whatever a spoilt length says.
 const MOST_EXPANSION: usize = 256;
+/// Zstandard can, so what is no more than this is believed.
+const HARMLESS: usize = 64 << 20;
 
 /// What was found.
 pub(super) struct Found {
     pub(super) summary: Summary,
     pub(super) metadata: BTreeMap<String, BTreeMap<String, String>>,
-    pub(super) damage: Damage,
+    /// None if it goes to its end, where others than we may leave the index away.
+    pub(super) damage: Option<Damage>,
 }
 
 /// The channels met so far, with their schemas.
@@ -31,7 +34,7 @@ struct Names {
     ids: BTreeSet<u16>,
 }
 
-/// Reads a file as far as it is whole.
+/// Reads a file as far as it is whole; a message that is in no chunk is a chunk of its own.
 ///
 /// # Errors
 /// The disk's own.
@@ -42,14 +45,21 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
     let mut offset = mcap::MAGIC.len() as u64;
     let reason = loop {
         let (opcode, body) = match record(file, offset)? {
-            Some((op::DATA_END | op::FOOTER, _)) => break "the index is missing or damaged".to_owned(),
+            Some((op::DATA_END, body)) => {
+                let end = offset + HEAD + body.len() as u64;
+                if is_end(file, end)? {
+                    break None;
+                }
+                break Some("the index is missing or damaged".to_owned());
+            }
+            Some((op::FOOTER, _)) => break Some("the index is missing or damaged".to_owned()),
             Some(record) => record,
-            None if offset == file.seek(SeekFrom::End(0))? => break "it was cut off".to_owned(),
-            None => break "it was cut off within a record".to_owned(),
+            None if offset == file.seek(SeekFrom::End(0))? => break Some("it was cut off".to_owned()),
+            None => break Some("it was cut off within a record".to_owned()),
         };
         let length = HEAD + body.len() as u64;
         let taken = match opcode {
-            op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT => {
+            op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT | op::MESSAGE => {
                 mcap::parse_record(opcode, &body)
             }
             // Nothing that messages need.
@@ -62,6 +72,19 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             Record::Chunk { header, .. } => {
                 each(&body, |record| names.learn(record))?;
                 summary.chunk_indexes.push(index(header, offset, length));
+                Ok(())
+            }
+            Record::Message { header, .. } => {
+                let time = header.log_time;
+                let alone = ChunkHeader {
+                    message_start_time: time,
+                    message_end_time: time,
+                    uncompressed_size: length,
+                    uncompressed_crc: 0,
+                    compression: String::new(),
+                    compressed_size: length,
+                };
+                summary.chunk_indexes.push(index(alone, offset, length));
                 Ok(())
             }
             Record::Attachment { header, data, .. } => {
@@ -77,7 +100,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             other => names.learn(other),
         });
         if let Err(error) = taken {
-            break error.to_string();
+            break Some(error.to_string());
         }
         offset += length;
     };
@@ -85,8 +108,26 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
     Ok(Found {
         summary,
         metadata,
-        damage: Damage { offset, reason },
+        damage: reason.map(|reason| Damage { offset, reason }),
     })
+}
+
+/// Whether a file that says that its data ends there has the proper end and claims to have no index before it: then none is
+/// missing. One that has an index, but of no messages, is as good.
+fn is_end(file: &mut File, offset: u64) -> io::Result<bool> {
+    let mut at = offset;
+    while let Some((opcode, body)) = record(file, at)? {
+        at += HEAD + body.len() as u64;
+        if mcap::parse_record(opcode, &body).is_err() {
+            return Ok(false);
+        }
+        if opcode == op::FOOTER {
+            let mut magic = [0; mcap::MAGIC.len()];
+            file.seek(SeekFrom::Start(at))?;
+            return Ok(file.read_exact(&mut magic).is_ok() && magic == mcap::MAGIC);
+        }
+    }
+    Ok(false)
 }
 
 /// The record at an offset; none if the file ends before it does.
@@ -122,7 +163,7 @@ pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<(
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(body.len().saturating_mul(MOST_EXPANSION));
+        .with_record_length_limit(body.len().saturating_mul(MOST_EXPANSION).max(HARMLESS));
     let mut reader = LinearReader::new_with_options(options);
     let mut head = vec![op::CHUNK];
     head.extend((body.len() as u64).to_le_bytes());

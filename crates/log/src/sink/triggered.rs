@@ -285,7 +285,10 @@ impl Sink for Triggered {
             self.end();
         }
         let Some(current) = &mut self.current else {
-            return self.begin(firing, condition);
+            self.begin(firing, condition);
+            // The oldest are the first that have to go when memory is full.
+            self.catch_up(if self.shared.lossless { usize::MAX } else { AT_ONCE });
+            return;
         };
         let place = current.place;
         current.until = current.until.max(firing.time.saturating_add(self.plan.after));

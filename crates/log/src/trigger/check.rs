@@ -315,7 +315,7 @@ impl Checker<'_, '_> {
                 Reason::Unknown {
                     what: "function",
                     name: name.to_owned(),
-                    nearest: nearest(name, FUNCTIONS).map(str::to_owned),
+                    nearest: meant(name).map(str::to_owned),
                 },
             )),
         }
@@ -335,4 +335,12 @@ impl Checker<'_, '_> {
         let place = self.program.source_info().offset_for(id);
         (place.map_or(1, |(start, _)| start as usize + 1), reason)
     }
+}
+
+/// The function that was probably meant.
+fn meant(name: &str) -> Option<&'static str> {
+    let of_math = FUNCTIONS
+        .into_iter()
+        .find(|known| known.strip_prefix("math.") == Some(name));
+    of_math.or_else(|| nearest(name, FUNCTIONS))
 }

@@ -1,6 +1,7 @@
 //! Drives of the example of the paper, recorded and taken again with its own plugins: what is as it was, and what is not.
 
 mod drives;
+mod troupe;
 
 use jde_board::value::Value;
 use jde_host::{Handle, Operating};

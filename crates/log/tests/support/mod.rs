@@ -5,7 +5,7 @@ use std::time::SystemTime;
 use jde_log::{Options, Origin};
 
 /// A recording of nobody's, that panics when the disk takes no more.
-pub fn options(application: &str, lossless: bool) -> Options<'static> {
+pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
     Options {
         origin: Origin {
             application: application.to_owned(),
