@@ -138,7 +138,9 @@ def drive(port):
     first = scan.newest
     check(len(first.ranges) == 180, f"a scan of {len(first.ranges)} beams")
     check(abs(first.angle_min + math.pi / 2) < 1e-6, f"a scan from {first.angle_min}")
-    check(abs(first.angle_increment - math.pi / 179) < 1e-6, f"beams {first.angle_increment} apart")
+    check(abs(first.angle_increment - math.pi / 180) < 1e-6, f"beams {first.angle_increment} apart")
+    last = first.angle_min + 179 * first.angle_increment
+    check(abs(first.angle_max - last) < 1e-5, f"a scan to {first.angle_max}, not {last}")
     check(first.header.frame_id == "laser", f"a scan in {first.header.frame_id}")
     near = [r for r in first.ranges if math.isfinite(r)]
     check(near and all(first.range_min <= r <= first.range_max for r in near), "ranges beyond limits")
@@ -192,9 +194,10 @@ def drive(port):
 
 
 class Robot:
-    """A disc in a room of 8 by 6 m, whose middle is where it starts, with a laser all around."""
+    """A disc in a room of 8 by 6 m, whose middle is where it starts, with a laser all around and a pillar ahead."""
 
     HALF = (4.0, 3.0)
+    PILLAR = (1.1, 0.4, 0.12)
     BEAMS = 1440
 
     def __init__(self):
@@ -214,14 +217,22 @@ class Robot:
         self.y += self.linear * math.sin(self.heading) * dt
         self.heading += self.angular * dt
         self.way += abs(self.linear) * dt
-        check(abs(self.x) < 3.7 and abs(self.y) < 2.7, "it was driven into a wall")
+        check(abs(self.x) < 3.8 and abs(self.y) < 2.8, "it was driven into a wall")
+        x, y, radius = self.PILLAR
+        check(math.hypot(x - self.x, y - self.y) > radius + 0.2, "it was driven into the pillar")
 
     def ranges(self):
         angles = numpy.linspace(0, math.tau, self.BEAMS, endpoint=False) + self.heading
-        with numpy.errstate(divide="ignore"):
-            to_x = (numpy.sign(numpy.cos(angles)) * self.HALF[0] - self.x) / numpy.cos(angles)
-            to_y = (numpy.sign(numpy.sin(angles)) * self.HALF[1] - self.y) / numpy.sin(angles)
-        return numpy.minimum(to_x, to_y).astype(numpy.float32)
+        cos, sin = numpy.cos(angles), numpy.sin(angles)
+        x, y, radius = self.PILLAR
+        along = (x - self.x) * cos + (y - self.y) * sin
+        inside = along**2 - (x - self.x) ** 2 - (y - self.y) ** 2 + radius**2
+        with numpy.errstate(divide="ignore", invalid="ignore"):
+            to_x = (numpy.sign(cos) * self.HALF[0] - self.x) / cos
+            to_y = (numpy.sign(sin) * self.HALF[1] - self.y) / sin
+            to_pillar = numpy.where((inside > 0) & (along > 0), along - numpy.sqrt(inside), numpy.inf)
+        # A beam along a wall meets it nowhere, which is no number.
+        return numpy.fmin(numpy.fmin(to_x, to_y), to_pillar).astype(numpy.float32)
 
 
 def serve(port):
@@ -277,6 +288,8 @@ if __name__ == "__main__":
     if role == "router":
         router()
     else:
-        {"drive": drive, "serve": serve}[role](int(sys.argv[2]))
-        sys.stdout.flush()
-        ZenohSession.get_instance().close()
+        try:
+            {"drive": drive, "serve": serve}[role](int(sys.argv[2]))
+        finally:
+            # Threads of an open session would keep the program from ending.
+            ZenohSession.get_instance().close()
