@@ -12,6 +12,7 @@ mod log;
 mod new;
 mod picture;
 mod places;
+mod playback;
 mod plot;
 mod replay;
 mod report;

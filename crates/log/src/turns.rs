@@ -109,7 +109,8 @@ impl Cast {
     }
 
     /// What a recording says of its topic of turns.
-    pub(crate) fn read(about: &BTreeMap<String, String>) -> Option<Self> {
+    #[must_use]
+    pub fn read(about: &BTreeMap<String, String>) -> Option<Self> {
         serde_json::from_str(about.get(CAST)?).ok()
     }
 }

@@ -7,6 +7,7 @@ pub(crate) mod client;
 mod completions;
 mod demo;
 mod describe;
+mod info;
 mod new;
 mod plugins;
 pub(crate) mod quantity;
@@ -68,6 +69,7 @@ enum Verb {
     Demo(demo::Demo),
     Run(run::Run),
     Replay(replay::Replay),
+    Info(info::Info),
     Sim(sim::Sim),
     Check(check::Check),
     Describe(describe::Describe),
@@ -95,6 +97,7 @@ pub(crate) fn main() -> ExitCode {
         Verb::Demo(demo) => demo.run(common.log),
         Verb::Run(run) => run.run(common.log),
         Verb::Replay(replay) => replay.run(common.log),
+        Verb::Info(info) => info.run(),
         Verb::Sim(sim) => sim.run(),
         Verb::Check(check) => check.run(),
         Verb::Describe(describe) => describe.run(),

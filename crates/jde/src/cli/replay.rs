@@ -1,4 +1,4 @@
-//! `jde replay`: takes a recorded drive again.
+//! `jde replay`: plays a recorded drive, or takes it again.
 
 use std::path::PathBuf;
 
@@ -10,11 +10,16 @@ use jde_log::replay::Span;
 use super::{log, quantity};
 use crate::failure::Failure;
 use crate::log::Filter;
+use crate::playback;
 use crate::replay::{self, How};
 
-/// Take a recorded drive again, and say which selections are not as they were.
+/// Play a recording, or with --decide have the schemas decide again and say what is not as it was.
 ///
-/// Every schema but the drivers takes the turns it took then, in the order of then, and sees the values it saw then; what the
+/// A recording that plays is looked into like an application that runs: by jde top, vars, watch, events, why. On a terminal keys
+/// pause it, step to the next takeover, seek and change its speed; `jde set replay.paused true` and the other modulations of
+/// `replay` do so from elsewhere.
+///
+/// With --decide every schema but the drivers takes the turns it took then, in the order of then, and sees the values it saw then; what the
 /// drivers exported comes from the recording, and commands reach nobody. So what is decided otherwise is the doing of what has
 /// changed: a new build of a plugin, a constant, a policy. Drives in real time are compared as exactly as those in lockstep.
 ///
@@ -23,36 +28,71 @@ use crate::replay::{self, How};
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde run safe-navigation --record drive.mcap
+  jde replay drive.mcap --speed 2x --from 30s
+  jde replay drive.mcap --plain --loop &
   jde replay --decide drive.mcap                          the application as it was, with the plugins as they are
   jde replay --decide drive.mcap --set stop.ahead=0.9     what if?
   jde replay --decide drive.mcap --app new.toml --json")]
 pub(super) struct Replay {
-    /// The recording: a whole run, from its start on.
+    /// The recording; to decide again, a whole run from its start on.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
     /// Have the schemas decide again, and compare.
-    #[arg(long, required = true)]
+    #[arg(long)]
     decide: bool,
     /// The application's file, or the name of one in apps, instead of the one in the recording.
-    #[arg(long = "app", value_name = "APP", value_hint = ValueHint::FilePath)]
+    #[arg(long = "app", value_name = "APP", value_hint = ValueHint::FilePath, requires = "decide")]
     application: Option<PathBuf>,
     /// Give a modulation another value at the start (repeatable).
-    #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
+    #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE", requires = "decide")]
     set: Vec<Override>,
-    /// Compare from this time of the drive on; what was before is taken again too.
+    /// Begin at this time of the drive; to decide again, compare from there on.
     #[arg(long, value_name = "TIME", value_parser = quantity::time)]
     from: Option<Nanos>,
     /// Go no further than this time of the drive.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time, requires = "decide")]
     to: Option<Nanos>,
     /// End standard output with one line of JSON; all words go to standard error.
-    #[arg(long)]
+    #[arg(long, requires = "decide")]
     json: bool,
+    #[command(flatten)]
+    play: Play,
+}
+
+/// How it is played.
+#[derive(Args)]
+struct Play {
+    /// Play this many times as fast.
+    #[arg(long, value_name = "FACTOR", value_parser = quantity::speed, default_value = "1x", conflicts_with = "decide")]
+    speed: f64,
+    /// Begin again at the end.
+    #[arg(long = "loop", conflicts_with = "decide")]
+    looping: bool,
+    /// Begin paused.
+    #[arg(long, conflicts_with = "decide")]
+    paused: bool,
+    /// The name by which tools find it, instead of the application's.
+    #[arg(long, value_name = "NAME", conflicts_with = "decide")]
+    name: Option<String>,
+    /// No screen: it plays to its end.
+    #[arg(long, conflicts_with = "decide")]
+    plain: bool,
 }
 
 impl Replay {
     /// Runs it.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
+        if !self.decide {
+            return playback::play(playback::How {
+                file: self.file,
+                name: self.play.name,
+                from: self.from.unwrap_or(0),
+                speed: self.play.speed,
+                paused: self.play.paused,
+                looping: self.play.looping,
+                plain: self.play.plain,
+            });
+        }
         let span = Span {
             from: self.from.unwrap_or(0),
             to: self.to.unwrap_or(Nanos::MAX),
@@ -63,7 +103,6 @@ impl Replay {
                 "give --from the earlier time of the two",
             ));
         }
-        debug_assert!(self.decide, "clap asks for it");
         let how = How {
             file: self.file,
             application: self.application,

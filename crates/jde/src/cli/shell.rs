@@ -111,6 +111,8 @@ fn interactive(context: &Context) -> Result<(), Failure> {
             ColumnarMenu::default().with_name(MENU),
         )))
         .with_edit_mode(Box::new(Emacs::new(keys)))
+        .with_quick_completions(true)
+        .with_partial_completions(true)
         .with_hinter(Box::new(DefaultHinter::default()))
         .with_ansi_colors(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()));
     if let Some(file) = history_file()

@@ -97,7 +97,10 @@ fn who_was_not_awake_did_not_win_for_that() {
     let mut words = Vec::new();
     tell(&ask("not goon").answer(&decisions), Some("goon"), &mut words).unwrap();
     let words = anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string();
-    assert!(words.starts_with("example/base at 32.000 s: nobody -> vff"), "{words}");
+    assert!(
+        words.starts_with("example/base at 32.000 s: nobody -> vff"),
+        "{words}"
+    );
     assert!(words.contains("goon  was not awake"), "{words}");
 }
 

@@ -103,7 +103,7 @@ fn decision_in_full(decision: &Decision, asked: Option<&str>, words: &mut dyn Wr
             _ => String::new(),
         };
         let urgency = match candidate.urgency {
-            Some(urgency) if urgency != 0.0 => format!("  urgency {urgency}"),
+            Some(urgency) if urgency != 0.0 => format!("  urgency {urgency:.3}"),
             Some(_) | None => String::new(),
         };
         let wants = if candidate.ready { "ready" } else { "not ready" };
@@ -116,7 +116,11 @@ fn decision_in_full(decision: &Decision, asked: Option<&str>, words: &mut dyn Wr
     if let Some(asked) = asked
         && candidates.iter().all(|candidate| candidate.name != asked)
     {
-        writeln!(words, "  {:<10}  {asked:<width$}  {WARN}was not awake{WARN:#}", "")?;
+        writeln!(
+            words,
+            "  {:<10}  {asked:<width$}  {WARN}was not awake{WARN:#}",
+            ""
+        )?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! The verbs for running applications, as their users meet them: real processes that find each other.
 
 use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
@@ -9,27 +10,42 @@ use tempfile::TempDir;
 use crate::support::{Said, jde, jde_with_plugins, pair, plugins, root, said};
 
 /// A place where applications of one test find each other, and no others.
-struct Place {
+pub(crate) struct Place {
     folder: TempDir,
 }
 
 /// An application that runs; killed when dropped.
-struct Running {
+pub(crate) struct Running {
     process: Child,
 }
 
 impl Place {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a folder"),
         }
     }
 
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
     /// Starts an application and goes on once tools find it.
     fn start(&self, application: &str, more: &[&str]) -> Running {
+        self.found(jde_with_plugins(&["run", application, "--plain"]), more)
+    }
+
+    /// Plays a recording, and goes on once tools find it.
+    pub(crate) fn replay(&self, file: &Path, more: &[&str]) -> Running {
+        let mut command = jde(&["replay", "--plain"]);
+        command.arg(file);
+        self.found(command, more)
+    }
+
+    fn found(&self, command: Command, more: &[&str]) -> Running {
         let before = self.apps().len();
         let process = self
-            .command(jde_with_plugins(&["run", application, "--plain"]))
+            .command(command)
             .args(more)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -55,31 +71,33 @@ impl Place {
         command
     }
 
-    fn says(&self, args: &[&str]) -> Said {
+    pub(crate) fn says(&self, args: &[&str]) -> Said {
         said(&mut self.command(jde(args)))
     }
 
     /// What a verb that must work says.
-    fn told(&self, args: &[&str]) -> String {
+    pub(crate) fn told(&self, args: &[&str]) -> String {
         let said = self.says(args);
         assert_eq!(said.status, Some(0), "jde {args:?}: {said:?}");
         said.out
     }
 
-    fn json(&self, args: &[&str]) -> Value {
+    pub(crate) fn json(&self, args: &[&str]) -> Value {
         let mut all = args.to_vec();
         all.push("--json");
         serde_json::from_str(self.told(&all).lines().last().expect("a line")).expect("JSON")
     }
 
-    fn apps(&self) -> Vec<String> {
+    pub(crate) fn apps(&self) -> Vec<String> {
         let apps = self.json(&["apps"]);
         let names = apps.as_array().expect("a list").iter();
-        names.map(|app| app["name"].as_str().expect("a name").to_owned()).collect()
+        names
+            .map(|app| app["name"].as_str().expect("a name").to_owned())
+            .collect()
     }
 
     /// Asks until the answer is as wanted.
-    fn until(&self, args: &[&str], wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn until(&self, args: &[&str], wanted: impl Fn(&Value) -> bool) -> Value {
         loop {
             let answer = self.json(args);
             if wanted(&answer) {
@@ -110,9 +128,11 @@ fn navigation(place: &Place) -> Running {
     place.start("apps/safe-navigation.toml", &[])
 }
 
-fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {
+pub(crate) fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {
     let mut schemas = snapshot["schemas"].as_array().expect("schemas").iter();
-    schemas.find(|schema| schema["name"] == name).expect("the schema is there")
+    schemas
+        .find(|schema| schema["name"] == name)
+        .expect("the schema is there")
 }
 
 #[test]
@@ -121,17 +141,26 @@ fn what_runs_is_listed_and_looked_into() {
     assert!(place.told(&["apps"]).contains("no application runs"));
     let _robot = navigation(&place);
     let apps = place.told(&["apps"]);
-    assert!(apps.contains("safe-navigation") && apps.contains("ana@"), "{apps}");
+    assert!(
+        apps.contains("safe-navigation") && apps.contains("ana@"),
+        "{apps}"
+    );
     let ps = place.told(&["ps"]);
     for part in ["[example/base]", "goon", "WINNER", "75 ms", "pioneer"] {
         assert!(ps.contains(part), "{part} in {ps}");
     }
     let vars = place.told(&["vars", "pioneer.*"]);
-    assert!(vars.contains("sensor_msgs/LaserScan") && !vars.contains("goon."), "{vars}");
+    assert!(
+        vars.contains("sensor_msgs/LaserScan") && !vars.contains("goon."),
+        "{vars}"
+    );
     let number = place.told(&["get", "goon.fast"]);
     assert!(number.trim().ends_with("m/s"), "{number}");
     let pose = place.json(&["get", "pioneer.odometry.pose.pose.position"]);
-    assert!(pose["value"]["x"].is_number() && pose["sequence"].as_u64() > Some(0), "{pose}");
+    assert!(
+        pose["value"]["x"].is_number() && pose["sequence"].as_u64() > Some(0),
+        "{pose}"
+    );
     let beam = place.json(&["get", "safe-navigation:pioneer.laser.ranges[90]"]);
     assert_eq!(beam["unit"], "m");
 }
@@ -166,7 +195,10 @@ fn modulations_are_set_with_their_units_and_within_their_range() {
     assert_eq!(place.json(&["get", "goon.fast"])["value"], 0.3);
     assert_eq!(place.json(&["get", "goon.fast"])["writer"], "operator");
     let held = schema(&place.json(&["ps"]), "goon")["operator"].clone();
-    assert!(held["by"].as_str().is_some_and(|by| by.starts_with("ana@")), "{held}");
+    assert!(
+        held["by"].as_str().is_some_and(|by| by.starts_with("ana@")),
+        "{held}"
+    );
     for (args, why) in [
         (&["set", "goon.fast", "30 deg"][..], "deg"),
         (&["set", "goon.fast", "-1 m/s"], "-1"),
@@ -202,6 +234,12 @@ fn r14_what_an_operator_does_is_shown_told_and_undone() {
     place.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
     place.told(&["period", "vff", "50ms"]);
     place.until(&["ps"], |now| schema(now, "vff")["period"] == 50_000_000);
+    place.told(&["unload", "vff"]);
+    place.until(&["ps"], |now| {
+        schema(now, "vff")["operator"]["kind"] == "unloaded"
+    });
+    place.told(&["load", "vff"]);
+    place.until(&["ps"], |now| schema(now, "vff")["state"] != "slept");
 }
 
 #[test]
@@ -214,7 +252,9 @@ fn r14_a_hold_ends_with_the_program_that_has_it() {
         .spawn()
         .expect("the executable starts");
     let mut line = String::new();
-    BufReader::new(holder.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(holder.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
     assert!(line.contains("is forced to win"), "{line}");
     place.until(&["ps"], |now| schema(now, "stop")["operator"]["kind"] == "forced");
     holder.kill().unwrap();
@@ -227,10 +267,19 @@ fn values_are_watched_as_they_come() {
     let place = Place::new();
     let _robot = place.start(&pair(), &[]);
     let told = place.told(&["watch", "talker.count", "--count", "4", "--json"]);
-    let lines: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let numbers: Vec<u64> = lines.iter().map(|line| line["sequence"].as_u64().unwrap()).collect();
+    let lines: Vec<Value> = told
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let numbers: Vec<u64> = lines
+        .iter()
+        .map(|line| line["sequence"].as_u64().unwrap())
+        .collect();
     assert_eq!(numbers.len(), 4);
-    assert!(numbers.windows(2).all(|pair| pair[1] == pair[0] + 1), "{numbers:?}");
+    assert!(
+        numbers.windows(2).all(|pair| pair[1] == pair[0] + 1),
+        "{numbers:?}"
+    );
     let slow = place.told(&["watch", "talker.count", "--count", "2", "--rate", "2"]);
     assert_eq!(slow.lines().count(), 2);
     let plot = place.says(&["watch", "talker.count", "--plot"]);
@@ -249,7 +298,9 @@ fn whoever_watches_is_told_that_the_application_is_gone() {
         .spawn()
         .expect("the executable starts");
     let mut line = String::new();
-    BufReader::new(watch.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(watch.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
     robot.signal("KILL");
     let mut words = String::new();
     watch.stderr.take().unwrap().read_to_string(&mut words).unwrap();
@@ -321,7 +372,10 @@ fn the_oscilloscope_attaches_and_leaves_the_robot_running() {
         .env("TERM", "xterm-256color")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped());
-    let mut child = place.command(script).spawn().expect("script of util-linux is there");
+    let mut child = place
+        .command(script)
+        .spawn()
+        .expect("script of util-linux is there");
     let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
     let mut shown = Vec::new();
     let mut piece = [0; 4096];
@@ -380,7 +434,9 @@ fn a_run_can_be_closed_to_tools() {
         .unwrap();
     let mut line = String::new();
     // It runs.
-    BufReader::new(quiet.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(quiet.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
     assert!(place.apps().is_empty());
     quiet.kill().unwrap();
     quiet.wait().unwrap();

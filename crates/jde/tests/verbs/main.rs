@@ -4,6 +4,7 @@ mod attached;
 mod demo;
 mod inspecting;
 mod new;
+mod playing;
 mod recording;
 mod replaying;
 mod running;

@@ -38,6 +38,8 @@ pub(crate) enum Client {
     Force(operate::Force),
     Release(operate::Release),
     Period(operate::Period),
+    Unload(operate::Unload),
+    Load(operate::Load),
     Record(record::Record),
 }
 
@@ -59,6 +61,8 @@ impl Client {
             Self::Force(force) => force.run(context),
             Self::Release(release) => release.run(context),
             Self::Period(period) => period.run(context),
+            Self::Unload(unload) => unload.run(context),
+            Self::Load(load) => load.run(context),
             Self::Record(record) => record.run(context),
         }
     }

@@ -1,4 +1,4 @@
-//! What an operator does to one schema (R14): plays, stops, forces, releases and re-times it.
+//! What an operator does to one schema (R14): plays, stops, forces, releases, re-times, unloads and loads it.
 
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -112,6 +112,24 @@ pub(crate) struct Period {
     lasting: Lasting,
 }
 
+/// End a schema's instance between two iterations, and keep it away until it is loaded; its variables stay.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde unload vff")]
+pub(crate) struct Unload {
+    #[command(flatten)]
+    schema: Schema,
+}
+
+/// Make a fresh instance of a schema that was unloaded, and leave it to its father.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde load vff")]
+pub(crate) struct Load {
+    #[command(flatten)]
+    schema: Schema,
+}
+
 impl Release {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let action = |schema| Action::Release { schema };
@@ -126,6 +144,22 @@ impl Period {
         let done = format!("now runs every {}", top::text::setting(self.period));
         let action = |schema| Action::Period { schema, period_s };
         self.schema.act(context, action, &self.lasting, &done)
+    }
+}
+
+impl Unload {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let action = |schema| Action::Unload { schema };
+        self.schema
+            .act(context, action, &Lasting { time: None }, "is unloaded")
+    }
+}
+
+impl Load {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let action = |schema| Action::Load { schema };
+        self.schema
+            .act(context, action, &Lasting { time: None }, "is loaded")
     }
 }
 

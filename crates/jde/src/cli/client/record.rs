@@ -22,6 +22,8 @@ use crate::failure::{Failure, shown};
 use crate::interrupt::Interrupts;
 use crate::terminal::{self, BAD, FAINT, TITLE};
 
+/// Lines of each kind that happened before and are kept as well: why who acts now was chosen.
+const EARLIER: usize = 1000;
 /// How often progress is told on a terminal.
 const TELL: Duration = Duration::from_millis(500);
 
@@ -63,9 +65,8 @@ impl Record {
         let remote = context.remote(&self.target, named)?;
         let mut variables = remote.variables(false)?;
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
-        let selection = Selection::new(patterns, &names).map_err(|unknown| {
-            Failure::usage(unknown.to_string(), "`jde vars` lists the variables")
-        })?;
+        let selection = Selection::new(patterns, &names)
+            .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
         variables.retain(|variable| selection.has(&variable.name));
         let recorder = Arc::new(self.begin(&remote)?);
         let mut watching = Vec::with_capacity(variables.len() + 1);
@@ -73,7 +74,9 @@ impl Record {
             watching.push(watch(&remote, variable, &recorder)?);
         }
         let story = Arc::clone(&recorder);
-        watching.push(remote.events(&Kind::ALL, 0, move |happened| story.line(happened.line))?);
+        watching.push(remote.events(&Kind::ALL, EARLIER, move |happened| {
+            story.line(happened.line);
+        })?);
         self.wait(&remote, &recorder, variables.len())?;
         drop(watching);
         let status = recorder.finish();
@@ -93,7 +96,10 @@ impl Record {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
         match status.trouble {
-            Some(trouble) => Err(Failure::Broken(format!("{} ends too soon: {trouble}", shown(&self.file)))),
+            Some(trouble) => Err(Failure::Broken(format!(
+                "{} ends too soon: {trouble}",
+                shown(&self.file)
+            ))),
             None => Ok(()),
         }
     }
@@ -139,7 +145,9 @@ impl Record {
         )?;
         let start = Instant::now();
         loop {
-            let left = end.map_or(TELL, |end| end.saturating_duration_since(Instant::now()).min(TELL));
+            let left = end.map_or(TELL, |end| {
+                end.saturating_duration_since(Instant::now()).min(TELL)
+            });
             let status = recorder.status();
             if left.is_zero() || status.trouble.is_some() {
                 break;

@@ -1,0 +1,267 @@
+//! The hierarchy of a recording at any place, put together from what was told: states, winners, health.
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, Nanos, State};
+use jde_host::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use jde_host::story::{Decision, Line};
+use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
+use jde_log::Cast;
+
+use super::index::Cycle;
+
+/// The hierarchy as it was told so far.
+#[derive(Clone)]
+pub(super) struct Hierarchy {
+    snapshot: Snapshot,
+}
+
+impl Hierarchy {
+    /// Of a recording: by what it says of its schemas, else by all names that its lines have.
+    pub(super) fn new(cast: Option<&Cast>, lines: &[(Nanos, Line)]) -> Self {
+        let mut schemas: Vec<(String, String)> = Vec::new();
+        let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+        if let Some(cast) = cast {
+            schemas.extend(
+                cast.schemas
+                    .iter()
+                    .map(|one| (one.name.clone(), one.type_name.clone())),
+            );
+            groups.extend(
+                cast.groups
+                    .iter()
+                    .map(|one| (one.name.clone(), one.members.clone())),
+            );
+        }
+        for (_, line) in lines {
+            match line {
+                Line::Change(change) => add(&mut schemas, &change.schema),
+                Line::Decision(decision) => {
+                    let known = groups.iter_mut().find(|(name, _)| *name == decision.group);
+                    let names = decision.candidates.iter().map(|candidate| candidate.name.clone());
+                    match known {
+                        Some(_) if cast.is_some() => {}
+                        Some((_, members)) => {
+                            for name in names.filter(|name| !members.contains(name)).collect::<Vec<_>>() {
+                                members.push(name);
+                            }
+                        }
+                        None => groups.push((decision.group.clone(), names.collect())),
+                    }
+                    for candidate in &decision.candidates {
+                        add(&mut schemas, &candidate.name);
+                    }
+                }
+                Line::Happening(_) => {}
+            }
+        }
+        let place = |name: &str| schemas.iter().position(|(known, _)| known == name);
+        // A group is called after its father: `example/base`.
+        let father = |group: &str| group.split_once('/').and_then(|(father, _)| place(father));
+        let mut views: Vec<_> = schemas
+            .iter()
+            .map(|(name, type_name)| blank(name, type_name))
+            .collect();
+        for (number, (group, members)) in groups.iter().enumerate() {
+            for member in members.iter().filter_map(|name| place(name)) {
+                views[member].group = Some(number);
+                views[member].father = father(group);
+                views[member].kind = Kind::Motor;
+            }
+        }
+        let groups = groups.iter().map(|(name, members)| GroupView {
+            name: name.clone(),
+            father: father(name),
+            members: members.iter().filter_map(|name| place(name)).collect(),
+            winner: None,
+            policy: String::new(),
+            switches: 0,
+            last: None,
+            worst: 0,
+            allowed: 0,
+        });
+        Self {
+            snapshot: Snapshot {
+                time: 0,
+                groups: groups.collect(),
+                schemas: views,
+            },
+        }
+    }
+
+    /// Takes in what was told next.
+    pub(super) fn hear(&mut self, line: &Line) {
+        self.snapshot.time = self.snapshot.time.max(line.time());
+        match line {
+            Line::Change(change) => {
+                if let Some(schema) = self.schema(&change.schema) {
+                    schema.state = state(&change.to);
+                }
+            }
+            Line::Decision(decision) => self.decided(decision),
+            Line::Happening(happening) => {
+                let Some(schema) = happening.schema.clone().and_then(|name| self.schema(&name)) else {
+                    return;
+                };
+                match happening.kind.as_str() {
+                    "ok" => schema.health = Health::Ok,
+                    "overrun" => {
+                        schema.overruns += 1;
+                        schema.health = Health::Overrun;
+                    }
+                    "faulted" => {
+                        schema.faults += 1;
+                        schema.health = Health::Faulted(happening.text.clone());
+                    }
+                    "arbitration-failed" => schema.health = Health::ArbitrationFailed(happening.text.clone()),
+                    "refused" => schema.refused += 1,
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Takes in a cycle.
+    pub(super) fn cycle(&mut self, cycle: &Cycle) {
+        if let Some(schema) = self.snapshot.schemas.get_mut(cycle.schema) {
+            schema.iterations += u64::from(cycle.iterated);
+        }
+    }
+
+    /// It at a time.
+    pub(super) fn snapshot(&self, time: Nanos) -> Snapshot {
+        let mut snapshot = self.snapshot.clone();
+        snapshot.time = time;
+        let mut authority = vec![false; snapshot.schemas.len()];
+        for (place, granted) in authority.iter_mut().enumerate() {
+            let mut next = Some(place);
+            // No deeper than there are schemas: a file may say anything.
+            *granted = (0..snapshot.schemas.len()).all(|_| match next {
+                Some(one) if snapshot.schemas[one].state == State::Winner => {
+                    next = snapshot.schemas[one].father;
+                    true
+                }
+                Some(_) => false,
+                None => true,
+            });
+        }
+        for (schema, granted) in snapshot.schemas.iter_mut().zip(authority) {
+            schema.authority = granted;
+        }
+        snapshot
+    }
+
+    /// Its schemas and groups, as far as is known.
+    pub(super) fn schemas(&self) -> Schemas {
+        let Snapshot { schemas, groups, .. } = &self.snapshot;
+        let name = |place: usize| schemas[place].name.clone();
+        Schemas {
+            schemas: schemas
+                .iter()
+                .map(|schema| SchemaInfo {
+                    name: schema.name.clone(),
+                    type_name: schema.type_name.clone(),
+                    kind: schema.kind.to_string(),
+                    doc: String::new(),
+                    father: schema.father.map(name),
+                    group: schema.group.map(|group| groups[group].name.clone()),
+                    period_s: schema.period as f64 / 1e9,
+                    budget_s: 0.0,
+                    children: Vec::new(),
+                    ports: Vec::new(),
+                })
+                .collect(),
+            groups: groups
+                .iter()
+                .map(|group| GroupInfo {
+                    name: group.name.clone(),
+                    father: group.father.map(name),
+                    members: group.members.iter().copied().map(name).collect(),
+                    policy: group.policy.clone(),
+                })
+                .collect(),
+        }
+    }
+
+    fn decided(&mut self, decision: &Decision) {
+        let place = |name: &Option<String>| {
+            let name = name.as_deref()?;
+            self.snapshot
+                .schemas
+                .iter()
+                .position(|schema| schema.name == name)
+        };
+        let (from, to) = (place(&decision.before), place(&decision.choice));
+        let latency = decision.takeover_us.map(|us| (us * 1e3) as Nanos);
+        let Some(group) = self
+            .snapshot
+            .groups
+            .iter_mut()
+            .find(|group| group.name == decision.group)
+        else {
+            return;
+        };
+        group.winner = to;
+        if matches!(
+            decision.decider.as_str(),
+            "priority" | "urgency" | "sticky" | "round-robin" | "father"
+        ) {
+            group.policy.clone_from(&decision.decider);
+        }
+        if decision.changed {
+            group.switches += 1;
+            group.worst = group.worst.max(latency.unwrap_or(0));
+            group.last = Some(Switch {
+                time: (decision.time_s * 1e9) as Nanos,
+                from,
+                to,
+                decider: decision.decider.clone(),
+                reason: decision.reason.clone(),
+                latency,
+            });
+        }
+    }
+
+    fn schema(&mut self, name: &str) -> Option<&mut SchemaView> {
+        self.snapshot
+            .schemas
+            .iter_mut()
+            .find(|schema| schema.name == name)
+    }
+}
+
+fn add(schemas: &mut Vec<(String, String)>, name: &str) {
+    if schemas.iter().all(|(known, _)| known != name) {
+        schemas.push((name.to_owned(), String::new()));
+    }
+}
+
+fn state(name: &str) -> State {
+    match name {
+        "winner" => State::Winner,
+        "ready" => State::Ready,
+        "checking" => State::Checking,
+        _ => State::Slept,
+    }
+}
+
+fn blank(name: &str, type_name: &str) -> SchemaView {
+    SchemaView {
+        name: name.to_owned(),
+        type_name: type_name.to_owned(),
+        kind: Kind::Perceptive,
+        father: None,
+        group: None,
+        state: State::Slept,
+        health: Health::Ok,
+        authority: false,
+        period: 0,
+        measured: None,
+        longest: 0,
+        load: 0.0,
+        iterations: 0,
+        overruns: 0,
+        refused: 0,
+        faults: 0,
+        operator: None,
+    }
+}

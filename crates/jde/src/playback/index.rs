@@ -1,0 +1,252 @@
+//! What a recording holds, found by reading it once: its variables, all that was decided and happened, and the values of what
+//! seldom changes. Publishes nothing.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_abi::describe::Type;
+use jde_core::Nanos;
+use jde_host::story::{Kind, Line};
+use jde_host::turn::{Call, Turn};
+use jde_log::{Cast, Channel, Message, Messages, Recording};
+use jde_ros::{cdr, definition};
+use jde_types::Value as _;
+
+use crate::failure::{Failure, shown};
+
+/// Where the turns of schemas are.
+const TURNS: &str = "/jde/turns";
+/// A topic with no more values than this is in force from one to the next, however long that is.
+const SELDOM: usize = 1000;
+/// How far before a place the newest values of all other topics are looked for.
+const LOOK_BACK: Nanos = 5_000_000_000;
+
+/// A recording that can be played from any place.
+pub(super) struct Index {
+    recording: Recording,
+    /// When the application's clock was 0, ns since 1970.
+    pub(super) start_ns: u64,
+    /// When the last message was.
+    pub(super) end: Nanos,
+    /// Its variables, by their topics.
+    pub(super) variables: BTreeMap<String, Recorded>,
+    /// All that was decided and happened, in order.
+    pub(super) lines: Vec<(Nanos, Line)>,
+    /// Every cycle of every schema, in order.
+    pub(super) cycles: Vec<Cycle>,
+    /// The schemas and groups, if the recording says.
+    pub(super) cast: Option<Cast>,
+    /// The name of the application.
+    pub(super) application: String,
+    seldom: BTreeMap<String, Vec<Value>>,
+}
+
+/// All that comes from some place on.
+pub(super) type Coming = Box<dyn Iterator<Item = Next> + Send>;
+
+/// A cycle of a schema.
+#[derive(Clone, Copy)]
+pub(super) struct Cycle {
+    /// When it ended.
+    pub(super) time: Nanos,
+    /// Whose, by its place in the cast.
+    pub(super) schema: usize,
+    /// Whether it iterated.
+    pub(super) iterated: bool,
+}
+
+/// A variable of a recording.
+pub(super) struct Recorded {
+    /// Its full name.
+    pub(super) name: String,
+    /// `export`, `modulation` or `command`.
+    pub(super) access: String,
+    /// Its type.
+    pub(super) value_type: Arc<Type>,
+    /// What it means.
+    pub(super) doc: String,
+    /// Unit of a plain number.
+    pub(super) unit: String,
+}
+
+/// A value of a variable.
+#[derive(Clone)]
+pub(super) struct Value {
+    /// Of which topic.
+    pub(super) topic: String,
+    /// When it was published, and measured.
+    pub(super) published: Nanos,
+    pub(super) measured: Nanos,
+    /// In CDR.
+    pub(super) message: Vec<u8>,
+}
+
+/// What comes next.
+pub(super) enum Next {
+    Value(Value),
+    Line(Nanos, Line),
+    Cycle(Cycle),
+}
+
+impl Index {
+    /// Reads a recording, up to where it is damaged.
+    pub(super) fn read(file: &Path) -> Result<Self, Failure> {
+        let recording = Recording::open(file)?;
+        let Some((first, _)) = recording.times() else {
+            return Err(Failure::usage(
+                format!("{} holds no messages", shown(file)),
+                "`jde run APP --record FILE` records them",
+            ));
+        };
+        let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
+        // A recording of others begins with its first message.
+        let start_ns = said("start_ns")
+            .and_then(|start| start.parse().ok())
+            .unwrap_or(first);
+        let application = said("application").cloned().unwrap_or_else(|| {
+            let stem = file.file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
+        });
+        let cast = recording
+            .channels()
+            .find_map(|channel| Cast::read(&channel.about));
+        let mut index = Self {
+            variables: variables(&recording),
+            cast,
+            start_ns,
+            end: 0,
+            lines: Vec::new(),
+            cycles: Vec::new(),
+            application,
+            seldom: BTreeMap::new(),
+            recording,
+        };
+        index.scan()?;
+        Ok(index)
+    }
+
+    /// Where it ends too soon, in words.
+    pub(super) fn damage(&self) -> Option<String> {
+        let damage = self.recording.damage()?;
+        Some(format!(
+            "it ends too soon, at byte {}: {}",
+            damage.offset, damage.reason
+        ))
+    }
+
+    /// Everything from a place on.
+    pub(super) fn from(&self, place: Nanos) -> Result<Coming, Failure> {
+        let messages = self
+            .recording
+            .messages_from(self.start_ns.saturating_add(place))?;
+        let topics: Vec<String> = self.variables.keys().cloned().collect();
+        let start = self.start_ns;
+        let messages = messages.map_while(Result::ok);
+        Ok(Box::new(
+            messages.filter_map(move |message| next(message, start, &topics)),
+        ))
+    }
+
+    /// The newest value of every variable before a place.
+    pub(super) fn in_force(&self, place: Nanos) -> Result<Vec<Value>, Failure> {
+        let mut newest = BTreeMap::new();
+        for values in self.seldom.values() {
+            let before = values.partition_point(|value| value.published < place);
+            if let Some(value) = before.checked_sub(1).map(|last| &values[last]) {
+                newest.insert(value.topic.clone(), value.clone());
+            }
+        }
+        for next in self.from(place.saturating_sub(LOOK_BACK))? {
+            match next {
+                Next::Value(value) if value.published < place => {
+                    newest.insert(value.topic.clone(), value);
+                }
+                Next::Value(_) => break,
+                Next::Line(..) | Next::Cycle(_) => {}
+            }
+        }
+        Ok(newest.into_values().collect())
+    }
+
+    fn scan(&mut self) -> Result<(), Failure> {
+        let mut often: BTreeMap<String, usize> = BTreeMap::new();
+        let topics: Vec<String> = self.variables.keys().cloned().collect();
+        let messages: Messages = self.recording.messages()?;
+        // The first that cannot be read is where it is damaged, and that has been told.
+        for message in messages.map_while(Result::ok) {
+            self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
+            match next(message, self.start_ns, &topics) {
+                Some(Next::Line(time, line)) => self.lines.push((time, line)),
+                Some(Next::Cycle(cycle)) => self.cycles.push(cycle),
+                Some(Next::Value(value)) => {
+                    let count = often.entry(value.topic.clone()).or_default();
+                    *count += 1;
+                    if *count > SELDOM {
+                        self.seldom.remove(&value.topic);
+                    } else {
+                        self.seldom.entry(value.topic.clone()).or_default().push(value);
+                    }
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a message is, if it is anything that is played.
+fn next(message: Message, start: u64, topics: &[String]) -> Option<Next> {
+    let published = message.log_time.saturating_sub(start);
+    let topic = &message.channel.topic;
+    if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+        // A line of a newer version that cannot be read is passed over.
+        return Some(Next::Line(published, Line::read(kind, &message.data).ok()?));
+    }
+    if topic == TURNS {
+        let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;
+        let turn = Turn::from_bytes(&bytes)?;
+        return (turn.kind == Turn::CYCLED).then_some(Next::Cycle(Cycle {
+            time: published,
+            schema: turn.schema as usize,
+            iterated: turn.acted != Call::default(),
+        }));
+    }
+    topics.binary_search(topic).ok()?;
+    Some(Next::Value(Value {
+        topic: topic.clone(),
+        published,
+        measured: message.publish_time.saturating_sub(start),
+        message: message.data,
+    }))
+}
+
+/// Every topic whose values have a form here; of others nothing can be shown.
+fn variables(recording: &Recording) -> BTreeMap<String, Recorded> {
+    let of = |channel: &Channel| {
+        let text = std::str::from_utf8(&channel.definition).ok()?;
+        if channel.encoding != "cdr" || channel.definition_encoding != "ros2msg" || channel.topic == TURNS {
+            return None;
+        }
+        let value_type = definition::read(&channel.type_name, text).ok()?;
+        let said = |key: &str| channel.about.get(key).cloned().unwrap_or_default();
+        let name = match said("variable") {
+            // A recording of others has topics, not variables.
+            name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
+            name => name,
+        };
+        let access = match said("access") {
+            access if access.is_empty() => "export".to_owned(),
+            access => access,
+        };
+        let recorded = Recorded {
+            name,
+            access,
+            value_type: Arc::new(value_type),
+            doc: said("doc"),
+            unit: said("unit"),
+        };
+        Some((channel.topic.clone(), recorded))
+    };
+    recording.channels().filter_map(of).collect()
+}

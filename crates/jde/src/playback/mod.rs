@@ -1,0 +1,120 @@
+//! A recording, played as if its application ran: whoever looks into running applications looks into it alike.
+
+mod cast;
+mod index;
+mod player;
+mod screen;
+mod stage;
+mod subject;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use jde_board::Board;
+use jde_core::Nanos;
+use jde_link::{Events, Link, Settings, as_name};
+
+use crate::failure::{Failure, shown};
+use crate::interrupt::Interrupts;
+use crate::terminal::{self, FAINT, TITLE, WARN};
+use index::Index;
+use player::{Player, StopOnDrop};
+use stage::Stage;
+use subject::{Playing, STEERING};
+
+/// How often the position is written for tools.
+const SHOW: Duration = Duration::from_millis(50);
+
+/// What to play, and how.
+pub(crate) struct How {
+    /// The recording.
+    pub(crate) file: PathBuf,
+    /// The name by which tools find it.
+    pub(crate) name: Option<String>,
+    /// Begin there.
+    pub(crate) from: Nanos,
+    /// Seconds of it in a second.
+    pub(crate) speed: f64,
+    /// Begin standing.
+    pub(crate) paused: bool,
+    /// Begin again at the end.
+    pub(crate) looping: bool,
+    /// Lines instead of a screen.
+    pub(crate) plain: bool,
+}
+
+/// Plays a recording until its end, or on a terminal until the user leaves.
+///
+/// # Errors
+/// It cannot be read, or tools cannot be let in.
+pub(crate) fn play(how: How) -> Result<(), Failure> {
+    let index = Index::read(&how.file)?;
+    let file = shown(&how.file);
+    let mut words = terminal::out();
+    if let Some(damage) = index.damage() {
+        writeln!(words, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
+    }
+    let board = Arc::new(Board::new());
+    let mut stage = Stage::new(&board, &index.variables);
+    let events = Events::told();
+    let mut settings = Settings::local(&as_name(&index.application));
+    settings.named = how.name.is_some();
+    if let Some(name) = &how.name {
+        settings.name.clone_from(name);
+    }
+    let from = how.from.min(index.end);
+    let player = Arc::new(Player::new(index, how.paused, how.speed, how.looping, from));
+    let playing = Arc::new(Playing::new(
+        Arc::clone(&player),
+        Arc::clone(&board),
+        file.clone(),
+    ));
+    let link = Link::open(&settings, Arc::clone(&playing) as _, &events)?;
+    let name = &link.about().name;
+    let lines = how.plain || !terminal::is_interactive();
+    if lines {
+        writeln!(
+            words,
+            "playing {TITLE}{file}{TITLE:#}, {:.1} s, as `{name}` {FAINT}(jde set {STEERING}.paused true, jde top, jde vars){FAINT:#}",
+            player.index.end as f64 / 1e9
+        )?;
+        words.flush()?;
+    }
+    let interrupted = Arc::clone(&player);
+    let _interrupts = Interrupts::call(move || interrupted.stop())?;
+    thread::scope(|scope| {
+        let stop = StopOnDrop(Arc::clone(&player));
+        let told = events.clone();
+        let turns = {
+            let player = &player;
+            scope.spawn(move || player.play(&mut stage, &told, lines))
+        };
+        let shown = if lines {
+            while !turns.is_finished() {
+                playing.show();
+                thread::sleep(SHOW);
+            }
+            Ok(())
+        } else {
+            let (show, shown) = std::sync::mpsc::channel::<()>();
+            let playing = &playing;
+            scope.spawn(move || {
+                while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) = shown.recv_timeout(SHOW) {
+                    playing.show();
+                }
+            });
+            let left = screen::run(&player, &format!("{file}  as {name}"));
+            drop(show);
+            left
+        };
+        drop(stop);
+        let played = turns
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        shown?;
+        played
+    })
+}

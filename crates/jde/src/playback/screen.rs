@@ -1,0 +1,140 @@
+//! A recording on the terminal: where it is, who acts, what was decided last, and the keys that steer it.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+use jde_host::story::Line as Told;
+use ratatui::Frame;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::layout::{Constraint, Layout};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Gauge, Paragraph};
+
+use super::player::Player;
+use crate::screen;
+
+/// Time between two redraws.
+const REDRAW: Duration = Duration::from_millis(50);
+/// How far the arrows go.
+const FAR: Nanos = 5_000_000_000;
+
+/// Shows a recording until the user leaves.
+///
+/// Errors: standard input or output is not a terminal, or it went away.
+pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
+    screen::with_screen(|terminal| {
+        loop {
+            terminal.draw(|frame| draw(frame, player, title))?;
+            let redraw = Instant::now() + REDRAW;
+            if event::poll(redraw.saturating_duration_since(Instant::now()))?
+                && let Event::Key(key) = event::read()?
+                && key.kind != KeyEventKind::Release
+            {
+                let ctrl_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+                if ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
+                    return Ok(());
+                }
+                obey(player, key.code);
+            }
+        }
+    })
+}
+
+fn obey(player: &Player, key: KeyCode) {
+    let wanted = player.wanted();
+    let position = player.position();
+    match key {
+        KeyCode::Char(' ') => player.pause(!wanted.paused),
+        KeyCode::Left => player.seek(position.saturating_sub(FAR)),
+        KeyCode::Right => player.seek(position + FAR),
+        KeyCode::Home => player.seek(0),
+        KeyCode::End => player.seek(player.index.end),
+        KeyCode::Char('.') | KeyCode::Char('n') => player.step(),
+        KeyCode::Char('+' | '=') => player.hurry(wanted.speed * 2.0),
+        KeyCode::Char('-') => player.hurry(wanted.speed / 2.0),
+        KeyCode::Char('l') => player.repeat(!wanted.looping),
+        _ => {}
+    }
+}
+
+fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
+    let [head, bar, acting, told, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Length(2),
+        Constraint::Min(1),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    let (bold, faint) = (
+        Style::new().add_modifier(Modifier::BOLD),
+        Style::new().add_modifier(Modifier::DIM),
+    );
+    let wanted = player.wanted();
+    let position = player.position();
+    let state = match (player.at_end(), wanted.paused) {
+        (true, _) => "at its end",
+        (false, true) => "paused",
+        (false, false) => "playing",
+    };
+    frame.render_widget(Paragraph::new(Span::styled(title, bold)), head);
+    let end = player.index.end.max(1);
+    let gauge = Gauge::default()
+        .ratio((position as f64 / end as f64).clamp(0.0, 1.0))
+        .label(format!(
+            "{:.1} s of {:.1} s  {}x  {state}{}",
+            position as f64 / 1e9,
+            end as f64 / 1e9,
+            wanted.speed,
+            if wanted.looping { "  loop" } else { "" }
+        ));
+    frame.render_widget(gauge, bar);
+
+    let snapshot = player.hierarchy().snapshot(position);
+    let winners = snapshot.groups.iter().map(|group| {
+        let winner = group
+            .winner
+            .map_or("nobody", |winner| &snapshot.schemas[winner].name);
+        format!("{} ▸ {winner}", group.name)
+    });
+    let winners = winners.collect::<Vec<_>>().join("   ");
+    frame.render_widget(Paragraph::new(vec![Line::default(), Line::from(winners)]), acting);
+
+    let lines = &player.index.lines;
+    let passed = lines.partition_point(|(time, _)| *time <= position);
+    let shown = lines[..passed].iter().rev().filter_map(|(_, line)| words(line));
+    let shown: Vec<_> = shown.take(usize::from(told.height)).map(Line::from).collect();
+    frame.render_widget(Paragraph::new(shown), told);
+    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
+    frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);
+}
+
+/// What is worth a line.
+fn words(line: &Told) -> Option<String> {
+    match line {
+        Told::Decision(decision) if decision.changed => {
+            let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
+            Some(format!(
+                "{:>9.3} s  {}: {} → {}  {}",
+                decision.time_s,
+                decision.group,
+                name(&decision.before),
+                name(&decision.choice),
+                decision.reason
+            ))
+        }
+        Told::Happening(happening) => {
+            let schema = happening
+                .schema
+                .as_ref()
+                .map_or(String::new(), |name| format!("{name} "));
+            Some(format!(
+                "{:>9.3} s  {schema}{}: {}",
+                happening.time_s, happening.kind, happening.text
+            ))
+        }
+        Told::Decision(_) | Told::Change(_) => None,
+    }
+}

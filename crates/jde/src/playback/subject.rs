@@ -1,0 +1,201 @@
+//! A recording as tools see it: an application that is looked into like one that runs, and steered by one schema of its own,
+//! `replay`, whose modulations say where it is and how it goes on.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Type;
+use jde_board::value::Value;
+use jde_board::{Access, Board, Declaration, Nanos, Variable};
+use jde_host::snapshot::Snapshot;
+use jde_link::message::{Action, Range, Refusal, Schemas};
+use jde_link::value::from_json;
+use jde_link::{Subject, Title};
+use jde_types::{Flag, Value as _};
+
+use super::player::Player;
+
+/// The schema by which a recording is steered.
+pub(super) const STEERING: &str = "replay";
+
+/// A recording that plays.
+pub(super) struct Playing {
+    player: Arc<Player>,
+    board: Arc<Board>,
+    title: Title,
+}
+
+/// What can be set, with its unit and meaning.
+const CONTROLS: [(&str, &str, &str); 5] = [
+    ("paused", "", "Whether it stands."),
+    ("speed", "", "Seconds of the recording in a second."),
+    ("position", "s", "Where it is; written, it goes on from there."),
+    ("loop", "", "Whether it begins again at the end."),
+    (
+        "step",
+        "",
+        "Written true, it goes on to the next takeover and stands there.",
+    ),
+];
+
+impl Playing {
+    /// Of a player, whose variables are on the board.
+    pub(super) fn new(player: Arc<Player>, board: Arc<Board>, file: String) -> Self {
+        for (name, unit, doc) in CONTROLS {
+            let value_type: Arc<Type> = match name {
+                "speed" | "position" => f64::describe(),
+                _ => Flag::describe(),
+            }
+            .into();
+            // A recording with a schema of that name keeps its own.
+            let _ = board.declare(Declaration {
+                owner: STEERING.to_owned(),
+                name: name.to_owned(),
+                doc: doc.to_owned(),
+                unit: unit.to_owned(),
+                access: Access::Modulation,
+                initial: Some(vec![0; value_type.bytes]),
+                value_type,
+                writers: 1,
+                readers: 1,
+            });
+        }
+        let title = Title {
+            application: player.index.application.clone(),
+            file,
+            executor: "replay".to_owned(),
+            speed: player.wanted().speed,
+        };
+        Self { player, board, title }
+    }
+
+    /// Shows how it goes on in the variables of [`STEERING`].
+    pub(super) fn show(&self) {
+        let wanted = self.player.wanted();
+        let number = |number: f64| number.to_ne_bytes().to_vec();
+        let values = [
+            ("paused", vec![u8::from(wanted.paused)]),
+            ("speed", number(wanted.speed)),
+            ("position", number(self.player.position() as f64 / 1e9)),
+            ("loop", vec![u8::from(wanted.looping)]),
+        ];
+        for (name, bytes) in values {
+            if let Some(variable) = self.board.find(&format!("{STEERING}.{name}")) {
+                let same = variable
+                    .reader("replay")
+                    .latch()
+                    .is_some_and(|shown| shown.bytes == bytes);
+                if same {
+                    continue;
+                }
+                // One of the recording's own of that name is of another size.
+                let _ = variable.put(0, &bytes, self.player.position(), Nanos::MAX);
+            }
+        }
+    }
+
+    /// The period that a schema has now, as far as it was recorded.
+    fn period(&self, schema: &str) -> Option<Nanos> {
+        let variable = self.board.find(&format!("{schema}.period"))?;
+        let mut reader = variable.reader("recording");
+        let seconds = f64::from_bytes(reader.latch()?.bytes)?;
+        (seconds.is_finite() && seconds >= 0.0).then_some((seconds * 1e9) as Nanos)
+    }
+
+    fn steer(&self, name: &str, given: &Value) -> Result<(), Refusal> {
+        let flag = || match given {
+            Value::Bool(flag) => Ok(*flag),
+            _ => Err(refusal(format!("`{STEERING}.{name}` is true or false"))),
+        };
+        let number = || match given {
+            Value::Float(number) if number.is_finite() => Ok(*number),
+            Value::Int(number) => Ok(*number as f64),
+            Value::UInt(number) => Ok(*number as f64),
+            _ => Err(refusal(format!("`{STEERING}.{name}` is a number"))),
+        };
+        match name {
+            "paused" => self.player.pause(flag()?),
+            "loop" => self.player.repeat(flag()?),
+            "step" if flag()? => self.player.step(),
+            "step" => {}
+            "speed" => match number()? {
+                speed if (0.01..=100.0).contains(&speed) => self.player.hurry(speed),
+                speed => {
+                    return Err(refusal(format!(
+                        "`{STEERING}.speed` takes 0.01 to 100, not {speed}"
+                    )));
+                }
+            },
+            "position" => match number()? {
+                place if place >= 0.0 => self.player.seek((place * 1e9) as Nanos),
+                place => {
+                    return Err(refusal(format!(
+                        "`{STEERING}.position` takes 0 s or more, not {place}"
+                    )));
+                }
+            },
+            other => {
+                let known = CONTROLS.iter().map(|(name, ..)| *name);
+                return Err(Refusal {
+                    error: format!("`{STEERING}` has no modulation `{other}`"),
+                    nearest: jde_board::nearest(other, known).map(str::to_owned),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Subject for Playing {
+    fn title(&self) -> Title {
+        self.title.clone()
+    }
+
+    fn schemas(&self) -> Schemas {
+        self.player.hierarchy().schemas()
+    }
+
+    fn board(&self) -> &Board {
+        &self.board
+    }
+
+    fn limits(&self, _: &Variable) -> (Range, bool) {
+        (Range::default(), false)
+    }
+
+    fn writer(&self, _: u32) -> String {
+        "recording".to_owned()
+    }
+
+    fn now(&self) -> Nanos {
+        self.player.position()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let mut snapshot = self.player.hierarchy().snapshot(self.player.position());
+        for schema in &mut snapshot.schemas {
+            schema.period = self.period(&schema.name).unwrap_or(0);
+        }
+        snapshot
+    }
+
+    fn act(&self, _: &str, action: &Action) -> Result<(), Refusal> {
+        match action {
+            Action::Modulate {
+                schema,
+                variable,
+                value,
+            } if schema == STEERING => {
+                let given = from_json(value).map_err(refusal)?;
+                self.steer(variable, &given)
+            }
+            other => Err(refusal(format!(
+                "this is a recording, and what `{}` did cannot be changed; `jde set {STEERING}.paused true` and the other modulations of `{STEERING}` steer how it is played",
+                other.schema()
+            ))),
+        }
+    }
+}
+
+fn refusal(error: String) -> Refusal {
+    Refusal { error, nearest: None }
+}
