@@ -16,7 +16,12 @@ pub(crate) enum Clock {
         speed: f64,
     },
     /// Stands still until it is set.
-    Virtual(AtomicU64),
+    Virtual {
+        /// What it shows.
+        now: AtomicU64,
+        /// Whether it is taken for everybody's: it shows a time that was.
+        everybodys: bool,
+    },
 }
 
 impl Clock {
@@ -28,13 +33,24 @@ impl Clock {
     }
 
     pub(crate) fn standing() -> Self {
-        Self::Virtual(AtomicU64::new(0))
+        Self::Virtual {
+            now: AtomicU64::new(0),
+            everybodys: false,
+        }
+    }
+
+    /// Shows again what a clock has shown once, everybody's or not.
+    pub(crate) fn again(everybodys: bool) -> Self {
+        Self::Virtual {
+            now: AtomicU64::new(0),
+            everybodys,
+        }
     }
 
     pub(crate) fn now(&self) -> Nanos {
         match self {
             Self::Real { start, speed } => (start.elapsed().as_nanos() as f64 * speed) as Nanos,
-            Self::Virtual(now) => now.load(Ordering::Acquire),
+            Self::Virtual { now, .. } => now.load(Ordering::Acquire),
         }
     }
 
@@ -42,7 +58,7 @@ impl Clock {
     pub(crate) fn set(&self, now: Nanos) {
         match self {
             Self::Real { .. } => {}
-            Self::Virtual(time) => {
+            Self::Virtual { now: time, .. } => {
                 time.fetch_max(now, Ordering::AcqRel);
             }
         }
@@ -53,7 +69,7 @@ impl Clock {
     pub(crate) fn put(&self, now: Nanos) {
         match self {
             Self::Real { .. } => {}
-            Self::Virtual(time) => time.store(now, Ordering::Release),
+            Self::Virtual { now: time, .. } => time.store(now, Ordering::Release),
         }
     }
 
@@ -63,7 +79,7 @@ impl Clock {
             Self::Real { speed, .. } => {
                 Duration::from_nanos((then.saturating_sub(self.now()) as f64 / speed).ceil() as u64)
             }
-            Self::Virtual(_) => Duration::ZERO,
+            Self::Virtual { .. } => Duration::ZERO,
         }
     }
 
@@ -71,7 +87,7 @@ impl Clock {
     pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
         match self {
             Self::Real { speed, .. } => (time.as_nanos() as f64 * speed) as Nanos,
-            Self::Virtual(_) => 0,
+            Self::Virtual { .. } => 0,
         }
     }
 
@@ -79,7 +95,7 @@ impl Clock {
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,
-            Self::Virtual(_) => false,
+            Self::Virtual { everybodys, .. } => *everybodys,
         }
     }
 

@@ -291,6 +291,7 @@ impl Runner {
     fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
         self.told = Turn {
             detail: u64::from(group.0),
+            ticket,
             ..Turn::of(Turn::ARBITRATED, self.number)
         };
         let answer = self.answer(level);

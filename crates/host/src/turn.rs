@@ -57,6 +57,8 @@ pub struct Turn {
     /// The group it arbitrated; or the modulation that an operator wrote by its place among the ports, 4294967295 for the
     /// period.
     pub detail: u64,
+    /// The question that it answered by arbitrating: they are counted.
+    pub ticket: u64,
     /// The check, or the one call there was.
     pub looked: Call,
     /// The call failed.

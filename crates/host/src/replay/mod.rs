@@ -97,7 +97,7 @@ impl Replay {
         slack: Nanos,
     ) -> Result<Self, StartError> {
         let (engine, ports) =
-            Engine::new(application, Clock::standing(), observers, None).map_err(StartError::Wiring)?;
+            Engine::new(application, Clock::again(slack > 0), observers, None).map_err(StartError::Wiring)?;
         let mut runners = Vec::new();
         for (number, ports) in ports.into_iter().enumerate() {
             let instance = &engine.application.instances[number];

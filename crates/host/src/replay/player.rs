@@ -174,7 +174,6 @@ impl Player {
                 Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
                 Signal::Asked { group, ticket, level } => {
-                    seat.asked.retain(|asked| asked.group != group);
                     let since = now;
                     seat.asked.push(Asked {
                         since,
@@ -244,11 +243,7 @@ impl Player {
                 seat.go_on(now);
             }
             (Turn::ARBITRATED, Part::Looked) => {
-                let place = seat
-                    .asked
-                    .iter()
-                    .position(|asked| u64::from(asked.group.0) == turn.detail);
-                if let Some(asked) = place.map(|place| seat.asked.swap_remove(place)) {
+                if let Some(asked) = seat.question(turn) {
                     seat.runner.recall(Some(turn));
                     let answer = seat.runner.answer_again(&asked.level);
                     seat.runner.recall(None);

@@ -92,6 +92,22 @@ impl Seat {
         }
     }
 
+    /// The question that a turn of then answered; it may have been asked anew before that turn began. Older ones of its group are
+    /// void.
+    pub(super) fn question(&mut self, turn: &Turn) -> Option<Asked> {
+        let group = |asked: &Asked| u64::from(asked.group.0) == turn.detail;
+        let same = |asked: &Asked| group(asked) && asked.ticket == turn.ticket;
+        let place = self
+            .asked
+            .iter()
+            .position(same)
+            .or_else(|| self.asked.iter().rposition(group))?;
+        let question = self.asked.remove(place);
+        self.asked
+            .retain(|asked| !group(asked) || asked.ticket > question.ticket);
+        Some(question)
+    }
+
     /// Answers every question at once.
     pub(super) fn answer_all(&mut self) {
         for Asked {

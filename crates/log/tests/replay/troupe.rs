@@ -1,0 +1,269 @@
+//! A troupe made to be hard to take again: senses that nobody can guess, derived values, a father that arbitrates, wakes its
+//! children apart and modulates them by the clock, and a schema that fails now and then.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use jde_host::app::{self, Application};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Handle, Lockstep, Options, Running};
+use jde_log::replay::{Drive, Span, Verdict as Verdicts, decide};
+use jde_log::{Origin, Recorder, Recording};
+use jde_schema::prelude::*;
+
+/// Senses something that depends on the machine's clock.
+#[derive(Describe)]
+#[schema(driver, period = "4ms")]
+struct Noise {
+    /// From 0 to 1.
+    #[export]
+    level: Export<f64>,
+    /// Is carried out by nobody.
+    #[command(neutral = 0.0, validity = "100ms")]
+    #[expect(dead_code, reason = "commands reach nobody here")]
+    effort: Command<f64>,
+    state: u64,
+}
+
+/// Follows what is sensed.
+#[derive(Describe)]
+#[schema(perceptive, period = "5ms")]
+struct Smooth {
+    /// What is sensed.
+    #[import]
+    level: Import<f64>,
+    /// Its mean.
+    #[export]
+    mean: Export<f64>,
+    value: f64,
+}
+
+/// Wants to act above a level.
+#[derive(Describe)]
+#[schema(motor, period = "7ms")]
+struct Above {
+    /// What is sensed.
+    #[import(trigger)]
+    level: Import<f64>,
+    /// Its mean.
+    #[import(optional)]
+    mean: Import<f64>,
+    /// From where on.
+    #[modulation(default = 0.5)]
+    from: Modulation<f64>,
+    /// Fails above this.
+    #[modulation(default = 2.0)]
+    fragile: Modulation<f64>,
+    /// What it does.
+    #[actuator]
+    effort: Actuator<f64>,
+}
+
+/// Leads two.
+#[derive(Describe)]
+#[schema(motor, period = "11ms")]
+struct Leader {
+    /// One.
+    #[child(group = "work")]
+    one: Child,
+    /// The other.
+    #[child(group = "work")]
+    other: Child,
+    /// When one wants to act.
+    #[modulates(child = "one", name = "from")]
+    from: Modulates<f64>,
+    turns: u64,
+}
+
+impl Schema for Noise {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        self.state = (self.state ^ now.unwrap_or_default().subsec_nanos() as u64)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        self.level
+            .write(cx, (self.state >> 40) as f64 / (1_u64 << 24) as f64);
+        Ok(())
+    }
+}
+
+impl Schema for Smooth {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        if let Some(level) = self.level.get(cx) {
+            self.value += 0.2 * (*level.value() - self.value);
+            self.mean.write(cx, self.value);
+        }
+        Ok(())
+    }
+}
+
+impl Schema for Above {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let Some(level) = self.level.get(cx) else {
+            return Ok(false.into());
+        };
+        if *level.value() > self.fragile.get(cx) {
+            return Err("too much".into());
+        }
+        let mean = self.mean.get(cx).map_or(0.0, |mean| *mean.value());
+        Ok(Precondition::from(*level.value() > self.from.get(cx)).urgency(*level.value() + mean))
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.effort.command(cx, 1.0);
+        Ok(())
+    }
+}
+
+impl Schema for Leader {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.one.wake(cx);
+        if self.turns == 0 && cx.require_real_time().is_ok() {
+            // One has looked, and its level has selected, long before the other is there.
+            let since = Instant::now();
+            while since.elapsed() < Duration::from_millis(30) {
+                std::hint::spin_loop();
+            }
+        }
+        self.turns += 1;
+        if self.turns % 40 == 0 {
+            self.other.sleep(cx);
+        } else {
+            self.other.wake(cx);
+        }
+        self.from.set(cx, 0.5 + 0.3 * cx.now().as_secs_f64().sin());
+        Ok(())
+    }
+}
+
+impl Arbitrate for Leader {
+    fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
+        let urgency = |child: &Child| level.candidate(child).map_or(0.0, |candidate| candidate.urgency);
+        let (one, other) = (urgency(&self.one), urgency(&self.other));
+        if self.turns % 50 == 0 {
+            return Err("it cannot make up its mind".into());
+        }
+        Ok(if one > other {
+            Verdict::choose(&self.one, format!("{one:.3} is more than {other:.3}"))
+        } else {
+            Verdict::choose(&self.other, format!("{other:.3} is not less than {one:.3}"))
+        })
+    }
+}
+
+static TROUPE: jde_abi::raw::Plugin =
+    jde_schema::plugin!("troupe", "Hard to take again.", [Noise, Smooth, Above, Leader]);
+
+const TEXT: &str = r#"
+name  = "troupe"
+roots = ["leader"]
+[schemas.noise]
+type = "troupe/noise"
+[schemas.smooth]
+type    = "troupe/smooth"
+imports = { level = "noise.level" }
+[schemas.leader]
+type     = "troupe/leader"
+children = { one = "one", other = "other" }
+groups   = { work = { policy = "father" } }
+[schemas.one]
+type      = "troupe/above"
+imports   = { level = "noise.level", mean = "smooth.mean" }
+actuators = { effort = "noise.effort" }
+[schemas.other]
+type      = "troupe/above"
+imports   = { level = "noise.level" }
+actuators = { effort = "noise.effort" }
+fragile   = 0.98
+restart   = { back-off = "20ms", limit = 1000 }
+"#;
+
+fn plugins() -> Plugins {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&TROUPE).expect("the plugin is right");
+    plugins
+}
+
+fn application(plugins: &Plugins, text: &str) -> Application {
+    app::parse(text, Path::new("troupe.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+/// Records until that many levels were sensed; answers with the recording, and how many selections it has.
+fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
+    let plugins = plugins();
+    let text = format!("{head}{TEXT}");
+    let application = application(&plugins, &text);
+    let options = jde_log::Options {
+        origin: Origin::of(&application),
+        application: Some(&application),
+        overwrite: false,
+        lossless: !real,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    };
+    let recorder = Arc::new(Recorder::create(file, options).expect("a file"));
+    let watcher = Arc::clone(&recorder);
+    let options = Options {
+        observers: vec![recorder.observer()],
+        before_start: Some(Box::new(move |handle: &Handle| {
+            for variable in handle.board().list() {
+                let handle = handle.clone();
+                watcher.watch(&variable, Arc::new(move || handle.now()));
+            }
+            Ok(())
+        })),
+        on_turn: Some(jde_log::turns(&recorder, &application, !real)),
+        ..Options::default()
+    };
+    if real {
+        let running = Running::start(application, &plugins, options).expect("it starts");
+        let sensed = running.handle().board().get("noise.level").expect("it is there");
+        while sensed.wait_newer(levels, Duration::from_secs(1)) <= levels {}
+    } else {
+        let mut lockstep = Lockstep::start(application, &plugins, options).expect("it starts");
+        lockstep.run_until(levels * 4_000_000);
+    }
+    assert_eq!(recorder.finish().lost, 0);
+    let recording = Recording::open(file).expect("it is whole");
+    let messages = recording.messages().expect("it is there");
+    let decisions =
+        messages.filter(|message| message.as_ref().expect("whole").channel.topic == "/jde/decisions");
+    (text, decisions.count() as u64)
+}
+
+fn again(file: &Path, text: &str) -> Verdicts {
+    let plugins = plugins();
+    let drive = Drive::open(file).expect("it is a whole run");
+    let application = application(&plugins, text);
+    decide(&drive, application, &plugins, Span::default(), |_| true).expect("it can be taken again")
+}
+
+#[track_caller]
+fn same(head: &str, real: bool) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("troupe.mcap");
+    let (text, decisions) = recorded(&file, 1500, head, real);
+    let verdict = again(&file, &text);
+    assert!(verdict.is_same(), "{:#?}", &verdict.comparison.first[..1]);
+    assert_eq!(verdict.comparison.same, decisions, "every selection is compared");
+    assert!(decisions > 500, "{decisions}");
+    assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
+    // A twelfth of what it bore is too much now.
+    let verdict = again(&file, &text.replace("fragile   = 0.98", "fragile   = 0.9"));
+    assert!(!verdict.is_same());
+}
+
+#[test]
+fn r16_what_happened_on_many_threads_is_taken_again_as_it_was() {
+    same("", true);
+}
+
+#[test]
+fn r16_what_happened_in_a_pool_is_taken_again_as_it_was() {
+    same("executor = \"pool\"\n", true);
+}
+
+#[test]
+fn r16_what_happened_in_lockstep_is_taken_again_as_it_was() {
+    same("", false);
+}
