@@ -52,7 +52,8 @@ pub(crate) struct Entry {
 }
 
 impl Folder {
-    /// The folder of this user: `jde` in `$XDG_RUNTIME_DIR`, or `/tmp/jde-<uid>` where the system gives users none.
+    /// The folder of this user: `jde` in `$XDG_RUNTIME_DIR` or in `/run/user/<uid>`, or `jde-<uid>` among the temporary files
+    /// where the system gives users none.
     #[must_use]
     pub fn of_user() -> Self {
         let user = rustix::process::getuid().as_raw();
@@ -60,11 +61,14 @@ impl Folder {
             folder.is_absolute()
                 && std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
         };
-        let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(own);
+        let named = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+        // A shell without the variable, as `su` makes them, finds the same applications.
+        let usual = Some(PathBuf::from(format!("/run/user/{user}")));
+        let runtime = named.filter(own).or(usual.filter(own));
         Self {
             path: match runtime {
                 Some(runtime) => runtime.join("jde"),
-                None => PathBuf::from(format!("/tmp/jde-{user}")),
+                None => std::env::temp_dir().join(format!("jde-{user}")),
             },
         }
     }

@@ -148,7 +148,7 @@ fn plays_its_role() {
             println!("ready");
             for value in 1_u32.. {
                 write(&mut writer, value.into(), 5_000_000_000);
-                std::thread::sleep(Duration::from_millis(20));
+                std::thread::park_timeout(Duration::from_millis(20));
             }
         }
         "base" => {
