@@ -3,6 +3,7 @@
 //!
 //! Whatever is sent was handed over by an iteration: a schema that hangs falls silent on the network as well.
 
+mod attachment;
 mod base;
 mod clock;
 mod drive;
@@ -14,6 +15,7 @@ mod node;
 mod scan;
 mod session;
 mod settings;
+mod shared;
 mod tf;
 mod topics;
 mod wire;

@@ -1,5 +1,7 @@
 //! A robot of ROS 2 as a base: behind the same ports as the simulated Pioneer and the real one, so that an application changes
-//! its driver's lines alone.
+//! its driver's lines alone. What is made of its messages is next door.
+
+mod up;
 
 use jde_schema::prelude::*;
 
@@ -9,8 +11,8 @@ use crate::messages::Codec;
 use crate::node::Plan;
 use crate::scan::Sweep;
 use crate::settings::Settings;
-use crate::topics::is_finite;
 use crate::wire::{Inlet, Wire};
+use up::Up;
 
 /// The battery speaks seldom: so many times longer it may be silent.
 const BATTERY: u32 = 10;
@@ -80,19 +82,6 @@ pub struct Base {
     #[export]
     connection: Export<Connection>,
     up: Option<Up>,
-}
-
-/// A node with these topics.
-struct Up {
-    wire: Wire,
-    laser: Option<Inlet<Sweep>>,
-    odometry: Option<Inlet<Odometry>>,
-    image: Option<Inlet<Image>>,
-    battery: Option<Inlet<BatteryState>>,
-    velocity: Option<Codec<Twist>>,
-    drive: Drive,
-    /// Where scans are unpacked: too large for a stack.
-    sweep: Box<Sweep>,
 }
 
 impl Schema for Base {
@@ -184,84 +173,6 @@ impl Base {
             drive: Drive::default(),
             sweep: Box::new(Sweep::zeroed()),
         })
-    }
-}
-
-impl Up {
-    fn scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
-        let Some(inlet) = &mut self.laser else { return };
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut self.sweep) else {
-            return;
-        };
-        let time = self.wire.stamp(cx, inlet, &mut self.sweep.header, arrived);
-        let mut laser = export.loan(cx);
-        match self.sweep.fill(yaw, &mut laser) {
-            Ok(()) => {
-                inlet.hear(arrived);
-                laser.publish_at(time);
-            }
-            Err(why) => self.wire.complain(cx, format!("{}: {why}", inlet.topic())),
-        }
-    }
-
-    fn locate(&mut self, cx: &Context, export: &mut Export<Odometry>) {
-        let Some(inlet) = &mut self.odometry else { return };
-        let mut odometry = Odometry::default();
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut odometry) else {
-            return;
-        };
-        let pose = odometry.pose2d();
-        if !(pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite())
-            || !is_finite(&odometry.twist.twist)
-        {
-            let words = format!("{}: its place and speed are no numbers", inlet.topic());
-            self.wire.complain(cx, words);
-            return;
-        }
-        inlet.hear(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut odometry.header, arrived);
-        export.write_at(cx, odometry, time);
-    }
-
-    fn picture(&mut self, cx: &Context, export: &mut Export<Image>) {
-        let Some(inlet) = &mut self.image else { return };
-        let mut image = export.loan(cx);
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut image) else {
-            return;
-        };
-        let bytes = u64::from(image.step) * u64::from(image.height);
-        if bytes > image.data.len() as u64 {
-            let words = format!("{}: a picture with rows missing", inlet.topic());
-            self.wire.complain(cx, words);
-            return;
-        }
-        inlet.hear(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut image.header, arrived);
-        image.publish_at(time);
-    }
-
-    fn charge(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
-        let Some(inlet) = &mut self.battery else { return };
-        let mut battery = BatteryState::default();
-        let Some(arrived) = self.wire.receive(cx, inlet, &mut battery) else {
-            return;
-        };
-        inlet.hear(arrived);
-        let time = self.wire.stamp(cx, inlet, &mut battery.header, arrived);
-        export.write_at(cx, battery, time);
-    }
-
-    fn say(&self, twist: &Twist) {
-        if let Some(codec) = &self.velocity {
-            self.wire.node.publish(0, vec![codec.encode(twist)]);
-        }
-    }
-
-    /// Whether the robot has said anything of late that tells how it is.
-    fn is_heard(&self) -> bool {
-        self.laser.as_ref().is_some_and(Inlet::is_heard)
-            || self.odometry.as_ref().is_some_and(Inlet::is_heard)
-            || self.image.as_ref().is_some_and(Inlet::is_heard)
     }
 }
 

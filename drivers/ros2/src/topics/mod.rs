@@ -1,14 +1,16 @@
 //! Topics of a robot of ours: what it senses is published, and what ROS 2 wants it to do is exported for a motor schema to obey.
 
+mod outlet;
+
 use jde_schema::prelude::*;
 
-use crate::clock::Clock;
-use crate::keys::{Quality, Topic};
-use crate::messages::{Codec, Stamped};
-use crate::node::{Node, Plan};
+use crate::keys::Quality;
+use crate::messages::Codec;
+use crate::node::Plan;
 use crate::settings::Settings;
 use crate::tf::{Transforms, echoes};
 use crate::wire::{Inlet, Wire};
+use outlet::{Outlet, due, offer, outlet};
 
 /// Shows a robot to ROS 2: each import that the application binds is published on its topic whenever it is new and somebody
 /// listens, and velocities that come from ROS 2 are exported for `ros2/follow`.
@@ -96,14 +98,6 @@ struct Up {
     battery: Option<Outlet<BatteryState>>,
     tf: Option<Outlet<Transforms>>,
     cmd_vel: Option<Inlet<Twist>>,
-}
-
-/// A publication.
-struct Outlet<T> {
-    number: usize,
-    codec: Codec<T>,
-    /// Number of the value that was sent last.
-    sent: u64,
 }
 
 impl Schema for Topics {
@@ -248,57 +242,6 @@ impl Topics {
             tf,
             cmd_vel: cmd_vel.map(|topic| Inlet::new(0, topic.name, codec)),
         })
-    }
-}
-
-/// A publication of that topic, unless it has no name or nothing to say.
-fn outlet<T: Value>(
-    topics: &mut Vec<Topic>,
-    namespace: &str,
-    bound: bool,
-    name: &Text<128>,
-    quality: Quality,
-) -> Result<Option<Outlet<T>>> {
-    let topic = crate::names::topic(namespace, name.as_str())?;
-    let Some(topic) = topic.filter(|_| bound) else {
-        return Ok(None);
-    };
-    if topics.iter().any(|other| other.name == topic) {
-        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
-    }
-    let codec = Codec::new();
-    topics.push(codec.topic(topic, quality));
-    Ok(Some(Outlet {
-        number: topics.len() - 1,
-        codec,
-        sent: 0,
-    }))
-}
-
-/// A publication that is wanted, and the value that it has not sent.
-fn due<'a, 'call, T, V: Value>(
-    node: &Node,
-    outlet: &'a mut Option<Outlet<T>>,
-    value: Option<Sample<'call, V>>,
-) -> Option<(&'a Outlet<T>, Sample<'call, V>)> {
-    let (outlet, value) = (outlet.as_mut()?, value?);
-    if outlet.sent == value.sequence() || !node.is_wanted(outlet.number) {
-        return None;
-    }
-    outlet.sent = value.sequence();
-    Some((outlet, value))
-}
-
-/// Publishes a value that was not sent yet, if anybody listens.
-fn offer<T: Stamped>(
-    node: &Node,
-    clock: &Clock,
-    outlet: &mut Option<Outlet<T>>,
-    value: Option<Sample<'_, T>>,
-) {
-    if let Some((outlet, value)) = due(node, outlet, value) {
-        let message = outlet.codec.encode_stamped(&value, value.time(), clock);
-        node.publish(outlet.number, vec![message]);
     }
 }
 

@@ -1,0 +1,99 @@
+//! From the messages of a robot of ROS 2 to exports: what is no number, or has parts missing, is named and left out.
+
+use jde_schema::prelude::*;
+
+use crate::drive::Drive;
+use crate::messages::Codec;
+use crate::scan::Sweep;
+use crate::topics::is_finite;
+use crate::wire::{Inlet, Wire};
+
+/// A node with these topics.
+pub(super) struct Up {
+    pub(super) wire: Wire,
+    pub(super) laser: Option<Inlet<Sweep>>,
+    pub(super) odometry: Option<Inlet<Odometry>>,
+    pub(super) image: Option<Inlet<Image>>,
+    pub(super) battery: Option<Inlet<BatteryState>>,
+    pub(super) velocity: Option<Codec<Twist>>,
+    pub(super) drive: Drive,
+    /// Where scans are unpacked: too large for a stack.
+    pub(super) sweep: Box<Sweep>,
+}
+
+impl Up {
+    pub(super) fn scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
+        let Some(inlet) = &mut self.laser else { return };
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut self.sweep) else {
+            return;
+        };
+        let time = self.wire.stamp(cx, inlet, &mut self.sweep.header, arrived);
+        let mut laser = export.loan(cx);
+        match self.sweep.fill(yaw, &mut laser) {
+            Ok(()) => {
+                inlet.hear(arrived);
+                laser.publish_at(time);
+            }
+            Err(why) => self.wire.complain(cx, format!("{}: {why}", inlet.topic())),
+        }
+    }
+
+    pub(super) fn locate(&mut self, cx: &Context, export: &mut Export<Odometry>) {
+        let Some(inlet) = &mut self.odometry else { return };
+        let mut odometry = Odometry::default();
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut odometry) else {
+            return;
+        };
+        let pose = odometry.pose2d();
+        let place = [pose.x, pose.y, pose.theta];
+        if place.iter().any(|number| !number.is_finite()) || !is_finite(&odometry.twist.twist) {
+            let words = format!("{}: its place and speed are no numbers", inlet.topic());
+            self.wire.complain(cx, words);
+            return;
+        }
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut odometry.header, arrived);
+        export.write_at(cx, odometry, time);
+    }
+
+    pub(super) fn picture(&mut self, cx: &Context, export: &mut Export<Image>) {
+        let Some(inlet) = &mut self.image else { return };
+        let mut image = export.loan(cx);
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut image) else {
+            return;
+        };
+        let bytes = u64::from(image.step) * u64::from(image.height);
+        if bytes > image.data.len() as u64 {
+            let words = format!("{}: a picture with rows missing", inlet.topic());
+            self.wire.complain(cx, words);
+            return;
+        }
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut image.header, arrived);
+        image.publish_at(time);
+    }
+
+    pub(super) fn charge(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
+        let Some(inlet) = &mut self.battery else { return };
+        let mut battery = BatteryState::default();
+        let Some(arrived) = self.wire.receive(cx, inlet, &mut battery) else {
+            return;
+        };
+        inlet.hear(arrived);
+        let time = self.wire.stamp(cx, inlet, &mut battery.header, arrived);
+        export.write_at(cx, battery, time);
+    }
+
+    pub(super) fn say(&self, twist: &Twist) {
+        if let Some(codec) = &self.velocity {
+            self.wire.node.publish(0, vec![codec.encode(twist)]);
+        }
+    }
+
+    /// Whether the robot has said anything of late that tells how it is.
+    pub(super) fn is_heard(&self) -> bool {
+        self.laser.as_ref().is_some_and(Inlet::is_heard)
+            || self.odometry.as_ref().is_some_and(Inlet::is_heard)
+            || self.image.as_ref().is_some_and(Inlet::is_heard)
+    }
+}

@@ -1,0 +1,67 @@
+//! What is published of a robot of ours, and when: a value that is new, to whoever listens.
+
+use jde_schema::prelude::*;
+
+use crate::clock::Clock;
+use crate::keys::{Quality, Topic};
+use crate::messages::{Codec, Stamped};
+use crate::node::Node;
+
+/// A publication.
+pub(super) struct Outlet<T> {
+    pub(super) number: usize,
+    pub(super) codec: Codec<T>,
+    /// Number of the value that was sent last.
+    sent: u64,
+}
+
+/// A publication of that topic, unless it has no name or nothing to say.
+pub(super) fn outlet<T: Value>(
+    topics: &mut Vec<Topic>,
+    namespace: &str,
+    bound: bool,
+    name: &Text<128>,
+    quality: Quality,
+) -> Result<Option<Outlet<T>>> {
+    let topic = crate::names::topic(namespace, name.as_str())?;
+    let Some(topic) = topic.filter(|_| bound) else {
+        return Ok(None);
+    };
+    if topics.iter().any(|other| other.name == topic) {
+        return Err(format!("two of its topics are called {topic}; give one another name, or \"\"").into());
+    }
+    let codec = Codec::new();
+    topics.push(codec.topic(topic, quality));
+    Ok(Some(Outlet {
+        number: topics.len() - 1,
+        codec,
+        sent: 0,
+    }))
+}
+
+/// A publication that is wanted, and the value that it has not sent.
+pub(super) fn due<'a, 'call, T, V: Value>(
+    node: &Node,
+    outlet: &'a mut Option<Outlet<T>>,
+    value: Option<Sample<'call, V>>,
+) -> Option<(&'a Outlet<T>, Sample<'call, V>)> {
+    let (outlet, value) = (outlet.as_mut()?, value?);
+    if outlet.sent == value.sequence() || !node.is_wanted(outlet.number) {
+        return None;
+    }
+    outlet.sent = value.sequence();
+    Some((outlet, value))
+}
+
+/// Publishes a value that was not sent yet, if anybody listens.
+pub(super) fn offer<T: Stamped>(
+    node: &Node,
+    clock: &Clock,
+    outlet: &mut Option<Outlet<T>>,
+    value: Option<Sample<'_, T>>,
+) {
+    if let Some((outlet, value)) = due(node, outlet, value) {
+        let message = outlet.codec.encode_stamped(&value, value.time(), clock);
+        node.publish(outlet.number, vec![message]);
+    }
+}
