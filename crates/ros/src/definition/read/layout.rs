@@ -1,0 +1,147 @@
+//! Kinds of fields, and where each lies in memory.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+use super::section::Line;
+use super::{MOST_BYTES, ReadError};
+
+/// How many elements, before they have a place.
+pub(super) enum Shape {
+    One,
+    Array(usize),
+    Sequence(usize),
+    Text(usize),
+}
+
+/// What a field is made of, and how many.
+pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> {
+    let refused = |why| ReadError::Kind {
+        line: line.number,
+        kind: line.kind.to_owned(),
+        why,
+    };
+    let number = |text: &str| {
+        text.parse::<u32>()
+            .ok()
+            .filter(|number| *number > 0)
+            .map(|number| number as usize)
+            .ok_or_else(|| refused("its number of elements is 1 to 4294967295"))
+    };
+    let (element, bracket) = match line.kind.split_once('[') {
+        Some((element, rest)) => (
+            element,
+            Some(
+                rest.strip_suffix(']')
+                    .ok_or_else(|| refused("a `]` is missing"))?,
+            ),
+        ),
+        None => (line.kind, None),
+    };
+    let text = match element.split_once("<=") {
+        Some(("string", most)) => Some(Some(most)),
+        None if element == "string" => Some(None),
+        Some(_) | None => None,
+    };
+    match (text, bracket) {
+        (Some(_), Some(_)) => Err(refused("give each text a field of its own")),
+        (Some(None), None) => Err(refused("give it a bound, as in `string<=64`")),
+        (Some(Some(most)), None) => Ok(("uint8", Shape::Text(number(most)?))),
+        (None, Some("")) => Err(refused("give it a bound, as in `float32[<=64]`")),
+        (None, Some(count)) => Ok((
+            element,
+            match count.strip_prefix("<=") {
+                Some(most) => Shape::Sequence(number(most)?),
+                None => Shape::Array(number(count)?),
+            },
+        )),
+        (None, None) if element.starts_with("wstring") => Err(refused("texts are UTF-8: `string<=64`")),
+        (None, None) => Ok((element, Shape::One)),
+    }
+}
+
+pub(super) fn scalar(element: &str) -> Option<Scalar> {
+    Some(match element {
+        "bool" => Scalar::Bool,
+        "uint8" | "byte" | "char" => Scalar::U8,
+        "uint16" => Scalar::U16,
+        "uint32" => Scalar::U32,
+        "uint64" => Scalar::U64,
+        "int8" => Scalar::I8,
+        "int16" => Scalar::I16,
+        "int32" => Scalar::I32,
+        "int64" => Scalar::I64,
+        "float32" => Scalar::F32,
+        "float64" => Scalar::F64,
+        _ => return None,
+    })
+}
+
+/// Fields that have their places.
+pub(super) struct Layout {
+    fields: Vec<Field>,
+    end: usize,
+    align: usize,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Self {
+            fields: Vec::new(),
+            end: 0,
+            align: 1,
+        }
+    }
+}
+
+impl Layout {
+    /// None if that is more than a value may have.
+    pub(super) fn push(&mut self, line: &Line<'_>, kind: FieldKind, shape: Shape) -> Option<()> {
+        // A sequence begins with its number and a spare word, a text with its number of bytes.
+        let (head, align, capacity) = match shape {
+            Shape::One => (0, kind.align(), 1),
+            Shape::Array(count) => (0, kind.align(), count),
+            Shape::Sequence(capacity) => (8, kind.align().max(4), capacity),
+            Shape::Text(capacity) => (4, kind.align().max(4), capacity),
+        };
+        let start = self.end.next_multiple_of(align);
+        let form = match shape {
+            Shape::One => Form::One,
+            Shape::Array(count) => Form::Array(count),
+            Shape::Sequence(capacity) => Form::Sequence {
+                capacity,
+                length_offset: start,
+            },
+            Shape::Text(capacity) => Form::Text {
+                capacity,
+                length_offset: start,
+            },
+        };
+        let length = kind.bytes().checked_mul(capacity)?;
+        let end = (start + head).checked_add(length)?;
+        if end > MOST_BYTES {
+            return None;
+        }
+        self.end = end.next_multiple_of(align);
+        self.align = self.align.max(align);
+        self.fields.push(Field {
+            name: line.name.to_owned(),
+            doc: line.doc.clone(),
+            unit: line.unit.clone(),
+            kind,
+            form,
+            offset: start + head,
+        });
+        Some(())
+    }
+
+    pub(super) fn finish(self, name: String, doc: String) -> Type {
+        Type {
+            name,
+            doc,
+            // A value has at least one byte.
+            bytes: self.end.next_multiple_of(self.align).max(1),
+            align: self.align,
+            fields: self.fields,
+        }
+    }
+}

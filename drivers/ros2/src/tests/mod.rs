@@ -1,0 +1,154 @@
+//! The drivers against sessions of Zenoh in this process, over real sockets of the loopback.
+
+mod base;
+mod topics;
+mod ways;
+
+use std::net::TcpListener;
+use std::thread;
+use std::time::Instant;
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample as Heard;
+use zenoh::{Session, Wait};
+
+use crate::keys::{Name, Quality, Topic};
+use crate::messages::Codec;
+use crate::scan::Sweep;
+
+/// A driver on the bench, in time that passes.
+struct Trial<S: Schema> {
+    bench: Bench<S>,
+    start: Instant,
+}
+
+impl<S: Schema> Trial<S> {
+    /// A driver that goes to a place, in a domain of this test alone.
+    fn at(place: &str) -> Self {
+        let mut bench = Bench::new();
+        bench.set("connect", Text::<512>::new(place));
+        bench.set("domain", 3_i32);
+        Self {
+            bench,
+            start: Instant::now(),
+        }
+    }
+
+    fn awake(mut self) -> Self {
+        self.bench.awake().expect("it is rightly configured");
+        self
+    }
+
+    fn step(&mut self) {
+        self.bench.set_now(self.start.elapsed());
+        self.bench
+            .iterate()
+            .expect("a driver whose network fails does not fail");
+        thread::yield_now();
+    }
+
+    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
+    fn until(&mut self, mut good: impl FnMut(&mut Bench<S>) -> bool) {
+        while !good(&mut self.bench) {
+            self.step();
+        }
+    }
+
+    fn connection(&self) -> Connection {
+        self.bench.exported("connection").unwrap_or_default()
+    }
+
+    fn until_note(&mut self, state: u8, words: &str) {
+        let right = |note: &Connection| note.state == state && note.note.as_str().contains(words);
+        while !right(&self.connection()) {
+            self.step();
+        }
+    }
+
+    fn until_said(&mut self, words: &str) {
+        self.until(|bench| said(bench, words) > 0);
+    }
+}
+
+fn said<S>(bench: &Bench<S>, words: &str) -> usize {
+    bench
+        .log()
+        .iter()
+        .filter(|(_, line)| line.contains(words))
+        .count()
+}
+
+/// A place that nobody has.
+fn free() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    format!("tcp/{}", listener.local_addr().unwrap())
+}
+
+/// Another program, which listens there.
+fn other(place: &str) -> Session {
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"router\"".to_owned()),
+        ("listen/endpoints", format!("[\"{place}\"]")),
+        ("scouting/multicast/enabled", "false".to_owned()),
+    ] {
+        config.insert_json5(key, &value).unwrap();
+    }
+    zenoh::open(config).wait().unwrap()
+}
+
+fn name() -> Name {
+    Name {
+        domain: 3,
+        namespace: String::new(),
+        node: "other".to_owned(),
+    }
+}
+
+fn topic<T: Value>(name: &str) -> Topic {
+    Codec::<T>::new().topic(name.to_owned(), Quality::Sensor)
+}
+
+fn listen<T: Value>(session: &Session, name: &str) -> Subscriber<FifoChannelHandler<Heard>> {
+    session
+        .declare_subscriber(topic::<T>(name).key(&self::name()))
+        .wait()
+        .unwrap()
+}
+
+fn heard<T: Value>(ear: &Subscriber<FifoChannelHandler<Heard>>) -> Option<T> {
+    let sample = ear.try_recv().unwrap()?;
+    assert_eq!(sample.attachment().unwrap().len(), 33);
+    let mut value = T::zeroed();
+    Codec::new()
+        .decode_into(&sample.payload().to_bytes(), &mut value)
+        .unwrap();
+    Some(value)
+}
+
+fn put<T: Value>(session: &Session, name: &str, value: &T) {
+    session
+        .put(topic::<T>(name).key(&self::name()), Codec::new().encode(value))
+        .wait()
+        .unwrap();
+}
+
+/// A stamp of now, by the wall's clock.
+fn stamp() -> Time {
+    std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .unwrap()
+        .into()
+}
+
+fn scan(beams: usize) -> Box<Sweep> {
+    let mut sweep = Box::new(Sweep::zeroed());
+    sweep.header = Header::new(stamp(), "base_scan");
+    sweep.angle_increment = 0.001;
+    sweep.range_max = 10.0;
+    sweep.ranges.resize(beams).fill(2.5);
+    sweep
+}
