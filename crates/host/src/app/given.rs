@@ -34,7 +34,9 @@ pub fn value(
         folder,
     };
     let node = node(text, value_type);
-    let read = report.in_option(option.to_owned(), |report| target.value(report, value_type, &node));
+    let read = report.in_option(option.to_owned(), |report| {
+        target.value(report, value_type, &node)
+    });
     report.finish()?;
     // Whoever reports nothing has a value.
     Ok(read.unwrap_or(Value::Map(Vec::new())))
@@ -44,7 +46,8 @@ pub fn value(
 pub(super) fn node<'t>(text: &'t str, value_type: &Type) -> Node<'t> {
     let as_text = || Spanned::new(0..text.len(), DeValue::String(text.into()));
     let node = DeValue::parse(text).unwrap_or_else(|_| as_text());
-    let takes_text = matches!(value_type.fields.as_slice(), [field] if matches!(field.form, Form::Text { .. }));
+    let takes_text =
+        matches!(value_type.fields.as_slice(), [field] if matches!(field.form, Form::Text { .. }));
     // A text may look like a number: name=7.
     if takes_text && node.get_ref().as_str().is_none() {
         as_text()
@@ -71,14 +74,21 @@ mod tests {
         assert_eq!(read("30 cm/s", &number, "m/s"), speed(0.3));
         assert_eq!(read("0.25", &number, "m/s"), speed(0.25));
         assert_eq!(read("\"1 m/s\"", &number, "m/s"), speed(1.0));
-        assert!(read("30 deg", &number, "m/s").unwrap_err().contains("`fast` of schema `goon`"));
+        assert!(
+            read("30 deg", &number, "m/s")
+                .unwrap_err()
+                .contains("`fast` of schema `goon`")
+        );
         assert!(read("fast", &number, "m/s").is_err());
     }
 
     #[test]
     fn structures_are_tables_or_lists() {
         let pose = Pose2D::describe();
-        assert_eq!(read("[1.0, 2.0, 0.5]", &pose, ""), read("{x = 1.0, y = 2.0, theta = 0.5}", &pose, ""));
+        assert_eq!(
+            read("[1.0, 2.0, 0.5]", &pose, ""),
+            read("{x = 1.0, y = 2.0, theta = 0.5}", &pose, "")
+        );
         assert!(read("[1.0]", &pose, "").is_err());
     }
 }
