@@ -1,4 +1,4 @@
-//! What Zenoh's threads leave for the worker. They never serve a request and never wait: what there is no room for is dropped
+//! What Zenoh's threads leave for those of the link. They never serve a request and never wait: what there is no room for is dropped
 //! and its sender told so.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,6 +59,7 @@ pub(super) struct Inbox {
     fresh: AtomicBool,
     stop: AtomicBool,
     worker: OnceLock<Thread>,
+    values: OnceLock<Thread>,
 }
 
 impl Inbox {
@@ -71,18 +72,28 @@ impl Inbox {
             fresh: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             worker: OnceLock::new(),
+            values: OnceLock::new(),
         }
     }
 
-    /// Says who is to be woken; once.
-    pub(super) fn attach(&self, worker: Thread) {
+    /// Says who answers and who sends values; once.
+    pub(super) fn attach(&self, worker: &Thread, values: &Thread) {
         // Set here only.
-        let _ = self.worker.set(worker);
+        let _ = self.worker.set(worker.clone());
+        let _ = self.values.set(values.clone());
+        self.wake();
+        self.wake_values();
     }
 
     pub(super) fn wake(&self) {
         if let Some(worker) = self.worker.get() {
             worker.unpark();
+        }
+    }
+
+    fn wake_values(&self) {
+        if let Some(values) = self.values.get() {
+            values.unpark();
         }
     }
 
@@ -96,7 +107,7 @@ impl Inbox {
     /// A variable has a new value. Called by whoever publishes it.
     pub(super) fn freshen(&self) {
         if !self.fresh.swap(true, Ordering::AcqRel) {
-            self.wake();
+            self.wake_values();
         }
     }
 
@@ -107,6 +118,7 @@ impl Inbox {
     pub(super) fn stop(&self) {
         self.stop.store(true, Ordering::Release);
         self.wake();
+        self.wake_values();
     }
 
     pub(super) fn stopping(&self) -> bool {
@@ -137,7 +149,7 @@ impl Inbox {
         }
         drop(wants);
         self.wants_changed.store(true, Ordering::Release);
-        self.wake();
+        self.wake_values();
     }
 
     /// What is wanted and how many have come for it, if that changed.

@@ -1,25 +1,40 @@
 //! Values on their way to those who want them: one lane for each variable and rate, and none for what nobody wants. Variables
-//! are looked at when a value is due; only where every value is wanted does the writer ring.
+//! are looked at when a value is due; only where every value is wanted does the writer ring. They have a thread of their own, so
+//! that nobody who asks and does not listen holds them up.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, Variable, Watch};
-use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
 
-use super::door::Door;
-use super::inbox::{Inbox, Want};
+use super::inbox::{Inbox, Origin, Want};
 use super::subject::Subject;
 use crate::attachment::Tag;
 use crate::keys::Keys;
 
+/// Serves all lanes until the link stops.
+pub(super) fn run(inbox: &Arc<Inbox>, subject: &dyn Subject, sessions: &[(Origin, Session)], keys: &Keys) {
+    let mut lanes = Lanes::default();
+    while !inbox.stopping() {
+        let fresh = inbox.take_fresh();
+        if let Some(wants) = inbox.wants() {
+            lanes.follow(&wants, subject, sessions, keys, inbox);
+        }
+        match lanes.serve(subject, fresh) {
+            Some(due) => std::thread::park_timeout(due.saturating_duration_since(Instant::now())),
+            None => std::thread::park(),
+        }
+    }
+}
+
 /// All lanes.
 #[derive(Default)]
-pub(super) struct Lanes {
+struct Lanes {
     lanes: BTreeMap<Want, Lane>,
 }
 
@@ -38,11 +53,11 @@ struct Lane {
 
 impl Lanes {
     /// Opens and closes lanes, so that there is one for each want.
-    pub(super) fn follow(
+    fn follow(
         &mut self,
         wants: &BTreeMap<Want, u64>,
         subject: &dyn Subject,
-        doors: &[Door],
+        sessions: &[(Origin, Session)],
         keys: &Keys,
         inbox: &Arc<Inbox>,
     ) {
@@ -60,7 +75,7 @@ impl Lanes {
                 .board()
                 .list()
                 .find(|variable| is_at(variable, &want.place))
-                .and_then(|variable| Lane::open(want, *joined, &variable, doors, keys, inbox));
+                .and_then(|variable| Lane::open(want, *joined, &variable, sessions, keys, inbox));
             if let Some(lane) = opened {
                 self.lanes.insert(want.clone(), lane);
             }
@@ -68,7 +83,7 @@ impl Lanes {
     }
 
     /// Sends what is due; answers when the next value is.
-    pub(super) fn serve(&mut self, subject: &dyn Subject, fresh: bool) -> Option<Instant> {
+    fn serve(&mut self, subject: &dyn Subject, fresh: bool) -> Option<Instant> {
         let now = Instant::now();
         for lane in self.lanes.values_mut() {
             if lane.due.is_some_and(|due| due <= now) || (fresh && lane.period.is_none()) {
@@ -82,7 +97,7 @@ impl Lanes {
 }
 
 /// Whether it is found there below `var/`.
-pub(super) fn is_at(variable: &Variable, place: &str) -> bool {
+fn is_at(variable: &Variable, place: &str) -> bool {
     let declared = variable.describe();
     crate::keys::place(&declared.owner, &declared.name) == place
 }
@@ -92,15 +107,14 @@ impl Lane {
         want: &Want,
         joined: u64,
         variable: &Arc<Variable>,
-        doors: &[Door],
+        sessions: &[(Origin, Session)],
         keys: &Keys,
         inbox: &Arc<Inbox>,
     ) -> Option<Self> {
         let declared = variable.describe();
-        let door = doors.iter().find(|door| door.origin == want.origin)?;
+        let (_, session) = sessions.iter().find(|(origin, _)| *origin == want.origin)?;
         let key = keys.values(&declared.owner, &declared.name, want.rate);
-        let publisher = door
-            .session
+        let publisher = session
             .declare_publisher(key)
             .congestion_control(CongestionControl::Drop)
             .wait()

@@ -155,6 +155,20 @@ impl Link {
             [] => None,
             _ => Some(Imports::start(&subject, &search)?),
         };
+        let announced = claim.announce(&about)?;
+        let sessions: Vec<_> = doors
+            .iter()
+            .map(|door| (door.origin, door.session.clone()))
+            .collect();
+        let (lanes, shown, root) = (Arc::clone(&inbox), Arc::clone(&subject), keys.clone());
+        let values = std::thread::Builder::new()
+            .name("link-values".to_owned())
+            .spawn(move || {
+                session::give_way();
+                lanes::run(&lanes, &*shown, &sessions, &root);
+            })
+            .map_err(Error::Thread)?;
+        let sender = values.thread().clone();
         let worker = Worker::new(
             subject,
             Arc::clone(&inbox),
@@ -163,7 +177,8 @@ impl Link {
             doors,
             hands,
             events.chronicle(),
-        );
+        )
+        .outlast(values);
         let (gone, left) = mpsc::channel();
         let worker = std::thread::Builder::new()
             .name("link".to_owned())
@@ -172,10 +187,12 @@ impl Link {
                 worker.run();
                 let _ = gone.send(());
             })
-            .map_err(Error::Thread)?;
-        inbox.attach(worker.thread().clone());
-        inbox.wake();
-        let announced = claim.announce(&about)?;
+            .map_err(|error| {
+                inbox.stop();
+                sender.unpark();
+                Error::Thread(error)
+            })?;
+        inbox.attach(worker.thread(), &sender);
         Ok(Self {
             about,
             inbox,
@@ -224,6 +241,7 @@ fn network_door(
     inbox: &Arc<Inbox>,
 ) -> Result<Door, Error> {
     let mut peers: Vec<_> = imports.iter().map(|import| import.peer.clone()).collect();
+    peers.sort();
     peers.dedup();
     // Zenoh reads those who may come in from a file.
     let users = settings

@@ -1,7 +1,8 @@
-//! The thread that answers and publishes. It gives way to the application's threads, takes none of the application's locks,
+//! The thread that answers, and publishes all but values. It gives way to the application's threads, takes none of the application's locks,
 //! and lives with whatever clients send: what is too much is dropped, what makes no sense is answered with the reason.
 
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, VariableStatus};
@@ -18,7 +19,7 @@ use super::door::Door;
 use super::events::Chronicle;
 use super::hands::{Act, Done, Errand, Hands};
 use super::inbox::{Ask, Inbox, Origin};
-use super::lanes::{self, Lanes};
+use super::lanes;
 use super::leases::Leases;
 use super::subject::{Subject, variable_info};
 use crate::keys::{self, Keys};
@@ -48,7 +49,8 @@ pub(super) struct Worker {
     pub(super) doors: Vec<Door>,
     hands: Hands,
     chronicle: Chronicle,
-    lanes: Lanes,
+    /// Whoever sends values.
+    values: Option<JoinHandle<()>>,
     leases: Leases,
     acts: Bucket,
     about: Answer,
@@ -101,11 +103,17 @@ impl Worker {
             doors,
             hands,
             chronicle,
-            lanes: Lanes::default(),
+            values: None,
             leases: Leases::default(),
             hierarchy: Fetched::default(),
             statuses: Fetched::default(),
         }
+    }
+
+    /// Waits for whoever sends values before it closes the doors.
+    pub(super) fn outlast(mut self, values: JoinHandle<()>) -> Self {
+        self.values = Some(values);
+        self
     }
 
     /// Works until it is told to stop, and then takes leave.
@@ -120,18 +128,15 @@ impl Worker {
         for request in self.leases.end() {
             let _ = self.subject.act(&request.by, &request.action);
         }
-        drop((self.lanes, self.hierarchy, self.statuses));
+        drop((self.hierarchy, self.statuses));
+        if let Some(values) = self.values.take() {
+            let _ = values.join();
+        }
         self.doors.into_iter().for_each(Door::close);
     }
 
     /// Does what is to be done now; answers when the next thing is.
     fn round(&mut self) -> Instant {
-        let fresh = self.inbox.take_fresh();
-        if let Some(wants) = self.inbox.wants() {
-            self.lanes
-                .follow(&wants, &*self.subject, &self.doors, &self.keys, &self.inbox);
-        }
-        let next_value = self.lanes.serve(&*self.subject, fresh);
         self.tell_events();
         for _ in 0..self.inbox.done.len() {
             if let Some(done) = self.inbox.done.pop() {
@@ -155,7 +160,7 @@ impl Worker {
             .any(|kind| self.doors.iter().any(|door| door.events(*kind).listened()));
         let now = Instant::now();
         let look = now + if listening { LISTENING } else { IDLE };
-        [next_value, next_snapshot, next_look, self.leases.next()]
+        [next_snapshot, next_look, self.leases.next()]
             .into_iter()
             .flatten()
             .fold(look, Instant::min)
