@@ -13,9 +13,19 @@ use crate::step::Done;
 use crate::test::Context;
 
 /// What is installed into a Python environment of its own.
-const PACKAGES: &[&str] = &["Soar==1.5.2", "mcap==1.6.0", "mcap-ros2-support==0.6.0", ros2::PACKAGE];
+const PACKAGES: &[&str] = &[
+    "Soar==1.5.2",
+    "mcap==1.6.0",
+    "mcap-ros2-support==0.6.0",
+    ros2::PACKAGE,
+];
 /// What of these is imported, to see whether it is there.
-const IMPORTS: &[&str] = &["soar.robot.arcos", "mcap.reader", "mcap_ros2.decoder", ros2::IMPORT];
+const IMPORTS: &[&str] = &[
+    "soar.robot.arcos",
+    "mcap.reader",
+    "mcap_ros2.decoder",
+    ros2::IMPORT,
+];
 /// Reads a recording of the demonstration and compares its numbers with ours.
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Drives ahead, turns and stops, and fails if the robot does not.

@@ -34,6 +34,8 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
 /// Has a robot of ours driven by a program of ROS 2.
 fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut command = jde(context, "ros2", "topics", port);
+    // So that it sees the end of the corridor, which its own wheels are compared with.
+    command.args(["--set", "pioneer.laser_range=30"]);
     shell::show(&command, context.paint);
     let ours = command
         .stdin(Stdio::null())
@@ -44,7 +46,10 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut program = Command::new(python);
     program.arg(context.root.join(PEER)).args(["drive", port]);
     shell::show(&program, context.paint);
-    print!("{}", shell::read(&mut program).context("the program of ROS 2 failed")?);
+    print!(
+        "{}",
+        shell::read(&mut program).context("the program of ROS 2 failed")?
+    );
     ensure!(
         ours.0.try_wait()?.is_none(),
         "`jde run ros2` ended before it was asked to"

@@ -199,6 +199,10 @@ fn words(error: &zenoh::Error) -> String {
         });
     }
     words += rest;
+    // Of a client that found nobody, Zenoh says no more than that.
+    if words.starts_with("Unable to connect to any of") {
+        return "nobody answers there; is the router running?".to_owned();
+    }
     words
 }
 
@@ -215,6 +219,8 @@ mod tests {
             "Can not listen: [127.0.0.1:1: Address already in use (os error 98)]"
         );
         assert_eq!(error("plain"), "plain");
+        let nobody = "Unable to connect to any of [Single(tcp/a:1)]!  at /c/orchestrator.rs:447.";
+        assert_eq!(error(nobody), "nobody answers there; is the router running?");
         assert_eq!(error("cut at /home/x"), "cut");
     }
 }

@@ -11,7 +11,7 @@ use crate::{Base, Topics};
 fn a_connection_that_is_lost_comes_back_by_itself() {
     let place = free();
     let mut trial = Trial::<Topics>::at(&place).awake();
-    trial.until_note(Connection::LOST, &place);
+    trial.until_note(Connection::LOST, "nobody answers there; is the router running?");
     for _ in 0..2 {
         let session = other(&place);
         trial.until_note(Connection::CONNECTED, &place);
