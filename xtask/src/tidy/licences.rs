@@ -25,6 +25,14 @@ const ALLOWED: &[&str] = &[
 /// Fit for fonts, which are shipped as they are.
 const ALLOWED_FOR_FONTS: &[&str] = &["OFL-1.1", "Ubuntu-font-1.0"];
 
+/// Libraries that are shipped under a licence of their own, weighed one by one.
+const WEIGHED: &[(&str, &str)] = &[
+    // Helpers of a few lines that come with Zenoh. The licence binds the library's own files, and we ship them unchanged.
+    ("option-ext", "MPL-2.0"),
+    // The certificates that browsers believe, as data; it asks for nothing but its own text beside them. With Zenoh's TLS.
+    ("webpki-roots", "CDLA-Permissive-2.0"),
+];
+
 /// Fit for what only builds and tests.
 const ALLOWED_AT_WORK: &[&str] = &["MPL-2.0"];
 
@@ -45,6 +53,7 @@ pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
             ALLOWED.contains(&licence)
                 || (is_font && ALLOWED_FOR_FONTS.contains(&licence))
                 || (!is_shipped && ALLOWED_AT_WORK.contains(&licence))
+                || WEIGHED.contains(&(package.name.as_str(), licence))
         };
         let licence = package.license.as_deref().unwrap_or("none");
         if !satisfies(licence, &fits) {
