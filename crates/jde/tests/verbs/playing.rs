@@ -35,9 +35,9 @@ fn position(place: &Place) -> f64 {
 fn a_recording_is_looked_into_and_steered() {
     let place = Place::new();
     let file = record(place.folder());
-    let _replay = place.replay(&file, &["--paused", "--from", "20s"]);
+    let _replay = place.replay(&file, &["--paused", "--from", "19s"]);
     assert_eq!(place.apps(), ["safe-navigation"]);
-    place.until(&["get", "replay.position"], |now| now["value"] == 20.0);
+    place.until(&["get", "replay.position"], |now| now["value"] == 19.0);
     let ps = place.json(&["ps"]);
     assert_eq!(schema(&ps, "example")["state"], "winner");
     assert_eq!(schema(&ps, "goon")["period"], 75_000_000);
@@ -45,8 +45,8 @@ fn a_recording_is_looked_into_and_steered() {
     assert!(pose["value"].is_number(), "{pose}");
     // It stands, and goes on to the next takeover and no further.
     place.told(&["set", "replay.step", "true"]);
-    let stepped = place.until(&["get", "replay.position"], |now| now["value"] != 20.0);
-    assert!(stepped["value"].as_f64() > Some(20.0), "{stepped}");
+    let stepped = place.until(&["get", "replay.position"], |now| now["value"] != 19.0);
+    assert!(stepped["value"].as_f64() > Some(19.0), "{stepped}");
     let why = place.json(&["why", "at", &format!("{}s", position(&place))]);
     assert_eq!(why["decision"]["changed"], true);
     // Back, and on at another speed.
