@@ -1,7 +1,5 @@
 //! The last values of a variable, so that a reader sees the one that it saw when it took its turn first, not the newest.
 
-#![allow(unsafe_code, reason = "bytes aligned for any value are read as bytes")]
-
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -135,7 +133,6 @@ impl Aligned {
     }
 
     pub(crate) fn bytes(&self) -> &[u8] {
-        // SAFETY: the words hold at least `bytes` initialized bytes.
-        unsafe { std::slice::from_raw_parts(self.words.as_ptr().cast::<u8>(), self.bytes) }
+        &bytemuck::cast_slice(&self.words)[..self.bytes]
     }
 }
