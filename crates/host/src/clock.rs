@@ -19,8 +19,8 @@ pub(crate) enum Clock {
     Virtual {
         /// What it shows.
         now: AtomicU64,
-        /// Whether it is taken for everybody's: it shows a time that was.
-        everybodys: bool,
+        /// What it shows has been, and was everybody's time or not.
+        past: Option<bool>,
     },
 }
 
@@ -35,7 +35,7 @@ impl Clock {
     pub(crate) fn standing() -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            everybodys: false,
+            past: None,
         }
     }
 
@@ -43,7 +43,7 @@ impl Clock {
     pub(crate) fn again(everybodys: bool) -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            everybodys,
+            past: Some(everybodys),
         }
     }
 
@@ -95,8 +95,13 @@ impl Clock {
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,
-            Self::Virtual { everybodys, .. } => *everybodys,
+            Self::Virtual { past, .. } => past.unwrap_or(false),
         }
+    }
+
+    /// Whether what it shows has been before: nobody is late in a replay.
+    pub(crate) fn is_past(&self) -> bool {
+        matches!(self, Self::Virtual { past: Some(_), .. })
     }
 
     /// Whether calls take time: in lockstep they do not.

@@ -76,7 +76,7 @@ impl Engine {
     ) {
         rules.groups.took(group, record, latency);
         let allowed = rules.groups.groups[group.index()].allowed;
-        if latency > allowed {
+        if latency > allowed && !self.clock.is_past() {
             tracing::warn!(
                 group = self.application.groups[group.index()].name,
                 winner = self.name(id.index()),

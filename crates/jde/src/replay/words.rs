@@ -45,7 +45,10 @@ pub(super) fn begin(
 /// What came of it.
 pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Result<()> {
     let comparison = &verdict.comparison;
-    for difference in comparison.first.iter().take(SHOWN) {
+    // The first of all, and then those by which somebody took over, then or now: what is between follows from them.
+    let first = comparison.first.iter().enumerate();
+    let telling = first.filter(|(place, difference)| *place == 0 || took_over(difference));
+    for (_, difference) in telling.take(SHOWN) {
         different(words, difference)?;
     }
     if let Some(damage) = &verdict.damage {
@@ -135,16 +138,27 @@ fn side(words: &mut Words, when: &str, decision: Option<&Decision>) -> io::Resul
     )
 }
 
-/// Whether a candidate is not as it was; all are if the choice alone is not.
+fn took_over(difference: &Difference) -> bool {
+    let sides = [&difference.recorded, &difference.replayed];
+    sides.into_iter().flatten().any(|decision| decision.changed)
+}
+
+/// Whether what a candidate saw explains a difference: it is not as it was; or all are, or there was nothing to be held against, and
+/// it is chosen.
 fn is_at_odds(difference: &Difference, name: &str) -> bool {
+    let chosen = |decision: &Decision| decision.choice.as_deref() == Some(name);
     let (Some(then), Some(now)) = (&difference.recorded, &difference.replayed) else {
-        return true;
+        let either = difference.recorded.as_ref().or(difference.replayed.as_ref());
+        return either.is_some_and(chosen);
     };
+    if then.candidates == now.candidates {
+        return chosen(then) || chosen(now);
+    }
     let of = |decision: &Decision| {
         let mut candidates = decision.candidates.iter();
         candidates.find(|candidate| candidate.name == name).cloned()
     };
-    then.candidates == now.candidates || of(then) != of(now)
+    of(then) != of(now)
 }
 
 fn sight(sight: &Sight) -> String {

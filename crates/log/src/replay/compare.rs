@@ -9,7 +9,7 @@ use jde_host::story::{Candidate, Decision};
 use super::{Seen, Span};
 
 /// Differences that are kept whole; more are counted.
-const KEPT: usize = 20;
+const KEPT: usize = 100;
 /// How long a selection waits for its counterpart: its takeover has to be known first, which a hung winner may hold up.
 const WAIT: Nanos = 5_000_000_000;
 /// Urgencies this near are one: another build may round otherwise.
