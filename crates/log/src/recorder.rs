@@ -1,7 +1,9 @@
 //! A recording under way: what a program holds in its hands. The writing is done by a thread of its own.
 
+mod when;
+
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -20,6 +22,8 @@ use crate::trigger::Triggers;
 use crate::writer::{self, Output};
 use crate::{Error, Origin, tap};
 
+pub use when::{Happened, OnFile, When, Written};
+
 /// Events on their way: more than the busiest application tells while a disk stands still for a second.
 const EVENTS: usize = 4096;
 
@@ -28,9 +32,6 @@ pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
 
 /// Is told why the disk takes no more.
 pub type OnTrouble = Box<dyn FnMut(&str) + Send>;
-
-/// Is told what happens to files that conditions ask for, by the writing thread.
-pub type OnFile = Box<dyn FnMut(Happened, &Written) + Send>;
 
 /// How to record.
 pub struct Options<'a> {
@@ -44,54 +45,6 @@ pub struct Options<'a> {
     pub lossless: bool,
     /// Told once, by the writing thread, when the disk takes no more; the run goes on.
     pub on_trouble: OnTrouble,
-}
-
-/// Writing only when something is worth it: files of what was before and after a condition came true.
-pub struct When {
-    /// The conditions.
-    pub triggers: Triggers,
-    /// How much a file has of what was before, ns.
-    pub before: Nanos,
-    /// How much of what came after the last time that a condition came true, ns.
-    pub after: Nanos,
-    /// Most bytes of the past that are held in memory; what has to go before its time is counted.
-    pub memory: usize,
-    /// Told of every file.
-    pub on_file: OnFile,
-}
-
-/// What happened to a file that a condition asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happened {
-    /// A condition came true, and it is being written.
-    Began,
-    /// A condition came true again, and it goes on for longer.
-    FiredAgain,
-    /// It is whole.
-    Ended,
-    /// The disk does not take it. Told once, until a file has been whole again; each firing tries anew.
-    Failed,
-}
-
-/// A file that a condition asked for.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Written {
-    /// Where.
-    pub path: PathBuf,
-    /// What came true: `collision in example/base`.
-    pub reason: String,
-    /// When, ns since the application's start.
-    pub time: Nanos,
-    /// How often conditions came true in its time.
-    pub fired: u64,
-    /// Messages that have reached it.
-    pub kept: u64,
-    /// Messages of its time that it does not have.
-    pub lost: u64,
-    /// Its bytes.
-    pub bytes: u64,
-    /// Why it ends too soon, if it does.
-    pub trouble: Option<String>,
 }
 
 /// A recording under way. Any thread may call it. Dropped, it is finished.
@@ -150,8 +103,14 @@ impl Recorder {
         let (shared, told) = shared(options.lossless);
         let origin = options.origin;
         let sink = Triggered::new(&shared, origin, plan, when.on_file)?;
-        Self::start(shared, told, Box::new(sink), Some(when.triggers), options.application)
-            .map_err(|error| error.of(path))
+        Self::start(
+            shared,
+            told,
+            Box::new(sink),
+            Some(when.triggers),
+            options.application,
+        )
+        .map_err(|error| error.of(path))
     }
 
     pub(crate) fn begin(

@@ -55,7 +55,7 @@ struct Open {
 enum Item {
     /// Of the topic of this number.
     Value(usize, Box<Slot>),
-    Told(Told),
+    Told(Box<Told>),
 }
 
 impl Scribe {
@@ -161,7 +161,7 @@ impl Scribe {
             round.extend(values.map(|slot| (slot.order, Item::Value(number, slot))));
         }
         while let Ok((order, told)) = self.told.try_recv() {
-            round.push((order, Item::Told(told)));
+            round.push((order, Item::Told(Box::new(told))));
         }
         round.sort_by_key(|(order, _)| *order);
         let here = round.partition_point(|(order, _)| *order < given);
@@ -172,7 +172,7 @@ impl Scribe {
                     // It came from there.
                     let _ = self.lanes[number].lane.free.push(slot);
                 }
-                Item::Told(told) => self.tell(told),
+                Item::Told(told) => self.tell(*told),
             }
         }
         self.round = round;

@@ -175,7 +175,8 @@ impl Survey {
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);
         let about = &message.channel;
-        let same = |topic: &&mut TopicSurvey| topic.topic == about.topic && topic.type_name == about.type_name;
+        let same =
+            |topic: &&mut TopicSurvey| topic.topic == about.topic && topic.type_name == about.type_name;
         if let Some(topic) = self.topics.iter_mut().find(same) {
             topic.messages += 1;
             topic.bytes += message.data.len() as u64;
@@ -205,7 +206,10 @@ impl Survey {
                 let Some(schema) = &happening.schema else {
                     return;
                 };
-                if matches!(happening.kind.as_str(), "faulted" | "hung" | "overrun" | "refused") {
+                if matches!(
+                    happening.kind.as_str(),
+                    "faulted" | "hung" | "overrun" | "refused"
+                ) {
                     self.trouble(schema, &happening.kind, &happening.text);
                 }
             }

@@ -55,7 +55,9 @@ impl Bench {
         memory: usize,
         options: Options<'_>,
     ) -> Self {
-        let conditions = conditions.iter().map(|text| Condition::new(text, &names()).unwrap());
+        let conditions = conditions
+            .iter()
+            .map(|text| Condition::new(text, &names()).unwrap());
         let told: Arc<Mutex<Vec<_>>> = Arc::default();
         let tell = Arc::clone(&told);
         let when = When {
@@ -154,9 +156,16 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     let why = recording.metadata("jde/trigger").unwrap();
     assert_eq!(why["condition"], "collision");
     assert_eq!(why["reason"], "collision in example/base");
-    assert_eq!((why["time_s"].as_str(), why["from_s"].as_str()), ("100.000000000", "40.000000000"));
+    assert_eq!(
+        (why["time_s"].as_str(), why["from_s"].as_str()),
+        ("100.000000000", "40.000000000")
+    );
 
-    assert_eq!(messages[0].log_time, 40 * SECOND, "not a message is older than a minute");
+    assert_eq!(
+        messages[0].log_time,
+        40 * SECOND,
+        "not a message is older than a minute"
+    );
     assert_eq!(messages.last().unwrap().log_time, 110 * SECOND);
     let speeds = of(&messages, "/pioneer/speed");
     assert_eq!(speeds.len(), 1 + 600 + 101, "what was in force, before, after");
@@ -164,14 +173,25 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     assert_eq!(periods.len(), 1, "written once, long before, and still in force");
     assert_eq!((periods[0].log_time, periods[0].publish_time), (40 * SECOND, 0));
     let decisions = of(&messages, "/jde/decisions");
-    assert_eq!(decisions.len(), 2, "who was in charge at the beginning is known too");
-    assert_eq!((decisions[0].log_time, decisions[0].publish_time), (40 * SECOND, SECOND));
+    assert_eq!(
+        decisions.len(),
+        2,
+        "who was in charge at the beginning is known too"
+    );
+    assert_eq!(
+        (decisions[0].log_time, decisions[0].publish_time),
+        (40 * SECOND, SECOND)
+    );
     let events = of(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
-    let Line::Happening(event) = Line::read(jde_host::story::Kind::Happening, &events[0].data).unwrap() else {
+    let Line::Happening(event) = Line::read(jde_host::story::Kind::Happening, &events[0].data).unwrap()
+    else {
         panic!("it is an event");
     };
-    assert_eq!((event.kind.as_str(), event.text.as_str()), ("trigger", "collision in example/base"));
+    assert_eq!(
+        (event.kind.as_str(), event.text.as_str()),
+        ("trigger", "collision in example/base")
+    );
 }
 
 #[test]
@@ -200,21 +220,36 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
     let fired: Vec<_> = status.files.iter().map(|file| file.fired).collect();
     assert_eq!(fired, [2, 1]);
     let (first, messages) = read(&folder.path().join("drive-001.mcap"));
-    assert_eq!(first.metadata("jde/trigger/2").unwrap()["reason"], "operator: ana acted on goon");
-    assert_eq!((messages[0].log_time, messages.last().unwrap().log_time), (10 * SECOND, 48 * SECOND));
-    assert_eq!(std::fs::read(folder.path().join("drive-002.mcap")).unwrap(), b"precious");
+    assert_eq!(
+        first.metadata("jde/trigger/2").unwrap()["reason"],
+        "operator: ana acted on goon"
+    );
+    assert_eq!(
+        (messages[0].log_time, messages.last().unwrap().log_time),
+        (10 * SECOND, 48 * SECOND)
+    );
+    assert_eq!(
+        std::fs::read(folder.path().join("drive-002.mcap")).unwrap(),
+        b"precious"
+    );
     let (second, messages) = read(&folder.path().join("drive-003.mcap"));
     assert_eq!(second.metadata("jde/trigger/2"), None);
-    assert_eq!((messages[0].log_time, messages.last().unwrap().log_time), (34 * SECOND, 64 * SECOND));
+    assert_eq!(
+        (messages[0].log_time, messages.last().unwrap().log_time),
+        (34 * SECOND, 64 * SECOND)
+    );
     let told = bench.told.lock().unwrap();
     let told: Vec<_> = told.iter().map(|(happened, _)| *happened).collect();
-    assert_eq!(told, [
-        Happened::Began,
-        Happened::FiredAgain,
-        Happened::Ended,
-        Happened::Began,
-        Happened::Ended
-    ]);
+    assert_eq!(
+        told,
+        [
+            Happened::Began,
+            Happened::FiredAgain,
+            Happened::Ended,
+            Happened::Began,
+            Happened::Ended
+        ]
+    );
 }
 
 #[test]
@@ -243,7 +278,12 @@ fn an_expression_over_messages_from_elsewhere_fires_when_it_becomes_true() {
 fn the_same_run_in_virtual_time_makes_the_same_files() {
     let files = || {
         let folder = tempfile::tempdir().unwrap();
-        let bench = Bench::new(&folder.path().join("drive.mcap"), &["pioneer.speed > goon.period"], 2, 1);
+        let bench = Bench::new(
+            &folder.path().join("drive.mcap"),
+            &["pioneer.speed > goon.period"],
+            2,
+            1,
+        );
         for tenth in 0..2000_u64 {
             let time = stamps(tenth * TENTH);
             bench.speed.put(&((tenth * 7 % 13) as f64).to_ne_bytes(), time);
@@ -251,7 +291,9 @@ fn the_same_run_in_virtual_time_makes_the_same_files() {
         }
         let status = bench.finish();
         let files = status.files.iter();
-        files.map(|file| std::fs::read(&file.path).unwrap()).collect::<Vec<_>>()
+        files
+            .map(|file| std::fs::read(&file.path).unwrap())
+            .collect::<Vec<_>>()
     };
     let first = files();
     assert!(!first.is_empty());
@@ -268,11 +310,20 @@ fn memory_is_bounded_and_what_had_to_go_is_said() {
     bench.drive(100..120, 0.5);
     let status = bench.finish();
     assert!(status.short > 0);
-    assert_eq!(status.lost, 0, "no file was promised what no memory was given for");
+    assert_eq!(
+        status.lost, 0,
+        "no file was promised what no memory was given for"
+    );
     let (recording, messages) = read(&status.files[0].path);
-    let from: f64 = recording.metadata("jde/trigger").unwrap()["from_s"].parse().unwrap();
+    let from: f64 = recording.metadata("jde/trigger").unwrap()["from_s"]
+        .parse()
+        .unwrap();
     assert!(from > 40.0 && from < 100.0, "{from}");
-    assert_eq!(messages[0].log_time, (from * 1e9).round() as u64, "what was in force then");
+    assert_eq!(
+        messages[0].log_time,
+        (from * 1e9).round() as u64,
+        "what was in force then"
+    );
     assert_eq!(messages.last().unwrap().log_time, 101 * SECOND);
 }
 
@@ -360,12 +411,19 @@ fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
 
     let recording = Recording::open(&folder.path().join("drive-001.mcap")).unwrap();
     assert!(recording.damage().is_some(), "it had no time to write an index");
-    assert_eq!(recording.metadata("jde/trigger").unwrap()["reason"], "collision in example/base");
+    assert_eq!(
+        recording.metadata("jde/trigger").unwrap()["reason"],
+        "collision in example/base"
+    );
     let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
     assert!(messages.len() >= kept, "{} of {kept}", messages.len());
     let speeds = of(&messages, "/pioneer/speed");
     assert_eq!(speeds[0].log_time, 5 * SECOND);
     for (place, message) in speeds.iter().skip(1).enumerate() {
-        assert_eq!(message.log_time, 5 * SECOND + place as u64 * TENTH, "and none is missing");
+        assert_eq!(
+            message.log_time,
+            5 * SECOND + place as u64 * TENTH,
+            "and none is missing"
+        );
     }
 }

@@ -13,6 +13,9 @@ use crate::ring::{Content, Entry, Ring};
 use crate::trigger::Firing;
 use crate::writer::Times;
 
+/// Most firings of which a file's metadata tells; its events tell of all.
+const TOLD: u32 = 20;
+
 /// A file under way, or where there would be one if the disk had taken it.
 pub(super) struct Around {
     /// None once the disk takes no more.
@@ -70,7 +73,12 @@ impl Around {
     }
 
     /// Says why the file is there, or why it goes on.
-    pub(super) fn fired_again(&mut self, origin: &Origin, firing: &Firing, condition: &str) -> io::Result<()> {
+    pub(super) fn fired_again(
+        &mut self,
+        origin: &Origin,
+        firing: &Firing,
+        condition: &str,
+    ) -> io::Result<()> {
         self.fired += 1;
         let name = match self.fired {
             1 => "jde/trigger".to_owned(),
@@ -86,8 +94,8 @@ impl Around {
             ("from_s".to_owned(), seconds(self.start)),
         ]);
         match &mut self.file {
-            Some(file) => file.metadata(&name, why),
-            None => Ok(()),
+            Some(file) if self.fired <= TOLD => file.metadata(&name, why),
+            Some(_) | None => Ok(()),
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod around;
 mod file;
+mod names;
 mod syncer;
 mod triggered;
 mod whole;

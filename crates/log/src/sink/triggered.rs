@@ -11,6 +11,7 @@ use std::sync::atomic::Ordering;
 use jde_board::Nanos;
 
 use super::around::Around;
+use super::names::{numbered, probe};
 use super::{Begun, Channel, Says, Sink, disk};
 use crate::lane::{Shared, lock};
 use crate::recorder::{Happened, OnFile, Written};
@@ -24,6 +25,8 @@ type Make = fn(&Path, bool) -> Result<(Output, Option<File>), Error>;
 
 /// Bytes of messages that are written before the queues are emptied again.
 const AT_ONCE: usize = 4 << 20;
+/// In real time, what was published before the end of a file and comes so much later is still in it, ns.
+const LATE: Nanos = 100_000_000;
 
 /// Which files, and how much of what.
 pub(crate) struct Plan {
@@ -59,7 +62,12 @@ impl Triggered {
     ///
     /// # Errors
     /// They cannot.
-    pub(crate) fn new(shared: &Arc<Shared>, origin: Origin, plan: Plan, on_file: OnFile) -> Result<Self, Error> {
+    pub(crate) fn new(
+        shared: &Arc<Shared>,
+        origin: Origin,
+        plan: Plan,
+        on_file: OnFile,
+    ) -> Result<Self, Error> {
         probe(&plan.path)?;
         Ok(Self {
             shared: Arc::clone(shared),
@@ -96,7 +104,10 @@ impl Triggered {
         self.ring.forget(firing.time, self.ring.next());
         // No message is older than what is in force before the first.
         let oldest = self.ring.base().map(|(_, times, _)| times.log).max();
-        let start = firing.time.saturating_sub(self.plan.before).max(oldest.unwrap_or(0));
+        let start = firing
+            .time
+            .saturating_sub(self.plan.before)
+            .max(oldest.unwrap_or(0));
         let made = self.create();
         let path = numbered(&self.plan.path, self.number);
         let place = {
@@ -110,15 +121,22 @@ impl Triggered {
             });
             files.len() - 1
         };
-        let mut current = Around::new(self.ring.first(), start, firing.time.saturating_add(self.plan.after), place);
-        let begun = made.map_err(|error| error.to_string()).and_then(|(output, disk)| {
-            Begun::new(output, disk, &self.origin)
-                .and_then(|file| {
-                    let (channels, ring) = (&self.channels, &self.ring);
-                    current.begin(file, &self.origin, firing, condition, channels, ring)
-                })
-                .map_err(|error: io::Error| error.to_string())
-        });
+        let mut current = Around::new(
+            self.ring.first(),
+            start,
+            firing.time.saturating_add(self.plan.after),
+            place,
+        );
+        let begun = made
+            .map_err(|error| error.to_string())
+            .and_then(|(output, disk)| {
+                Begun::new(output, disk, &self.origin)
+                    .and_then(|file| {
+                        let (channels, ring) = (&self.channels, &self.ring);
+                        current.begin(file, &self.origin, firing, condition, channels, ring)
+                    })
+                    .map_err(|error: io::Error| error.to_string())
+            });
         self.current = Some(current);
         match begun {
             Ok(()) => {
@@ -178,7 +196,9 @@ impl Triggered {
         let Some(current) = &mut self.current else {
             return;
         };
-        self.shared.dropped.fetch_add(current.abandon(), Ordering::Relaxed);
+        self.shared
+            .dropped
+            .fetch_add(current.abandon(), Ordering::Relaxed);
         let place = current.place;
         lock(&self.shared.files)[place].trouble = Some(trouble.to_owned());
         *lock(&self.shared.trouble) = Some(trouble.to_owned());
@@ -303,7 +323,8 @@ impl Sink for Triggered {
     fn round(&mut self, now: Nanos) -> bool {
         self.losses(now);
         let more = self.catch_up(AT_ONCE);
-        let is_over = self.current.as_ref().is_some_and(|current| current.until < now);
+        let is_over = |current: &Around| current.until.saturating_add(LATE) < now;
+        let is_over = self.current.as_ref().is_some_and(is_over);
         if is_over && !more {
             self.end();
         }
@@ -313,7 +334,10 @@ impl Sink for Triggered {
             }
             self.note();
         }
-        let keep = self.current.as_ref().map_or(self.ring.next(), |current| current.next);
+        let keep = self
+            .current
+            .as_ref()
+            .map_or(self.ring.next(), |current| current.next);
         self.ring.forget(now, keep);
         self.shared.short.store(self.ring.short(), Ordering::Relaxed);
         more
@@ -323,29 +347,6 @@ impl Sink for Triggered {
         self.catch_up(usize::MAX);
         self.end();
     }
-}
-
-/// Whether files can be made beside the one that is asked for. What it makes it takes away again.
-fn probe(path: &Path) -> Result<(), Error> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.probe", std::process::id()));
-    let probe = path.with_file_name(name);
-    drop(writer::create(&probe, true)?);
-    fs::remove_file(&probe).map_err(|error| Error::Create {
-        path: path.to_owned(),
-        error,
-    })
-}
-
-/// `drive.mcap` with a number: `drive-001.mcap`.
-fn numbered(path: &Path, number: u32) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(format!("-{number:03}"));
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
 }
 
 #[cfg(test)]

@@ -11,8 +11,9 @@ mod facts;
 mod kind;
 mod names;
 mod view;
+mod watch;
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 
 use jde_board::Nanos;
 use jde_host::event::Event;
@@ -20,14 +21,9 @@ use jde_host::story::Line;
 
 use condition::What;
 pub use condition::{BadCondition, Condition, Reason};
-use expression::Expression;
 use facts::Fact;
 pub use names::Names;
-
-/// The time over which switches count as chattering.
-const CHATTER: Nanos = 1_000_000_000;
-/// The least time between two looks at an expression.
-const BETWEEN: Nanos = 10_000_000;
+use watch::{Looked, State, Trigger};
 
 /// Conditions that are watched together.
 pub struct Triggers {
@@ -46,41 +42,11 @@ pub struct Firing {
     pub text: String,
 }
 
-/// One condition, and where it stands.
-struct Trigger {
-    condition: Condition,
-    state: State,
-}
-
-enum State {
-    /// Of which groups or schemas it is true now.
-    Of(BTreeSet<String>),
-    /// The last switches of every group, and whether they are too many.
-    Switches(BTreeMap<String, (VecDeque<Nanos>, bool)>),
-    /// An expression's values.
-    Values(Box<Looked>),
-}
-
-struct Looked {
-    expression: Expression,
-    last: bool,
-    /// When it was last looked at.
-    at: Option<Nanos>,
-    /// A value has come that was not looked at.
-    put_off: bool,
-}
-
 impl Triggers {
     /// Watches conditions of an application that has these names.
     #[must_use]
     pub fn new(names: Names, conditions: Vec<Condition>) -> Self {
-        let list = conditions
-            .into_iter()
-            .map(|condition| Trigger {
-                state: State::of(&condition.what),
-                condition,
-            })
-            .collect();
+        let list = conditions.into_iter().map(Trigger::new).collect();
         Self { names, list }
     }
 
@@ -165,105 +131,6 @@ fn each_fact(list: &mut [Trigger], time: Nanos, fact: &Fact<'_>, fired: &mut Vec
                 text,
             });
         }
-    }
-}
-
-impl State {
-    fn of(what: &What) -> Self {
-        match what {
-            What::Expression(expression) => Self::Values(Box::new(Looked {
-                expression: expression.clone(),
-                last: false,
-                at: None,
-                put_off: false,
-            })),
-            What::Chatter { .. } => Self::Switches(BTreeMap::new()),
-            What::Collision(_)
-            | What::Absence(_)
-            | What::Overrun(_)
-            | What::Fault(_)
-            | What::Refused
-            | What::Operator => Self::Of(BTreeSet::new()),
-        }
-    }
-}
-
-impl Trigger {
-    /// What has come true by a fact, if anything has.
-    fn fact(&mut self, time: Nanos, fact: &Fact<'_>) -> Option<String> {
-        let fits = |only: &Option<String>, name: &str| only.as_deref().is_none_or(|only| only == name);
-        match (&self.condition.what, &mut self.state, fact) {
-            (What::Collision(only), State::Of(of), Fact::Selected { group, collision, .. })
-                if fits(only, group) =>
-            {
-                rises(of, group, *collision).then(|| format!("collision in {group}"))
-            }
-            (What::Absence(only), State::Of(of), Fact::Selected { group, absence, .. })
-                if fits(only, group) =>
-            {
-                rises(of, group, *absence).then(|| format!("nobody wins in {group}"))
-            }
-            (
-                What::Chatter {
-                    more_than,
-                    group: only,
-                },
-                State::Switches(groups),
-                Fact::Selected {
-                    group,
-                    switched: true,
-                    ..
-                },
-            ) if fits(only, group) => {
-                let (switches, chatters) = groups.entry((*group).to_owned()).or_default();
-                while switches.pop_front_if(|then| *then + CHATTER <= time).is_some() {}
-                // A pause in between is a new beginning.
-                *chatters &= switches.len() > *more_than;
-                switches.push_back(time);
-                let count = switches.len();
-                (count > *more_than && !std::mem::replace(chatters, true))
-                    .then(|| format!("chattering: {count} switches within a second in {group}"))
-            }
-            (What::Overrun(only), State::Of(of), Fact::Health { schema, overrun, .. })
-                if fits(only, schema) =>
-            {
-                rises(of, schema, *overrun).then(|| format!("overrun of {schema}"))
-            }
-            (What::Fault(only), State::Of(of), Fact::Health { schema, fault, .. }) if fits(only, schema) => {
-                rises(of, schema, fault.is_some())
-                    .then(|| format!("fault of {schema}: {}", fault.unwrap_or_default()))
-            }
-            (What::Refused, _, Fact::Refused { schema, text }) => {
-                Some(format!("refused to {schema}: {text}"))
-            }
-            (What::Operator, _, Fact::Operator(text)) => Some(format!("operator: {text}")),
-            _ => None,
-        }
-    }
-}
-
-/// Whether it becomes true of one of whom it was not.
-fn rises(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
-    if now {
-        of.insert(whom.to_owned())
-    } else {
-        of.remove(whom);
-        false
-    }
-}
-
-impl Looked {
-    fn due(&self, time: Nanos) -> bool {
-        self.put_off && self.at.is_none_or(|at| time >= at.saturating_add(BETWEEN))
-    }
-
-    /// Whether it comes true with this look.
-    fn look(&mut self, time: Nanos) -> bool {
-        self.at = Some(time);
-        self.put_off = false;
-        let now = self.expression.is_true();
-        let before = std::mem::replace(&mut self.last, now);
-        now && !before
     }
 }
 

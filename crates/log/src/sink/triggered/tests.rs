@@ -1,4 +1,4 @@
-//! Names of files, and disks that run full while a file is written.
+//! Disks that run full while a file is written, and before it is.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -14,18 +14,6 @@ use crate::lane::Lane;
 use crate::ring::About;
 
 const SECOND: Nanos = 1_000_000_000;
-
-#[test]
-fn files_are_numbered_before_their_ending() {
-    for (path, third) in [
-        ("runs/drive.mcap", "runs/drive-003.mcap"),
-        ("drive", "drive-003"),
-        ("a.b.mcap", "a.b-003.mcap"),
-    ] {
-        assert_eq!(numbered(path.as_ref(), 3), Path::new(third));
-    }
-    assert_eq!(numbered("d.mcap".as_ref(), 1234), Path::new("d-1234.mcap"));
-}
 
 /// A disk on which the second file gets so many bytes and the third none at all.
 struct Small {
@@ -121,7 +109,10 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     sink.finish();
 
     let told = told.lock().unwrap();
-    let told: Vec<_> = told.iter().map(|(happened, name)| (*happened, name.as_str())).collect();
+    let told: Vec<_> = told
+        .iter()
+        .map(|(happened, name)| (*happened, name.as_str()))
+        .collect();
     assert_eq!(
         told,
         [
@@ -148,7 +139,10 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     assert_eq!((files[2].kept, files[3].kept), (0, whole));
     let lost: u64 = files.iter().map(|file| file.lost).sum();
     assert_eq!(shared.dropped.load(Ordering::Relaxed), lost);
-    assert_eq!(shared.kept.load(Ordering::Relaxed), files.iter().map(|file| file.kept).sum::<u64>());
+    assert_eq!(
+        shared.kept.load(Ordering::Relaxed),
+        files.iter().map(|file| file.kept).sum::<u64>()
+    );
     let damaged = Recording::open(&files[1].path).unwrap();
     assert!(damaged.damage().unwrap().offset <= 20_000);
     assert_eq!(Recording::open(&files[3].path).unwrap().damage(), None);

@@ -1,0 +1,101 @@
+//! Recordings of others: compressed otherwise or not at all, in no chunks, without an index. All that is there is read.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use jde_log::{Recording, Survey};
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
+
+const MESSAGES: u64 = 50;
+
+/// Numbers from two channels, a millisecond apart, the second one late.
+fn write(path: &Path, options: WriteOptions) {
+    let file = BufWriter::new(File::create(path).unwrap());
+    let mut writer = options.create(file).unwrap();
+    let schema = writer
+        .add_schema("acme/Number", "ros1msg", b"uint64 number")
+        .unwrap();
+    let about = BTreeMap::from([("owner".to_owned(), "acme".to_owned())]);
+    let channels =
+        ["/early", "/late"].map(|topic| writer.add_channel(schema, topic, "ros1", &about).unwrap());
+    for number in 0..MESSAGES {
+        for (late, channel_id) in channels.into_iter().enumerate() {
+            let header = MessageHeader {
+                channel_id,
+                sequence: number as u32,
+                log_time: (number + late as u64 * 10) * 1_000_000,
+                publish_time: 0,
+            };
+            // Compressible beyond what LZ4 can do.
+            let data = number.to_le_bytes().repeat(5_000);
+            writer.write_to_known_channel(&header, &data).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn every_message_of_others_is_read_in_the_order_of_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("acme.mcap");
+    let bare = || {
+        WriteOptions::new()
+            .emit_summary_records(false)
+            .emit_summary_offsets(false)
+    };
+    for (name, options) in [
+        ("zstd", WriteOptions::new().compression(Some(Compression::Zstd))),
+        ("lz4", WriteOptions::new().compression(Some(Compression::Lz4))),
+        ("not compressed", WriteOptions::new().compression(None)),
+        ("no chunks", WriteOptions::new().use_chunks(false)),
+        (
+            "no index of chunks",
+            WriteOptions::new().emit_chunk_indexes(false),
+        ),
+        (
+            "no channels in the index",
+            WriteOptions::new().repeat_channels(false),
+        ),
+        ("no statistics", WriteOptions::new().emit_statistics(false)),
+        ("no index", bare()),
+        ("no chunks and no index", bare().use_chunks(false)),
+    ] {
+        write(&file, options);
+        let recording = Recording::open(&file).unwrap();
+        assert_eq!(recording.damage(), None, "{name}");
+        let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
+        assert_eq!(messages.len() as u64, 2 * MESSAGES, "{name}");
+        assert!(messages.is_sorted_by_key(|message| message.log_time), "{name}");
+        for message in &messages {
+            let number = u64::from(message.sequence);
+            assert_eq!(message.data[..8], number.to_le_bytes(), "{name}");
+            let late = u64::from(message.channel.topic == "/late") * 10;
+            assert_eq!(message.log_time, (number + late) * 1_000_000, "{name}");
+        }
+        let survey = Survey::of(&recording).unwrap();
+        assert_eq!((survey.application, survey.seed), (None, None));
+        let topics: Vec<_> = survey
+            .topics
+            .iter()
+            .map(|topic| (topic.topic.as_str(), topic.messages))
+            .collect();
+        assert_eq!(topics, [("/early", MESSAGES), ("/late", MESSAGES)], "{name}");
+        assert_eq!(survey.topics[0].rate_hz, Some(1000.0));
+    }
+}
+
+#[test]
+fn a_file_of_others_that_is_cut_reads_up_to_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("acme.mcap");
+    write(&file, WriteOptions::new().use_chunks(false));
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
+    let damage = survey.damage.unwrap();
+    assert!(damage.offset <= bytes.len() as u64 / 2);
+    assert!(survey.messages > MESSAGES / 2 && survey.messages < 2 * MESSAGES);
+}
