@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{Said, app, jde, jde_with_plugins, json, said};
+use crate::support::{Said, app, jde_with_plugins, json, said};
 
 /// Records a drive, in lockstep.
 fn recorded(folder: &Path, more: &[&str]) -> String {
@@ -127,8 +127,4 @@ fn what_cannot_be_replayed_is_named() {
     let other = replay(text.to_str().unwrap(), &[]);
     assert_eq!(other.status, Some(2), "{}", other.err);
     assert!(other.err.contains("is no MCAP file"), "{}", other.err);
-
-    let without = said(&mut jde(&["replay", &file]));
-    assert_eq!(without.status, Some(2), "{}", without.err);
-    assert!(without.err.contains("--decide"), "{}", without.err);
 }
