@@ -110,7 +110,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         observers: vec![observer(tell)],
         limit: how.limit,
         speed: how.speed,
-        on_turn: recording.as_ref().map(Recording::on_turn),
+        on_turn: recording.as_ref().and_then(Recording::on_turn),
         ..Options::default()
     };
     options

@@ -87,7 +87,7 @@ pub(crate) struct RecordedFile {
 pub(crate) struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
-    on_turn: OnTurn,
+    on_turn: Option<OnTurn>,
     file: PathBuf,
     /// Files are written when conditions come true.
     waits: bool,
@@ -123,7 +123,11 @@ impl Recording {
         };
         let recorder = recorder.map_err(|error| no_recording(error, &file))?;
         Ok(Self {
-            on_turn: jde_log::turns(&recorder, application, lockstep),
+            // What begins in the middle cannot be taken again.
+            on_turn: record
+                .around
+                .is_none()
+                .then(|| jde_log::turns(&recorder, application, lockstep)),
             recorder: Arc::new(recorder),
             selection,
             file,
@@ -137,8 +141,8 @@ impl Recording {
     }
 
     /// Is told of every turn, so that `jde replay` can take it again.
-    pub(crate) fn on_turn(&self) -> OnTurn {
-        Arc::clone(&self.on_turn)
+    pub(crate) fn on_turn(&self) -> Option<OnTurn> {
+        self.on_turn.clone()
     }
 
     /// Watches the variables of an application from their first value on.

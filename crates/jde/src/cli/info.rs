@@ -1,0 +1,208 @@
+//! `jde info`: what a recording is.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::{Duration, UNIX_EPOCH};
+
+use clap::{Args, ValueHint};
+use jde_log::{Recording, Survey, TopicSurvey, Troubled};
+use serde::Serialize;
+
+use super::print_json;
+use crate::attached::table::{Cell, Side, Table};
+use crate::failure::{Failure, shown};
+use crate::report::counted;
+use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
+
+/// Tell what a recording is: of which application, from when, what is on which topic, who decided how often, and what went wrong.
+///
+/// Reads all of the file, any MCAP file, also of others. One that is damaged is read up to the damage, which is said.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde info drive.mcap
+  jde info drive.mcap --json | jq '.topics[].topic'")]
+pub(super) struct Info {
+    /// The recording.
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+    /// As one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Told<'a> {
+    file: String,
+    seconds: f64,
+    #[serde(flatten)]
+    survey: &'a Survey,
+}
+
+impl Info {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let recording = Recording::open(&self.file)?;
+        let survey = Survey::of(&recording)?;
+        let file = shown(&self.file);
+        if self.json {
+            return print_json(&Told {
+                file,
+                seconds: survey.seconds(),
+                survey: &survey,
+            });
+        }
+        let mut out = terminal::out();
+        tell(&file, &survey, &mut out)?;
+        out.flush()?;
+        Ok(())
+    }
+}
+
+fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
+    headline(file, survey, out)?;
+    for cause in &survey.triggers {
+        writeln!(out, "{} at {:.3} s", cause.reason, cause.time_s)?;
+    }
+    if let Some(damage) = &survey.damage {
+        let until = match since(survey, survey.last_ns) {
+            Some(seconds) => format!("up to {seconds:.3} s"),
+            None => "up to there, which is nothing".to_owned(),
+        };
+        writeln!(
+            out,
+            "{BAD}damaged at byte {} of {}{BAD:#}: {}; it can be read {until}",
+            damage.offset, survey.bytes, damage.reason
+        )?;
+    }
+    if !survey.topics.is_empty() {
+        writeln!(out)?;
+        topics(survey).tell(out)?;
+    }
+    if survey.decisions > 0 {
+        writeln!(out, "\n{}", counted(survey.decisions, "decision"))?;
+        for group in &survey.groups {
+            let switches = match group.switches {
+                1 => "1 switch".to_owned(),
+                switches => format!("{switches} switches"),
+            };
+            writeln!(
+                out,
+                "  {TITLE}{}{TITLE:#}: {}, {switches}",
+                group.group, group.decisions
+            )?;
+        }
+    }
+    if !survey.troubled.is_empty() {
+        writeln!(out)?;
+    }
+    for schema in &survey.troubled {
+        trouble(schema, out)?;
+    }
+    for (topic, lost) in &survey.lost {
+        writeln!(out, "{WARN}{lost} lost{WARN:#} of {topic}")?;
+    }
+    Ok(())
+}
+
+fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
+    write!(out, "{TITLE}{file}{TITLE:#}: ")?;
+    if let Some(application) = &survey.application {
+        write!(out, "{application}, ")?;
+    }
+    write!(out, "{:.1} s", survey.seconds())?;
+    if let Some(first) = survey.first_ns {
+        let time = UNIX_EPOCH + Duration::from_nanos(first);
+        write!(out, " from {}", humantime::format_rfc3339_seconds(time))?;
+    }
+    writeln!(out)?;
+    write!(
+        out,
+        "{}, {}",
+        counted(survey.messages, "message"),
+        size(survey.bytes)
+    )?;
+    if let Some(seed) = survey.seed {
+        write!(out, ", seed {seed}")?;
+    }
+    if let Some(jde) = &survey.jde {
+        write!(out, ", by jde {jde}")?;
+    }
+    for name in &survey.attachments {
+        write!(out, ", with {name}")?;
+    }
+    writeln!(out)
+}
+
+fn topics(survey: &Survey) -> Table {
+    let mut table = Table::new([
+        ("topic", Side::Left),
+        ("type", Side::Left),
+        ("messages", Side::Right),
+        ("rate", Side::Right),
+        ("size", Side::Right),
+    ]);
+    for TopicSurvey {
+        topic,
+        type_name,
+        messages,
+        bytes,
+        rate_hz,
+        ..
+    } in &survey.topics
+    {
+        table.row([
+            Cell::from(topic).styled(TITLE),
+            Cell::from(type_name).styled(FAINT),
+            messages.into(),
+            rate_hz.map_or(String::new(), |hz| format!("{hz:.1} Hz")).into(),
+            size(*bytes).into(),
+        ]);
+    }
+    table
+}
+
+fn trouble(schema: &Troubled, out: &mut dyn Write) -> io::Result<()> {
+    let Troubled {
+        schema,
+        faults,
+        overruns,
+        refused,
+        last_fault,
+    } = schema;
+    let style = if *faults > 0 { BAD } else { WARN };
+    let (faults, overruns) = (counted(*faults, "fault"), counted(*overruns, "overrun"));
+    write!(
+        out,
+        "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused"
+    )?;
+    match last_fault {
+        Some(fault) => writeln!(out, "; {fault}"),
+        None => writeln!(out),
+    }
+}
+
+/// A log time in seconds since the application's start, or if that is not known since the first message.
+fn since(survey: &Survey, log_time: Option<u64>) -> Option<f64> {
+    let start = survey.application_start_ns.or(survey.first_ns)?;
+    Some(log_time?.saturating_sub(start) as f64 / 1e9)
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    #[test]
+    fn sizes_have_the_unit_that_suits_them() {
+        let sizes = [999, 1_000, 4_310_000, 12_000_000_000].map(size);
+        assert_eq!(sizes, ["999 B", "1.0 kB", "4.3 MB", "12.0 GB"]);
+    }
+}
