@@ -46,8 +46,14 @@ struct Inner {
     turn_type: Type,
     sources: Vec<Lane>,
     source_of: BTreeMap<String, usize>,
-    written: BTreeMap<String, (Arc<Type>, VecDeque<(u32, Vec<u8>)>)>,
+    written: BTreeMap<String, Written>,
     decisions: Vec<Decision>,
+}
+
+/// The last values of a modulation or a period, by their numbers.
+struct Written {
+    value_type: Arc<Type>,
+    values: VecDeque<(u32, Vec<u8>)>,
 }
 
 /// The values of a source.
@@ -122,7 +128,10 @@ impl Tape {
                     .map(|(place, source)| (source.name.clone(), place))
                     .collect(),
                 written: modulations
-                    .map(|(name, value_type)| (name, (value_type, VecDeque::new())))
+                    .map(|(name, value_type)| {
+                        let values = VecDeque::new();
+                        (name, Written { value_type, values })
+                    })
                     .collect(),
                 sources: sources
                     .iter()
@@ -198,8 +207,8 @@ impl Past for Tape {
         let mut inner = self.lock();
         let limit = inner.time.saturating_add(LATE);
         loop {
-            let (_, values) = inner.written.get(variable)?;
-            if let Some((_, bytes)) = values.iter().rev().find(|(other, _)| *other == number) {
+            let written = inner.written.get(variable)?;
+            if let Some((_, bytes)) = written.values.iter().rev().find(|(other, _)| *other == number) {
                 return Some(bytes.clone());
             }
             if inner.read > limit || !inner.read_one() {
@@ -312,7 +321,7 @@ impl Inner {
                     bytes: Some(bytes),
                 });
             }
-        } else if let Some((value_type, values)) = self.written.get_mut(variable)
+        } else if let Some(Written { value_type, values }) = self.written.get_mut(variable)
             && let Ok(bytes) = cdr::decode(value_type, &message.data)
         {
             if values.len() == WRITTEN {

@@ -127,7 +127,7 @@ impl Schema for Leader {
             }
         }
         self.turns += 1;
-        if self.turns % 40 == 0 {
+        if self.turns.is_multiple_of(40) {
             self.other.sleep(cx);
         } else {
             self.other.wake(cx);
@@ -141,7 +141,7 @@ impl Arbitrate for Leader {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
         let urgency = |child: &Child| level.candidate(child).map_or(0.0, |candidate| candidate.urgency);
         let (one, other) = (urgency(&self.one), urgency(&self.other));
-        if self.turns % 50 == 0 {
+        if self.turns.is_multiple_of(50) {
             return Err("it cannot make up its mind".into());
         }
         Ok(if one > other {
