@@ -6,7 +6,7 @@ use jde_log::{Message, Recording};
 use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
 
-use crate::support::{app, jde_with_plugins, json, said};
+use crate::support::{app, jde, jde_with_plugins, json, said};
 
 /// The messages of a topic.
 fn of<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
@@ -146,4 +146,157 @@ fn what_cannot_be_recorded_is_said_before_the_run() {
     let full = record("/dev/full");
     assert_eq!((full.status, full.out.as_str()), (Some(1), ""), "{}", full.err);
     assert!(full.err.contains("/dev/full: No space left"), "{}", full.err);
+}
+
+#[test]
+fn r16_conditions_make_files_and_a_run_in_lockstep_always_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str| {
+        let file = folder.path().join(name);
+        let run = said(&mut jde_with_plugins(&[
+            "run",
+            &app("room.toml"),
+            "--lockstep",
+            "--json",
+            "--record",
+            file.to_str().unwrap(),
+            "--record-only",
+            "*.laser",
+            "*.period",
+            // Not recorded, and looked at all the same.
+            "--when",
+            "guide.mission.reached >= 1u",
+            "--when",
+            "pioneer.laser.ranges.exists(r, r < 0.9)",
+            "--before",
+            "2s",
+            "--after",
+            "1s",
+        ]));
+        assert_eq!(run.status, Some(0), "{}", run.err);
+        run
+    };
+    let first = run("a/drive.mcap");
+    assert!(
+        first.err.contains("guide.mission.reached >= 1u at "),
+        "{}",
+        first.err
+    );
+    let summary = json(&first.out);
+    let files = summary["recording"]["files"].as_array().unwrap();
+    assert!(!files.is_empty());
+    for (place, file) in files.iter().enumerate() {
+        let path = folder.path().join(format!("a/drive-{:03}.mcap", place + 1));
+        let recording = Recording::open(&path).unwrap();
+        assert_eq!(recording.damage(), None);
+        let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
+        assert_eq!(file["kept"], messages.len());
+        assert_eq!(file["lost"], 0);
+        let start: u64 = recording.metadata("jde").unwrap()["start_ns"].parse().unwrap();
+        let fired = (file["time_s"].as_f64().unwrap() * 1e9).round() as u64;
+        assert!(messages[0].log_time - start >= fired.saturating_sub(2_000_000_000));
+        assert!(of(&messages, "/guide/mission").is_empty());
+        assert_eq!(
+            of(&messages, "/goon/period").len(),
+            1,
+            "written once, before the start"
+        );
+        assert!(!of(&messages, "/pioneer/laser").is_empty());
+    }
+    let again = json(&run("b/drive.mcap").out);
+    let named = |summary: &serde_json::Value| {
+        let files = summary["recording"]["files"].as_array().unwrap().clone();
+        let file = |file: &serde_json::Value| {
+            (
+                file["reason"].clone(),
+                file["time_s"].clone(),
+                file["kept"].clone(),
+            )
+        };
+        files.iter().map(file).collect::<Vec<_>>()
+    };
+    assert_eq!(named(&summary), named(&again));
+}
+
+#[test]
+fn a_condition_that_can_never_come_true_is_refused_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("drive.mcap");
+    for (condition, said_of_it) in [
+        (
+            "pioneer.lasr.range_max > 1.0",
+            "column 1: no variable is called `pioneer.lasr`; did you mean `pioneer.laser`?",
+        ),
+        (
+            "collision:guide/bas",
+            "column 11: no group is called `guide/bas`; did you mean `guide/base`?",
+        ),
+        ("goon.period >", "column 14: mismatched input the end"),
+    ] {
+        let refused = said(&mut jde_with_plugins(&[
+            "run",
+            &app("room.toml"),
+            "--lockstep",
+            "--record",
+            file.to_str().unwrap(),
+            "--when",
+            condition,
+        ]));
+        assert_eq!(refused.status, Some(2), "{}", refused.err);
+        assert!(refused.err.contains(said_of_it), "{}", refused.err);
+        assert!(refused.err.contains("chatter>N"), "{}", refused.err);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn info_tells_what_a_recording_is_also_a_damaged_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("drive.mcap");
+    let name = file.to_str().unwrap();
+    let run = said(&mut jde_with_plugins(&[
+        "run",
+        &app("room.toml"),
+        "--lockstep",
+        "--json",
+        "--seed",
+        "7",
+        "--record",
+        name,
+    ]));
+    let kept = json(&run.out)["recording"]["kept"].clone();
+    let whole = said(&mut jde(&["info", name]));
+    assert_eq!((whole.status, whole.err.as_str()), (Some(0), ""));
+    for part in [
+        "drive.mcap: room, ",
+        "seed 7",
+        "with room.toml",
+        "/pioneer/laser ",
+        "sensor_msgs/msg/LaserScan",
+        "20.0 Hz",
+        "guide/base: ",
+        " switches",
+    ] {
+        assert!(whole.out.contains(part), "{part}: {}", whole.out);
+    }
+    let told = json(&said(&mut jde(&["info", name, "--json"])).out);
+    assert_eq!(
+        (&told["application"], &told["seed"], &told["messages"]),
+        (&"room".into(), &7.into(), &kept)
+    );
+    assert_eq!(told["damage"], serde_json::Value::Null);
+
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    let cut = said(&mut jde(&["info", name]));
+    assert_eq!(cut.status, Some(0));
+    assert!(
+        cut.out.contains("damaged at byte ") && cut.out.contains("it can be read up to "),
+        "{}",
+        cut.out
+    );
+    std::fs::write(&file, "no recording").unwrap();
+    let none = said(&mut jde(&["info", name]));
+    assert_eq!((none.status, none.out.as_str()), (Some(2), ""));
+    assert!(none.err.contains("is no MCAP file"), "{}", none.err);
 }
