@@ -17,6 +17,9 @@ use crate::interrupt::Interrupts;
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
 use crate::why;
 
+/// Lines of each kind that an application keeps.
+const KEPT: usize = 1000;
+
 /// Show what happens: takeovers with their reasons, faults, overruns, operators; the last ones first, then as they come.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -64,11 +67,11 @@ impl Events {
                 let _ = tell.send(None);
             });
         }
-        // Of the selections many change nothing, and are not shown.
-        let last = if self.all {
+        // Most selections change nothing and are not shown: the last takeovers may be anywhere among those that are kept.
+        let last = if self.all || self.last == 0 {
             self.last
         } else {
-            self.last.saturating_mul(50).min(1000)
+            KEPT
         };
         let ends = tell.clone();
         let watching = remote.events(kinds, last, move |happened| {

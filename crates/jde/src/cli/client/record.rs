@@ -200,7 +200,7 @@ fn watch(remote: &Remote, variable: &VariableInfo, recorder: &Recorder) -> Resul
         }
         last = Some(sample.sequence);
         let stamps = Stamps {
-            published: sample.time + sample.age,
+            published: sample.time.saturating_add(sample.age),
             measured: sample.time,
             sequence: sample.sequence,
         };

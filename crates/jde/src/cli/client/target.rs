@@ -80,7 +80,7 @@ impl Context {
 
     fn asked(&self, target: &Target, named: Option<&str>) -> Asked {
         let usual = self.target.borrow();
-        let at = if target.at.is_empty() {
+        let at = if target.at.iter().all(String::is_empty) {
             &usual.at
         } else {
             &target.at
@@ -90,8 +90,16 @@ impl Context {
                 .map(str::to_owned)
                 .or_else(|| target.app.clone())
                 .or_else(|| usual.app.clone()),
-            at.clone(),
-            target.key.clone().or_else(|| usual.key.clone()),
+            // A variable that is set to nothing says nothing.
+            at.iter()
+                .filter(|endpoint| !endpoint.is_empty())
+                .cloned()
+                .collect(),
+            target
+                .key
+                .clone()
+                .or_else(|| usual.key.clone())
+                .filter(|key| !key.as_os_str().is_empty()),
         )
     }
 }

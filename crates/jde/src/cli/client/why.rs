@@ -37,8 +37,8 @@ pub(crate) struct Why {
     /// The question.
     #[arg(value_name = "QUESTION", add = ArgValueCompleter::new(complete::schemas))]
     question: Vec<String>,
-    /// Ask a recording.
-    #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath, conflicts_with_all = ["app", "at"])]
+    /// Ask a recording, whatever application is meant otherwise.
+    #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath)]
     recording: Option<PathBuf>,
     #[command(flatten)]
     target: Target,
