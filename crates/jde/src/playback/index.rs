@@ -19,6 +19,8 @@ use crate::failure::{Failure, shown};
 const TURNS: &str = "/jde/turns";
 /// A topic with no more values than this is in force from one to the next, however long that is.
 const SELDOM: usize = 1000;
+/// ... and no more bytes than this: pictures are no such topic, however few they are.
+const SELDOM_BYTES: usize = 16 << 20;
 /// How far before a place the newest values of all other topics are looked for.
 const LOOK_BACK: Nanos = 5_000_000_000;
 
@@ -170,7 +172,7 @@ impl Index {
     }
 
     fn scan(&mut self) -> Result<(), Failure> {
-        let mut often: BTreeMap<String, usize> = BTreeMap::new();
+        let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         let topics: Vec<String> = self.variables.keys().cloned().collect();
         let messages: Messages = self.recording.messages()?;
         // The first that cannot be read is where it is damaged, and that has been told.
@@ -180,9 +182,10 @@ impl Index {
                 Some(Next::Line(time, line)) => self.lines.push((time, line)),
                 Some(Next::Cycle(cycle)) => self.cycles.push(cycle),
                 Some(Next::Value(value)) => {
-                    let count = often.entry(value.topic.clone()).or_default();
+                    let (count, bytes) = often.entry(value.topic.clone()).or_default();
                     *count += 1;
-                    if *count > SELDOM {
+                    *bytes += value.message.len();
+                    if *count > SELDOM || *bytes > SELDOM_BYTES {
                         self.seldom.remove(&value.topic);
                     } else {
                         self.seldom.entry(value.topic.clone()).or_default().push(value);

@@ -96,7 +96,7 @@ fn table(listed: &[Listed]) -> Table {
             .count();
         let name = match twins {
             1 => about.name.clone(),
-            _ => format!("{}@{}", about.name, &about.id[..about.id.len().min(6)]),
+            _ => format!("{}@{:.6}", about.name, about.id),
         };
         let up = now.saturating_sub(Duration::from_nanos(about.started_ns));
         let acting = match acting.as_deref() {
