@@ -119,6 +119,11 @@ impl Player {
         self.want(|wanted| wanted.stop = true);
     }
 
+    /// Whether it was stopped.
+    pub(super) fn is_stopped(&self) -> bool {
+        lock(&self.wanted).stop
+    }
+
     /// Plays until it is stopped; or, if it is to end by itself, to the end.
     pub(super) fn play(&self, stage: &mut Stage, events: &Events, to_the_end: bool) -> Result<(), Failure> {
         let mut coming = self.index.from(0)?;

@@ -25,7 +25,7 @@ const FAR: Nanos = 5_000_000_000;
 /// Errors: standard input or output is not a terminal, or it went away.
 pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
     screen::with_screen(|terminal| {
-        loop {
+        while !player.is_stopped() {
             terminal.draw(|frame| draw(frame, player, title))?;
             let redraw = Instant::now() + REDRAW;
             if event::poll(redraw.saturating_duration_since(Instant::now()))?
@@ -39,6 +39,7 @@ pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
                 obey(player, key.code);
             }
         }
+        Ok(())
     })
 }
 

@@ -25,6 +25,9 @@ pub(crate) trait Source {
 
     /// Gives what is to be said below the picture: that the application is gone, for one.
     fn status(&self) -> Option<String>;
+
+    /// Whether it is to end: somebody asked the process to.
+    fn is_over(&self) -> bool;
 }
 
 /// A number of a trace.
@@ -48,6 +51,9 @@ pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> i
         loop {
             for sample in source.take() {
                 traces.add(sample);
+            }
+            if source.is_over() {
+                return Ok(());
             }
             let status = source.status();
             terminal.draw(|frame| draw::draw(frame, &traces, title, WINDOWS[window], status.as_deref()))?;

@@ -85,12 +85,12 @@ impl Watch {
             watched.push(one);
             watching.push(watch);
         }
-        if self.plot {
-            return self.draw(&watched, told);
-        }
         let _interrupts = Interrupts::call(move || {
             let _ = tell.send(Told::Interrupted);
         })?;
+        if self.plot {
+            return self.draw(&watched, told);
+        }
         self.tell(&watched, &told)
     }
 
@@ -193,6 +193,7 @@ impl Watch {
             told,
             watched,
             gone: None,
+            interrupted: false,
         };
         plot::run(&applications.join(", "), names.collect(), &mut source)?;
         Ok(())
@@ -204,6 +205,7 @@ struct Incoming<'w> {
     told: Receiver<Told>,
     watched: &'w [Watched],
     gone: Option<String>,
+    interrupted: bool,
 }
 
 impl plot::Source for Incoming<'_> {
@@ -224,7 +226,7 @@ impl plot::Source for Incoming<'_> {
                     });
                 }
                 Told::Gone(name) => self.gone = Some(name),
-                Told::Interrupted => {}
+                Told::Interrupted => self.interrupted = true,
             }
         }
         samples
@@ -233,6 +235,10 @@ impl plot::Source for Incoming<'_> {
     fn status(&self) -> Option<String> {
         let name = self.gone.as_ref()?;
         Some(format!("{name} is gone   q leave"))
+    }
+
+    fn is_over(&self) -> bool {
+        self.interrupted
     }
 }
 
