@@ -109,6 +109,12 @@ impl Live {
             _watching: watching,
         })
     }
+
+    /// Gives what makes whoever looks leave; any thread may call it.
+    pub(crate) fn leaving(&self) -> impl Fn() + Send + use<> {
+        let seen = Arc::clone(&self.seen);
+        move || lock(&seen).outcome = Some(Outcome::Stopped)
+    }
 }
 
 impl Application for Live {

@@ -1,5 +1,8 @@
 //! `jde top`: the oscilloscope on an application that runs elsewhere.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 
@@ -7,6 +10,7 @@ use super::{Context, Target};
 use crate::attached::live::Live;
 use crate::complete;
 use crate::failure::Failure;
+use crate::interrupt::Interrupts;
 use crate::terminal;
 use crate::top::{self, Application as _, Left};
 
@@ -35,8 +39,17 @@ impl Top {
         let remote = context.remote(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
         let live = Live::new(remote)?;
+        let asked = Arc::new(AtomicBool::new(false));
+        let _interrupts = {
+            let (asked, leave) = (Arc::clone(&asked), live.leaving());
+            Interrupts::call(move || {
+                asked.store(true, Ordering::Relaxed);
+                leave();
+            })?
+        };
         let left = top::run(&live, &title)?;
         if left == Left::Ended
+            && !asked.load(Ordering::Relaxed)
             && let Some(outcome) = live.outcome()
         {
             writeln!(terminal::out(), "{title} ended: {}", outcome.words())?;
