@@ -204,8 +204,9 @@ fn when(around: &Around, application: &Application) -> Result<When, Failure> {
         memory: around.memory,
         on_file: Box::new(|happened, written| {
             let (file, reason) = (shown(&written.path), &written.reason);
+            let at = written.time as f64 / 1e9;
             match happened {
-                Happened::Began => tracing::warn!("recording {file}: {reason}"),
+                Happened::Began => tracing::warn!("recording {file}: {reason} at {at:.3} s"),
                 Happened::FiredAgain => tracing::info!("recording {file} for longer"),
                 Happened::Ended => tracing::info!("recorded {file}"),
                 Happened::Failed => {

@@ -45,12 +45,12 @@ impl Question {
 
     /// The takeover that is asked for: nearest to the time, or the last.
     fn takeover(&self, decisions: &[Decision]) -> Option<usize> {
-        let matching = decisions
+        let mut matching = decisions
             .iter()
             .enumerate()
             .filter(|(_, decision)| self.fits(decision));
         let Some(at) = self.at else {
-            return matching.last().map(|(place, _)| place);
+            return matching.next_back().map(|(place, _)| place);
         };
         if self.winner.is_none() && self.loser.is_none() {
             // Whoever asks for a time alone wants to know what was in force then.
