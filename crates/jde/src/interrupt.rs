@@ -2,6 +2,7 @@
 //! What whoever started the process wants ignored (`nohup`) stays ignored.
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -18,28 +19,34 @@ pub(crate) struct Interrupts {
 }
 
 impl Interrupts {
-    /// Calls `stop` at the first signal, from a thread of its own; it must return soon.
+    /// Calls `stop` at the first signal, from a thread of its own; it must return soon. The second ends the process.
     ///
     /// # Errors
     /// The system refuses to tell of signals.
     pub(crate) fn call(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
+        let before = AtomicBool::new(false);
+        Self::each(move |signal| {
+            if before.swap(true, Ordering::Relaxed) {
+                end_by(signal);
+            }
+            stop();
+        })
+    }
+
+    /// Calls `heard` at each signal, from a thread of its own; it must return soon.
+    ///
+    /// # Errors
+    /// The system refuses to tell of signals.
+    pub(crate) fn each(heard: impl Fn(i32) + Send + 'static) -> io::Result<Self> {
         let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
-        let heard = [SIGINT, SIGTERM, SIGHUP]
+        let minded = [SIGINT, SIGTERM, SIGHUP]
             .into_iter()
             .filter(|signal| ignored & (1 << (signal - 1)) == 0);
-        let mut listener = Signals::new(heard)?;
+        let mut listener = Signals::new(minded)?;
         let signals = listener.handle();
         let thread = std::thread::Builder::new()
             .name("signals".to_owned())
-            .spawn(move || {
-                let mut before = false;
-                for signal in listener.forever() {
-                    if std::mem::replace(&mut before, true) {
-                        low_level::exit(BY_SIGNAL + signal);
-                    }
-                    stop();
-                }
-            })?;
+            .spawn(move || listener.forever().for_each(heard))?;
         Ok(Self {
             signals,
             thread: Some(thread),
@@ -55,6 +62,11 @@ impl Drop for Interrupts {
             let _ = thread.join();
         }
     }
+}
+
+/// Ends the process as a signal would.
+pub(crate) fn end_by(signal: i32) {
+    low_level::exit(BY_SIGNAL + signal);
 }
 
 /// The signals that a process was started to ignore, a bit each, from its status as Linux tells it.

@@ -81,12 +81,26 @@ pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
         })
         .map_err(Error::Thread)?;
     match opened.recv_timeout(OPENING) {
-        Ok(session) => session.map_err(|error| Error::Open(error.to_string())),
+        Ok(session) => session.map_err(|error| Error::Open(words(&error.to_string()))),
         Err(_) => Err(Error::Open(format!(
             "nobody answered within {} s",
             OPENING.as_secs()
         ))),
     }
+}
+
+/// What Zenoh says, without the places in its source that say it: ` at /.../tcp.rs:105.`
+fn words(error: &str) -> String {
+    let place = |word: &str| word.trim_end_matches('.').rsplit_once(".rs:").is_some();
+    let mut kept: Vec<&str> = Vec::new();
+    for word in error.split(' ') {
+        if place(word) && kept.last() == Some(&"at") {
+            kept.pop();
+        } else {
+            kept.push(word);
+        }
+    }
+    kept.join(" ")
 }
 
 /// Says good-bye to all peers, in bounded time.
@@ -180,5 +194,20 @@ impl Tls {
             "verify_name_on_connect": true,
             "close_link_on_expiration": true,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words;
+
+    #[test]
+    fn errors_of_zenoh_do_not_name_its_source() {
+        let said = "Unable to connect to tcp/127.0.0.1:1 at /x/y-1.10/src/tcp.rs:105. - Caused by refused at /x/z.rs:9.";
+        assert_eq!(
+            words(said),
+            "Unable to connect to tcp/127.0.0.1:1 - Caused by refused"
+        );
+        assert_eq!(words("look at it"), "look at it");
     }
 }

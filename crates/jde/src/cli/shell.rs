@@ -2,7 +2,10 @@
 
 use std::borrow::Cow;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::builder::Resettable;
 use clap::{Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::ArgValueCompleter;
 use reedline::{
@@ -11,9 +14,12 @@ use reedline::{
     Reedline, ReedlineEvent, ReedlineMenu, Signal, Span, Suggestion, default_emacs_keybindings,
 };
 
+use ratatui::crossterm::terminal::disable_raw_mode;
+
 use super::client::{Client, Context, Target};
 use crate::complete;
 use crate::failure::Failure;
+use crate::interrupt::{Interrupts, end_by};
 use crate::terminal::{self, FAINT, TITLE};
 
 /// Lines of history that are kept.
@@ -85,16 +91,59 @@ impl Shell {
 
 /// Line by line; the first that fails ends it.
 fn piped(context: &Context) -> Result<(), Failure> {
+    let signals = Signals::mind()?;
     for line in std::io::stdin().lines() {
         let line = line?;
-        if let Then::Leave = obey(&line, context)? {
+        if let Then::Leave = signals.during(|| obey(&line, context))? {
             break;
+        }
+        if signals.heard.load(Ordering::Relaxed) {
+            return Err(Failure::Broken(format!(
+                "interrupted at `{line}`; what follows was not done"
+            )));
         }
     }
     Ok(())
 }
 
+/// Signals of a whole shell: a verb that runs ends by itself, and between two verbs the shell does.
+struct Signals {
+    busy: Arc<AtomicBool>,
+    /// One was heard while a verb ran.
+    heard: Arc<AtomicBool>,
+    _interrupts: Interrupts,
+}
+
+impl Signals {
+    fn mind() -> Result<Self, Failure> {
+        let (busy, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let (works, hears) = (Arc::clone(&busy), Arc::clone(&heard));
+        let interrupts = Interrupts::each(move |signal| {
+            if works.load(Ordering::Relaxed) {
+                hears.store(true, Ordering::Relaxed);
+            } else {
+                // The line editor has the terminal; whether it can be given back or not, the shell ends.
+                let _ = disable_raw_mode();
+                end_by(signal);
+            }
+        })?;
+        Ok(Self {
+            busy,
+            heard,
+            _interrupts: interrupts,
+        })
+    }
+
+    fn during<T>(&self, verb: impl FnOnce() -> T) -> T {
+        self.busy.store(true, Ordering::Relaxed);
+        let done = verb();
+        self.busy.store(false, Ordering::Relaxed);
+        done
+    }
+}
+
 fn interactive(context: &Context) -> Result<(), Failure> {
+    let signals = Signals::mind()?;
     let mut keys = default_emacs_keybindings();
     keys.add_binding(
         KeyModifiers::NONE,
@@ -127,7 +176,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     loop {
         let prompt = Application(context.target.borrow().app.clone());
         match editor.read_line(&prompt) {
-            Ok(Signal::Success(line)) => match obey(&line, context) {
+            Ok(Signal::Success(line)) => match signals.during(|| obey(&line, context)) {
                 Ok(Then::GoOn) => {}
                 Ok(Then::Leave) => return Ok(()),
                 Err(failure) if failure.is_closed_pipe() => return Ok(()),
@@ -196,7 +245,8 @@ fn words(line: &str) -> Result<Vec<String>, Failure> {
 }
 
 fn command() -> Command {
-    Line::command()
+    // The environment was heard when the shell began; what has been said in it since counts more.
+    Line::command().mut_subcommands(|verb| verb.mut_args(|argument| argument.env(Resettable::Reset)))
 }
 
 fn history_file() -> Option<PathBuf> {

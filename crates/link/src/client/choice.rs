@@ -44,7 +44,7 @@ fn distinct(running: &[&About]) -> Vec<String> {
             format!(
                 "{}@{} (on {})",
                 about.name,
-                &about.id[..about.id.len().min(6)],
+                about.id.chars().take(6).collect::<String>(),
                 about.host
             )
         } else {

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::Remote;
 use crate::Error;
+use crate::folder::new_id;
 use crate::message::{Action, Request};
 
 /// Ended when dropped.
@@ -21,8 +22,10 @@ impl Hold {
     pub(super) fn begin(remote: Remote, request: &Request, lease: Duration) -> Result<Self, Error> {
         let lease_ms = u64::try_from(lease.as_millis()).unwrap_or(u64::MAX);
         let schema = request.action.schema().to_owned();
+        // A name of its own: what is done under the operator's plain name stands, and neither undoes the other.
+        let by = format!("{} (lease {:.6})", request.by, new_id()?);
         let leased = |action: Action, lease_ms: Option<u64>| Request {
-            by: request.by.clone(),
+            by: by.clone(),
             action,
             lease_ms,
         };
@@ -44,7 +47,7 @@ impl Hold {
                     Ok(()) => {}
                     Err(error @ (Error::Refused { .. } | Error::Gone(_))) => {
                         *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
-                        return;
+                        break;
                     }
                     Err(error) => tracing::warn!("a hold was not renewed: {error}"),
                 }

@@ -10,7 +10,7 @@ use crossbeam_queue::ArrayQueue;
 use zenoh::query::Query;
 
 use super::hands::Done;
-use crate::keys::{self, Keys, Rate};
+use crate::keys::{self, Keys, OPERATE, Rate};
 
 /// Requests that wait.
 const ASKS: usize = 256;
@@ -32,6 +32,17 @@ pub(super) struct Ask {
     pub(super) query: Query,
 }
 
+/// Which requests go first.
+#[derive(Clone, Copy)]
+enum Rank {
+    /// What operators on this machine want done.
+    Order,
+    /// What else is asked on this machine.
+    Local,
+    /// Whatever comes from the network.
+    Network,
+}
+
 /// What clients want of one variable at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Want {
@@ -51,7 +62,8 @@ pub(super) struct Wanting {
 
 /// What waits for the worker.
 pub(super) struct Inbox {
-    pub(super) asks: ArrayQueue<Ask>,
+    /// By their [`Rank`]: whoever asks much keeps nobody of another rank waiting.
+    asks: [ArrayQueue<Ask>; 3],
     pub(super) done: ArrayQueue<Done>,
     wants: Mutex<BTreeMap<Want, Wanting>>,
     wants_changed: AtomicBool,
@@ -65,7 +77,7 @@ pub(super) struct Inbox {
 impl Inbox {
     pub(super) fn new() -> Self {
         Self {
-            asks: ArrayQueue::new(ASKS),
+            asks: std::array::from_fn(|_| ArrayQueue::new(ASKS)),
             done: ArrayQueue::new(ASKS),
             wants: Mutex::default(),
             wants_changed: AtomicBool::new(false),
@@ -98,10 +110,24 @@ impl Inbox {
     }
 
     pub(super) fn ask(&self, origin: Origin, query: Query) {
+        let rank = match origin {
+            Origin::Network => Rank::Network,
+            Origin::Local if query.key_expr().as_str().ends_with(OPERATE) => Rank::Order,
+            Origin::Local => Rank::Local,
+        };
         // A full queue drops the request, which ends it without an answer: its sender knows at once.
-        if self.asks.push(Ask { origin, query }).is_ok() {
+        if self.asks[rank as usize].push(Ask { origin, query }).is_ok() {
             self.wake();
         }
+    }
+
+    /// The request that is next.
+    pub(super) fn next_ask(&self) -> Option<Ask> {
+        self.asks.iter().find_map(ArrayQueue::pop)
+    }
+
+    pub(super) fn is_idle(&self) -> bool {
+        self.asks.iter().all(ArrayQueue::is_empty) && self.done.is_empty()
     }
 
     /// A variable has a new value. Called by whoever publishes it.

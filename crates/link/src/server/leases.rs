@@ -1,6 +1,7 @@
 //! Holds of operators that end by themselves: a client that died, or was cut off, lets go. Keeps times, acts on nothing.
 
 use std::collections::BTreeMap;
+use std::mem::{Discriminant, discriminant};
 use std::time::{Duration, Instant};
 
 use crate::message::{Action, Refusal, Request};
@@ -14,7 +15,14 @@ const MOST: usize = 256;
 /// All leases, by operator and schema.
 #[derive(Default)]
 pub(super) struct Leases {
-    until: BTreeMap<(String, String), Instant>,
+    held: BTreeMap<(String, String), Lease>,
+}
+
+/// A lease.
+struct Lease {
+    until: Instant,
+    /// What was done by it.
+    what: Discriminant<Action>,
 }
 
 impl Leases {
@@ -31,14 +39,14 @@ impl Leases {
                 "a lease of {lease} ms is not given; ask for {SHORTEST} to {LONGEST}"
             )));
         }
-        let known = self.until.contains_key(&key(request));
+        let known = self.held.contains_key(&key(request));
         match request.action {
             Action::Renew { .. } if !known => Err(Refusal::new(format!(
                 "`{}` holds nothing at `{}` by a lease any more",
                 request.by,
                 request.action.schema()
             ))),
-            _ if !known && self.until.len() >= MOST => Err(Refusal::new(format!(
+            _ if !known && self.held.len() >= MOST => Err(Refusal::new(format!(
                 "there are {MOST} leases already; let go of some"
             ))),
             _ => Ok(()),
@@ -48,40 +56,66 @@ impl Leases {
     /// A request was carried out.
     pub(super) fn acted(&mut self, request: &Request, now: Instant) {
         match (&request.action, request.lease_ms) {
-            (Action::Release { schema }, _) => self.until.retain(|(_, held), _| held != schema),
-            (Action::LetGo { .. }, _) | (_, None) => {
-                self.until.remove(&key(request));
+            (Action::Release { schema }, _) => self.held.retain(|(_, held), _| held != schema),
+            (Action::LetGo { .. }, _) => {
+                self.held.remove(&key(request));
             }
-            (_, Some(lease)) => {
-                let until = now + Duration::from_millis(lease.min(LONGEST));
-                self.until.insert(key(request), until);
+            // The same without a lease stands; something else leaves the lease as it is.
+            (action, None) => {
+                let key = key(request);
+                if self
+                    .held
+                    .get(&key)
+                    .is_some_and(|lease| lease.what == discriminant(action))
+                {
+                    self.held.remove(&key);
+                }
+            }
+            (Action::Renew { .. }, Some(lease)) => {
+                if let Some(held) = self.held.get_mut(&key(request)) {
+                    held.until = end(now, lease);
+                }
+            }
+            (action, Some(lease)) => {
+                let lease = Lease {
+                    until: end(now, lease),
+                    what: discriminant(action),
+                };
+                self.held.insert(key(request), lease);
             }
         }
     }
 
     /// Those that ran out, as requests to let go.
     pub(super) fn over(&mut self, now: Instant) -> Vec<Request> {
-        self.until
-            .extract_if(.., |_, until| *until <= now)
+        self.held
+            .extract_if(.., |_, lease| lease.until <= now)
             .map(|(key, _)| let_go(key))
             .collect()
     }
 
     /// All of them, as requests to let go.
     pub(super) fn end(&mut self) -> Vec<Request> {
-        std::mem::take(&mut self.until).into_keys().map(let_go).collect()
+        std::mem::take(&mut self.held).into_keys().map(let_go).collect()
     }
 
     /// Puts one back that could not be ended now.
     pub(super) fn retry(&mut self, request: &Request, now: Instant) {
-        self.until
-            .insert(key(request), now + Duration::from_millis(SHORTEST));
+        let lease = Lease {
+            until: now + Duration::from_millis(SHORTEST),
+            what: discriminant(&request.action),
+        };
+        self.held.insert(key(request), lease);
     }
 
     /// When the next runs out.
     pub(super) fn next(&self) -> Option<Instant> {
-        self.until.values().min().copied()
+        self.held.values().map(|lease| lease.until).min()
     }
+}
+
+fn end(now: Instant, lease_ms: u64) -> Instant {
+    now + Duration::from_millis(lease_ms.min(LONGEST))
 }
 
 fn key(request: &Request) -> (String, String) {
@@ -141,6 +175,11 @@ mod tests {
         let (mut leases, start) = (Leases::default(), Instant::now());
         leases.acted(&request("ana", play(), Some(1000)), start);
         leases.acted(&request("ben", play(), Some(1000)), start);
+        let retimed = Action::Period {
+            schema: "goon".to_owned(),
+            period_s: 0.05,
+        };
+        leases.acted(&request("ben", retimed, None), start);
         leases.acted(&request("ana", play(), None), start);
         assert_eq!(leases.over(start + Duration::from_secs(2)).len(), 1);
         leases.acted(&request("ana", play(), Some(1000)), start);

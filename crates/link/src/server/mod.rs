@@ -103,6 +103,21 @@ impl Settings {
         }
     }
 
+    /// What clients from the network may do: only look, where it is not known who they are.
+    fn network_access(&self) -> Access {
+        let proven = self.tls.as_ref().is_some_and(|tls| tls.authority.is_some());
+        let strange = |endpoint: &String| {
+            let proven = proven && endpoint.starts_with("tls/");
+            !(proven || is_loopback(endpoint))
+        };
+        let known = self.insecure || self.login.is_some() || self.tls.as_ref().is_some_and(|tls| tls.clients);
+        if known || !(self.discover || self.connect.iter().any(strange)) {
+            self.access
+        } else {
+            Access::Read
+        }
+    }
+
     /// Whether the network is opened at all.
     #[must_use]
     pub fn is_networked(&self) -> bool {
@@ -134,7 +149,7 @@ impl Link {
                 .map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)),
             executor: title.executor,
             speed: title.speed,
-            network: match (settings.is_networked(), settings.access) {
+            network: match (settings.is_networked(), settings.network_access()) {
                 (false, _) => Network::Closed,
                 (true, Access::Read) => Network::Read,
                 (true, Access::Operate) => Network::Operate,

@@ -83,10 +83,12 @@ impl Peer {
                     last_trouble = None;
                     let bell = Arc::clone(&self.bell);
                     remote.on_gone(move || bell.ring());
-                    let watching = self.import(&remote);
+                    let mut missing = self.places.clone();
+                    let mut watching = self.import(&remote, &mut missing);
                     tracing::info!(peer = self.name, "found on {}", remote.about().host);
                     while remote.alive() && !self.inner.stopping() {
                         self.bell.wait();
+                        watching.extend(self.import(&remote, &mut missing));
                     }
                     drop(watching);
                     self.places.iter().for_each(|place| self.inner.gone(*place));
@@ -142,8 +144,9 @@ impl Peer {
         Remote::new(Arc::new(connection), about).map(Some)
     }
 
-    /// Listens to all that is imported from it. What it does not have, or has of another type, stays without a value.
-    fn import(&self, remote: &Remote) -> Vec<Watching> {
+    /// Listens to what is missing of all that is imported from it. What it does not have, or has of another type, stays without a
+    /// value; what was not answered in time stays missing, to be asked for again.
+    fn import(&self, remote: &Remote, missing: &mut Vec<usize>) -> Vec<Watching> {
         let own = self.inner.subject.title().speed;
         let ratio = own / remote.about().speed.max(f64::MIN_POSITIVE);
         let watch = |place: usize| {
@@ -174,12 +177,19 @@ impl Peer {
                 inner.came(place, sample, ratio);
             })
         };
-        let watching = self.places.iter().filter_map(|place| {
-            watch(*place)
-                .inspect_err(|error| tracing::error!(peer = self.name, "not imported: {error}"))
-                .ok()
+        let mut watching = Vec::new();
+        missing.retain(|place| match watch(*place) {
+            Ok(watch) => {
+                watching.push(watch);
+                false
+            }
+            Err(Error::NoAnswer { .. } | Error::Gone(_)) => true,
+            Err(error) => {
+                tracing::error!(peer = self.name, "not imported: {error}");
+                false
+            }
         });
-        watching.collect()
+        watching
     }
 }
 

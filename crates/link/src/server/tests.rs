@@ -74,3 +74,31 @@ fn a_request_reads_as_documented() {
     assert!(read_request(&vec![b' '; 2 << 20]).is_err());
     assert!(read_request(br#"{"by":"a","action":"explode","schema":"goon"}"#).is_err());
 }
+
+#[test]
+fn whoever_sits_at_an_address_may_only_look_unless_it_is_known_who_that_is() {
+    let access = |change: &dyn Fn(&mut Settings)| {
+        let mut settings = Settings::local("robot");
+        change(&mut settings);
+        settings.network_access()
+    };
+    let tcp = || vec!["tcp/base.local:7447".to_owned()];
+    let authority = || {
+        Some(Tls {
+            authority: Some("ca.pem".to_owned()),
+            ..Tls::default()
+        })
+    };
+    assert_eq!(access(&|settings| settings.connect = tcp()), Access::Read);
+    assert_eq!(access(&|settings| settings.discover = true), Access::Read);
+    let tls = |settings: &mut Settings| {
+        (settings.connect, settings.tls) = (vec!["tls/base.local:7447".to_owned()], authority());
+    };
+    assert_eq!(access(&tls), Access::Operate);
+    assert_eq!(
+        access(&|settings| (settings.connect, settings.insecure) = (tcp(), true)),
+        Access::Operate
+    );
+    let here = |settings: &mut Settings| settings.connect = vec!["tcp/127.0.0.1:7447".to_owned()];
+    assert_eq!(access(&here), Access::Operate);
+}

@@ -38,7 +38,7 @@ const WAITING: usize = 256;
 const LONGEST: usize = 1 << 20;
 /// Lines that a question for events gets unless it says how many.
 const USUAL: usize = 100;
-/// Requests to operate in a second, from all clients together: each takes the application's locks.
+/// Requests to operate in a second, from all clients of an origin together: each takes the application's locks.
 const ACTS: f64 = 100.0;
 
 /// What the thread works with.
@@ -52,7 +52,8 @@ pub(super) struct Worker {
     /// Whoever sends values.
     values: Option<JoinHandle<()>>,
     leases: Leases,
-    acts: Bucket,
+    /// Of each origin its own, so that none uses up another's.
+    acts: [Bucket; 2],
     about: Answer,
     network: Network,
     schemas: Answer,
@@ -96,7 +97,7 @@ impl Worker {
             variables,
             about: json(about),
             network: about.network,
-            acts: Bucket::new(ACTS, Instant::now()),
+            acts: std::array::from_fn(|_| Bucket::new(ACTS, Instant::now())),
             subject,
             inbox,
             keys,
@@ -120,7 +121,7 @@ impl Worker {
     pub(super) fn run(mut self) {
         while !self.inbox.stopping() {
             let next = self.round();
-            if self.inbox.asks.is_empty() && self.inbox.done.is_empty() {
+            if self.inbox.is_idle() {
                 std::thread::park_timeout(next.saturating_duration_since(Instant::now()));
             }
         }
@@ -145,7 +146,7 @@ impl Worker {
         }
         self.end_leases();
         for _ in 0..ROUND {
-            let Some(ask) = self.inbox.asks.pop() else { break };
+            let Some(ask) = self.inbox.next_ask() else { break };
             self.answer(ask);
         }
         let looked_at = self.doors.iter().any(|door| door.hierarchy.listened());
@@ -327,7 +328,7 @@ impl Worker {
             return refuse(&query, &refusal);
         }
         let busy = Refusal::new("too much is asked of the application at once; try again");
-        if !self.acts.take(Instant::now()) {
+        if !self.acts[origin as usize].take(Instant::now()) {
             return refuse(&query, &busy);
         }
         let act = Act {

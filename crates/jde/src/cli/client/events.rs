@@ -134,10 +134,17 @@ impl Events {
             return Ok(());
         }
         if self.json {
+            let (number, missed) = (happened.number, happened.missed);
             return print_json(&match &happened.line {
-                Line::Decision(decision) => json!({ "stream": "decisions", "line": decision }),
-                Line::Change(change) => json!({ "stream": "states", "line": change }),
-                Line::Happening(happening) => json!({ "stream": "events", "line": happening }),
+                Line::Decision(decision) => {
+                    json!({ "stream": "decisions", "number": number, "missed": missed, "line": decision })
+                }
+                Line::Change(change) => {
+                    json!({ "stream": "states", "number": number, "missed": missed, "line": change })
+                }
+                Line::Happening(happening) => {
+                    json!({ "stream": "events", "number": number, "missed": missed, "line": happening })
+                }
             });
         }
         let mut out = terminal::out();

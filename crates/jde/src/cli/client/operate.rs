@@ -194,6 +194,12 @@ pub(super) fn carry_out(
         lease_ms: None,
     };
     let mut out = terminal::out();
+    if lasting.time.is_some() && remote.about().executor == "replay" {
+        return Err(Failure::usage(
+            "a recording stays as it is set, and is not let go of",
+            "leave --for out",
+        ));
+    }
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
         remote.operate(&request)?;
         writeln!(out, "{GOOD}{}{GOOD:#}", saying.done)?;

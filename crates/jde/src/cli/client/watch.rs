@@ -1,6 +1,7 @@
 //! `jde watch`: values as they come, in lines or drawn over time.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -194,6 +195,8 @@ impl Watch {
             watched,
             gone: None,
             interrupted: false,
+            several: applications.len() > 1,
+            start: Instant::now(),
         };
         plot::run(&applications.join(", "), names.collect(), &mut source)?;
         Ok(())
@@ -206,6 +209,9 @@ struct Incoming<'w> {
     watched: &'w [Watched],
     gone: Option<String>,
     interrupted: bool,
+    /// Of several applications.
+    several: bool,
+    start: Instant,
 }
 
 impl plot::Source for Incoming<'_> {
@@ -218,9 +224,18 @@ impl plot::Source for Incoming<'_> {
                         .bytes
                         .as_deref()
                         .and_then(|bytes| self.watched[trace].part.number(bytes));
+                    let time = if self.several {
+                        // Each application counts from its own start: here all count from when this began.
+                        self.start.elapsed().as_secs_f64() - sample.age as f64 / 1e9
+                    } else if sample.sequence == 0 {
+                        // What has been there since the start is drawn from now on.
+                        (sample.time + sample.age) as f64 / 1e9
+                    } else {
+                        sample.time as f64 / 1e9
+                    };
                     samples.push(plot::Sample {
                         trace,
-                        time: sample.time as f64 / 1e9,
+                        time,
                         // A value that is none breaks the line.
                         value: number.unwrap_or(f64::NAN),
                     });
