@@ -2,7 +2,7 @@
 
 use crate::support::{jde, said};
 
-const VERBS: [&str; 7] = [
+const VERBS: [&str; 27] = [
     "demo",
     "run",
     "check",
@@ -10,6 +10,26 @@ const VERBS: [&str; 7] = [
     "plugins",
     "new",
     "completions",
+    "replay",
+    "info",
+    "apps",
+    "ps",
+    "top",
+    "vars",
+    "get",
+    "set",
+    "watch",
+    "events",
+    "why",
+    "play",
+    "stop",
+    "force",
+    "release",
+    "period",
+    "unload",
+    "load",
+    "record",
+    "shell",
 ];
 
 #[test]
@@ -83,9 +103,23 @@ fn completions_are_there_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = said(&mut jde(&["completions", shell]));
         assert_eq!(script.status, Some(0), "{shell}");
-        for verb in VERBS {
-            assert!(script.out.contains(verb), "{shell} completes {verb}");
-        }
+        assert!(
+            script.out.contains("COMPLETE") && script.out.contains("jde"),
+            "{shell}: {}",
+            script.out
+        );
+    }
+    // The script asks the executable, each time a key is pressed.
+    let mut asked = jde(&["--", "jde", ""]);
+    asked
+        .env("COMPLETE", "bash")
+        .env("_CLAP_COMPLETE_INDEX", "1")
+        .env("_CLAP_COMPLETE_COMP_TYPE", "9")
+        .env("_CLAP_COMPLETE_SPACE", "false")
+        .env("_CLAP_IFS", "\n");
+    let words = said(&mut asked).out;
+    for verb in VERBS {
+        assert!(words.lines().any(|word| word == verb), "{verb} in {words}");
     }
 }
 
