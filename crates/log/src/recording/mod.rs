@@ -124,12 +124,7 @@ impl Recording {
             return Ok(recording);
         }
         let found = scan::scan(&mut file).map_err(failed)?;
-        Ok(Self::new(
-            path,
-            &found.summary,
-            found.metadata,
-            found.damage,
-        ))
+        Ok(Self::new(path, &found.summary, found.metadata, found.damage))
     }
 
     /// Its channels, in the order in which they were added.
