@@ -273,7 +273,7 @@ fn info_tells_what_a_recording_is_also_a_damaged_one() {
         "with room.toml",
         "/pioneer/laser ",
         "sensor_msgs/msg/LaserScan",
-        "20.0 Hz",
+        " Hz ",
         "guide/base: ",
         " switches",
     ] {
