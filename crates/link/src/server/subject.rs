@@ -128,6 +128,7 @@ impl Subject for Running {
         match application.instances.get(number as usize) {
             Some(instance) => instance.name.clone(),
             None if number == Stamp::NOBODY => String::new(),
+            None if number == Remote::WRITER => "another application".to_owned(),
             None => "operator".to_owned(),
         }
     }
