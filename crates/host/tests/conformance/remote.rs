@@ -54,7 +54,7 @@ fn r12_a_value_from_elsewhere_triggers_is_taken_back_and_comes_again(executor: E
     let status = out.status(rig.handle.now());
     assert_eq!(status.last_writer, Some(Remote::WRITER));
     assert!(
-        status.age >= Some(5 * MS.min(now)),
+        status.age >= Some((5 * MS).min(now)),
         "it was on its way for some time"
     );
 

@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn those_who_act_are_named_from_the_roots_down() {
-        assert_eq!(acting(&navigation()), ["example", "goon"]);
+        assert_eq!(acting(&navigation()), ["example", "vff"]);
     }
 
     #[test]
