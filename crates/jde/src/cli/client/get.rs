@@ -20,7 +20,7 @@ use crate::terminal::{self, FAINT};
   jde get pioneer.odometry.pose.pose.position.x
   jde get robot2:pioneer.laser.ranges[90] --json")]
 pub(crate) struct Get {
-    /// The variables: [APP:]SCHEMA.VARIABLE[.FIELD].
+    /// The variables: SCHEMA.VARIABLE, with .FIELD behind it and APP: before it if need be.
     #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
     variables: Vec<String>,
     #[command(flatten)]

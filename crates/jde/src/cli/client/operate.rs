@@ -26,7 +26,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Which schema, of which application.
 #[derive(Args)]
 struct Schema {
-    /// The schema: [APP:]SCHEMA.
+    /// The schema; APP:SCHEMA names the application too.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
     schema: String,
     #[command(flatten)]

@@ -25,7 +25,7 @@ use crate::failure::Failure;
   jde set example.start '{x = 1.0, y = 2.0, theta = 0.0}'
   jde set robot2:goon.fast=0.2 --for 10s")]
 pub(crate) struct Set {
-    /// The modulation: [APP:]SCHEMA.MODULATION, or with =VALUE behind it.
+    /// The modulation: SCHEMA.MODULATION, or with =VALUE behind it.
     #[arg(value_name = "MODULATION", add = ArgValueCompleter::new(complete::modulations))]
     modulation: String,
     /// The value; TOML, or a text without its quotes.

@@ -21,7 +21,7 @@ pub(crate) struct Target {
     /// Look there instead of on this machine: an endpoint such as tcp/robot2:7447 or tls/robot2:7447 (repeatable).
     #[arg(long, env = "JDE_AT", value_name = "ENDPOINT", value_delimiter = ',')]
     pub(crate) at: Vec<String>,
-    /// How to get in there: a file with user and password-file, or tls, as under [link] of an application.
+    /// How to get in there: a file with user and password-file, or tls, as in an application that opens its link.
     #[arg(long, env = "JDE_KEY", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) key: Option<PathBuf>,
 }

@@ -29,7 +29,7 @@ const PLOT: Rate = Rate::Hz(50);
   jde watch example.mission --count 1 --json
   jde watch --plot pioneer.odometry.twist.twist.linear.x pioneer.velocity.linear.x")]
 pub(crate) struct Watch {
-    /// The variables: [APP:]SCHEMA.VARIABLE[.FIELD].
+    /// The variables: SCHEMA.VARIABLE, with .FIELD behind it and APP: before it if need be.
     #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
     variables: Vec<String>,
     #[command(flatten)]
