@@ -38,7 +38,7 @@ const STALE: Nanos = 1_000_000_000;
 pub struct Link {
     /// How others call it: see [`Link::is_name`].
     pub name: String,
-    /// Where it listens beyond its own user's folder: "tcp/0.0.0.0:7447", "tls/[::]:7447", "unixsock-stream//run/robot".
+    /// Where it listens beyond its own user's folder: `tcp/0.0.0.0:7447`, `tls/[::]:7447`, `unixsock-stream//run/robot`.
     pub listen: Vec<String>,
     /// Whom it looks for, for ever; written likewise.
     pub connect: Vec<String>,
