@@ -48,7 +48,13 @@ const TABLE: &[Row] = &[
     row("crates/headers", &["crates/abi", "crates/types"]),
     row(
         "crates/host",
-        &["crates/abi", "crates/core", "crates/board", "crates/types"],
+        &[
+            "crates/abi",
+            "crates/core",
+            "crates/board",
+            "crates/panel",
+            "crates/types",
+        ],
     ),
     row(
         "crates/log",
@@ -57,11 +63,26 @@ const TABLE: &[Row] = &[
             "crates/board",
             "crates/core",
             "crates/host",
+            "crates/panel",
             "crates/ros",
             "crates/types",
         ],
     ),
     row("crates/ros", &["crates/abi"]),
+    row("crates/panel", &[]),
+    // What it shows comes over the link, or from a recording; nothing of control is within its reach.
+    row(
+        "crates/view",
+        &[
+            "crates/abi",
+            "crates/core",
+            "crates/host",
+            "crates/link",
+            "crates/log",
+            "crates/panel",
+            "crates/types",
+        ],
+    ),
     // The one crate that opens the network.
     row(
         "crates/link",
@@ -70,6 +91,7 @@ const TABLE: &[Row] = &[
             "crates/board",
             "crates/core",
             "crates/host",
+            "crates/panel",
             "crates/ros",
         ],
     ),

@@ -1,0 +1,70 @@
+//! Lists and gestures as bytes: CBOR, which says itself what it holds and is read in every language.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::Broken;
+use crate::limits::MOST_BYTES;
+
+/// How deep what is read may be nested.
+const DEEPEST: usize = 48;
+
+/// The bytes of a list or gesture.
+///
+/// # Panics
+/// Never for types of this crate.
+#[must_use]
+pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    ciborium::into_writer(value, &mut bytes).expect("a vector takes every byte");
+    bytes
+}
+
+/// Reads what [`encode`] wrote. A list is to be checked before it is shown ([`crate::check`]).
+///
+/// # Errors
+/// [`Broken::Huge`], [`Broken::Bytes`].
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
+    if bytes.len() > MOST_BYTES {
+        return Err(Broken::Huge(bytes.len()));
+    }
+    ciborium::de::from_reader_with_recursion_limit(bytes, DEEPEST)
+        .map_err(|error| Broken::Bytes(error.to_string()))
+}
+
+/// Pixels as one string of bytes, not as a list of numbers.
+pub(crate) mod raw {
+    use std::fmt;
+
+    use serde::de::{SeqAccess, Visitor};
+    use serde::{Deserializer, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(bytes)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+        struct Bytes;
+        impl<'de> Visitor<'de> for Bytes {
+            type Value = Vec<u8>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("bytes")
+            }
+            fn visit_bytes<E>(self, bytes: &[u8]) -> Result<Self::Value, E> {
+                Ok(bytes.to_vec())
+            }
+            fn visit_byte_buf<E>(self, bytes: Vec<u8>) -> Result<Self::Value, E> {
+                Ok(bytes)
+            }
+            // JSON has no bytes.
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
+                let mut bytes = Vec::new();
+                while let Some(byte) = seq.next_element()? {
+                    bytes.push(byte);
+                }
+                Ok(bytes)
+            }
+        }
+        deserializer.deserialize_byte_buf(Bytes)
+    }
+}

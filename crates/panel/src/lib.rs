@@ -1,0 +1,27 @@
+//! What a schema's own panel is made of: a [`List`] of widgets and shapes that any viewer can show, and the [`Gesture`]s that it
+//! hands back. Data, its limits and its bytes (CBOR); it refuses to draw, to keep state and to know of schemas.
+
+mod bytes;
+mod gesture;
+mod item;
+mod limits;
+mod shape;
+mod solid;
+
+pub use bytes::{decode, encode};
+pub use gesture::{Button, Gesture, Touch};
+pub use item::{Item, Trace, Words};
+pub use limits::{Broken, MOST_BYTES, MOST_ITEMS, MOST_POINTS, MOST_TEXT, check};
+pub use shape::{Area, Color, Ink, Shape, Stroke, Wants};
+pub use solid::{Place, Solid};
+
+use serde::{Deserialize, Serialize};
+
+/// What a panel shows at one instant. It replaces what it showed before; a widget is the same one while its `id` is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct List {
+    /// When it was drawn, ns since the application's start.
+    pub time: u64,
+    /// From top to bottom.
+    pub items: Vec<Item>,
+}

@@ -1,0 +1,364 @@
+//! What a list may hold, so that a broken or huge one is refused with its reason before anybody draws it.
+
+use std::collections::HashSet;
+
+use crate::{Area, Item, List, Place, Shape, Solid};
+
+/// Most bytes of a list: an image of 1280 by 960 in color and as much again.
+pub const MOST_BYTES: usize = 8 << 20;
+/// Most widgets and shapes of a list.
+pub const MOST_ITEMS: usize = 20_000;
+/// Most points of all its lines, curves and meshes.
+pub const MOST_POINTS: usize = 400_000;
+/// Most bytes of a text.
+pub const MOST_TEXT: usize = 4096;
+/// Deepest that rows and groups stand in each other.
+const DEEPEST: usize = 8;
+
+/// Why a list is not shown.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Broken {
+    /// More bytes than any list may have.
+    #[error("it has {0} bytes, and {MOST_BYTES} are allowed")]
+    Huge(usize),
+    /// Not what a list looks like.
+    #[error("it is no list of widgets: {0}")]
+    Bytes(String),
+    /// Too many widgets and shapes.
+    #[error("it has more than {MOST_ITEMS} widgets and shapes")]
+    Items,
+    /// Too many points.
+    #[error("it has more than {MOST_POINTS} points")]
+    Points,
+    /// Rows and groups too deep in each other.
+    #[error("rows and groups stand more than {DEEPEST} deep in each other")]
+    Deep,
+    /// Something of one widget.
+    #[error("{widget}: {reason}")]
+    Widget {
+        /// Which.
+        widget: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// Looks whether a list can be shown as it is.
+///
+/// # Errors
+/// [`Broken`], naming the widget.
+pub fn check(list: &List) -> Result<(), Broken> {
+    let mut checker = Checker::default();
+    checker.items(&list.items, 0)
+}
+
+#[derive(Default)]
+struct Checker<'a> {
+    ids: HashSet<&'a str>,
+    items: usize,
+    points: usize,
+    bytes: usize,
+}
+
+impl<'a> Checker<'a> {
+    fn items(&mut self, items: &'a [Item], depth: usize) -> Result<(), Broken> {
+        if depth > DEEPEST {
+            return Err(Broken::Deep);
+        }
+        for item in items {
+            self.count(1, 0)?;
+            self.item(item, depth)?;
+        }
+        Ok(())
+    }
+
+    fn item(&mut self, item: &'a Item, depth: usize) -> Result<(), Broken> {
+        let wrong = |widget: &str, reason: &str| {
+            Err(Broken::Widget {
+                widget: format!("`{widget}`"),
+                reason: reason.to_owned(),
+            })
+        };
+        match item {
+            Item::Text { text, .. } => self.text("a text", text),
+            Item::Value { label, value, unit } => {
+                self.text(label, label)?;
+                self.text(label, unit)?;
+                finite(label, &[*value])
+            }
+            Item::Button { id, label, .. } | Item::Toggle { id, label, .. } => {
+                self.id(id)?;
+                self.text(id, label)
+            }
+            Item::Slider {
+                id,
+                label,
+                value,
+                least,
+                greatest,
+                unit,
+            } => {
+                self.id(id)?;
+                self.text(id, label)?;
+                self.text(id, unit)?;
+                finite(id, &[*value, *least, *greatest])?;
+                if least > greatest {
+                    return wrong(id, "its least value is above its greatest");
+                }
+                Ok(())
+            }
+            Item::Choice {
+                id,
+                label,
+                options,
+                chosen,
+            } => {
+                self.id(id)?;
+                self.text(id, label)?;
+                self.count(options.len(), 0)?;
+                for option in options {
+                    self.text(id, option)?;
+                }
+                if *chosen as usize >= options.len() {
+                    return wrong(id, "what is chosen is none of its options");
+                }
+                Ok(())
+            }
+            Item::Image {
+                id,
+                width,
+                height,
+                channels,
+                pixels,
+                ..
+            } => {
+                self.id(id)?;
+                if !matches!(channels, 1 | 3 | 4) {
+                    return wrong(id, "a pixel has 1, 3 or 4 bytes");
+                }
+                let bytes = u64::from(*width) * u64::from(*height) * u64::from(*channels);
+                if bytes != pixels.len() as u64 || bytes == 0 {
+                    return wrong(id, "it has not as many pixels as its width and height say");
+                }
+                self.bytes(pixels.len())
+            }
+            Item::Plot {
+                id,
+                label,
+                across,
+                up,
+                traces,
+            } => {
+                self.id(id)?;
+                for text in [label, across, up] {
+                    self.text(id, text)?;
+                }
+                for trace in traces {
+                    self.count(1, trace.points.len())?;
+                    self.text(id, &trace.name)?;
+                    finite(id, trace.points.as_flattened())?;
+                }
+                Ok(())
+            }
+            Item::Table { id, columns, rows } => {
+                self.id(id)?;
+                self.count(rows.len() * columns.len().max(1), 0)?;
+                if rows.iter().any(|row| row.len() != columns.len()) {
+                    return wrong(id, "a row has not as many texts as there are columns");
+                }
+                columns
+                    .iter()
+                    .chain(rows.iter().flatten())
+                    .try_for_each(|text| self.text(id, text))
+            }
+            Item::Row { items } => self.items(items, depth + 1),
+            Item::Group { id, label, items, .. } => {
+                self.id(id)?;
+                self.text(id, label)?;
+                self.items(items, depth + 1)
+            }
+            Item::Canvas { id, area, shapes, .. } => {
+                self.id(id)?;
+                if let Some(Area { least, greatest }) = area {
+                    finite(id, least)?;
+                    finite(id, greatest)?;
+                    if least[0] >= greatest[0] || least[1] >= greatest[1] {
+                        return wrong(id, "its area is empty");
+                    }
+                }
+                shapes.iter().try_for_each(|shape| self.shape(id, shape))
+            }
+            Item::Scene {
+                id, frame, solids, ..
+            } => {
+                self.id(id)?;
+                self.text(id, frame)?;
+                solids.iter().try_for_each(|solid| self.solid(id, solid))
+            }
+        }
+    }
+
+    fn shape(&mut self, id: &str, shape: &Shape) -> Result<(), Broken> {
+        match shape {
+            Shape::Line { points, stroke, .. } | Shape::Points { points, stroke } => {
+                self.count(1, points.len())?;
+                width(id, stroke.width)?;
+                finite(id, points.as_flattened())
+            }
+            Shape::Polygon { points, .. } => {
+                self.count(1, points.len())?;
+                finite(id, points.as_flattened())
+            }
+            Shape::Circle {
+                center,
+                radius,
+                stroke,
+                ..
+            } => {
+                self.count(1, 1)?;
+                width(id, stroke.width)?;
+                finite(id, &[center[0], center[1], *radius])
+            }
+            Shape::Arrow { from, to, stroke } => {
+                self.count(1, 2)?;
+                width(id, stroke.width)?;
+                finite(id, from)?;
+                finite(id, to)
+            }
+            Shape::Label { at, text, .. } => {
+                self.count(1, 1)?;
+                self.text(id, text)?;
+                finite(id, at)
+            }
+            Shape::Robot { pose } => {
+                self.count(1, 1)?;
+                finite(id, pose)
+            }
+        }
+    }
+
+    fn solid(&mut self, id: &str, solid: &Solid) -> Result<(), Broken> {
+        match solid {
+            Solid::Line {
+                points, width: thick, ..
+            }
+            | Solid::Points {
+                points, width: thick, ..
+            } => {
+                self.count(1, points.len())?;
+                width(id, *thick)?;
+                finite(id, points.as_flattened())
+            }
+            Solid::Mesh { corners, .. } => {
+                self.count(1, corners.len())?;
+                if !corners.len().is_multiple_of(3) {
+                    return Err(Broken::Widget {
+                        widget: format!("`{id}`"),
+                        reason: "a mesh has three corners to a triangle".to_owned(),
+                    });
+                }
+                finite(id, corners.as_flattened())
+            }
+            Solid::Box { place, size, .. } => {
+                self.count(1, 1)?;
+                placed(id, place)?;
+                finite(id, size)
+            }
+            Solid::Sphere { center, radius, .. } => {
+                self.count(1, 1)?;
+                finite(id, center)?;
+                finite(id, &[*radius])
+            }
+            Solid::Cylinder {
+                place,
+                radius,
+                height,
+                ..
+            } => {
+                self.count(1, 1)?;
+                placed(id, place)?;
+                finite(id, &[*radius, *height])
+            }
+            Solid::Arrow { from, to, .. } => {
+                self.count(1, 2)?;
+                finite(id, from)?;
+                finite(id, to)
+            }
+            Solid::Label { at, text, .. } => {
+                self.count(1, 1)?;
+                self.text(id, text)?;
+                finite(id, at)
+            }
+        }
+    }
+
+    fn id(&mut self, id: &'a str) -> Result<(), Broken> {
+        let reason = if id.is_empty() {
+            "a widget that can be touched needs an id"
+        } else if !self.ids.insert(id) {
+            "two widgets have this id"
+        } else {
+            return self.text(id, id);
+        };
+        Err(Broken::Widget {
+            widget: format!("`{id}`"),
+            reason: reason.to_owned(),
+        })
+    }
+
+    fn text(&mut self, widget: &str, text: &str) -> Result<(), Broken> {
+        if text.len() > MOST_TEXT {
+            let name: String = widget.chars().take(40).collect();
+            return Err(Broken::Widget {
+                widget: format!("`{name}`"),
+                reason: format!("a text has {} bytes, and {MOST_TEXT} are allowed", text.len()),
+            });
+        }
+        self.bytes(text.len())
+    }
+
+    fn bytes(&mut self, bytes: usize) -> Result<(), Broken> {
+        self.bytes += bytes;
+        if self.bytes > MOST_BYTES {
+            return Err(Broken::Huge(self.bytes));
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, items: usize, points: usize) -> Result<(), Broken> {
+        self.items += items;
+        self.points += points;
+        if self.items > MOST_ITEMS {
+            return Err(Broken::Items);
+        }
+        if self.points > MOST_POINTS {
+            return Err(Broken::Points);
+        }
+        Ok(())
+    }
+}
+
+fn placed(id: &str, place: &Place) -> Result<(), Broken> {
+    finite(id, &place.at)?;
+    finite(id, &place.turned)
+}
+
+fn width(id: &str, width: f32) -> Result<(), Broken> {
+    if width > 0.0 && width.is_finite() {
+        return Ok(());
+    }
+    Err(Broken::Widget {
+        widget: format!("`{id}`"),
+        reason: format!("a line of width {width}"),
+    })
+}
+
+fn finite(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => Err(Broken::Widget {
+            widget: format!("`{widget}`"),
+            reason: format!("a number is {number}"),
+        }),
+    }
+}
