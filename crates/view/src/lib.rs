@@ -1,1 +1,54 @@
-//! Windows on running applications.
+//! Windows on running applications: the hierarchy oscilloscope, sensors and motors, a 3D view, each schema's own panel. All of
+//! it is a client of the link: it sees what a tool across the room sees, and closing it touches nothing.
+//!
+//! It refuses to control: what a person does here becomes an operator's request (R14), and who is asked decides.
+
+// Windows come one by one.
+#![allow(dead_code)]
+
+mod app;
+mod layout;
+mod look;
+mod session;
+mod start;
+#[cfg(test)]
+mod tests;
+mod window;
+
+use std::path::PathBuf;
+
+use jde_link::Reach;
+
+/// What to show first.
+#[derive(Clone, Debug)]
+pub struct Opening {
+    /// Where applications are looked for.
+    pub reach: Reach,
+    /// The application to begin with, by name; nothing: the start page, or the only one that runs.
+    pub application: Option<String>,
+    /// A recording to begin with.
+    pub recording: Option<PathBuf>,
+    /// How a recording is played: the program and its arguments before the file, in a process of its own.
+    pub player: Vec<String>,
+    /// Where recordings are looked for.
+    pub recordings: Vec<PathBuf>,
+}
+
+/// Why no window can be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// There is no screen.
+    #[error("there is no screen here: neither WAYLAND_DISPLAY nor DISPLAY is set")]
+    NoScreen,
+    /// The screen or its driver refused.
+    #[error("cannot open a window: {0}")]
+    Window(String),
+}
+
+/// Opens the window and stays until it is closed. To be called from the main thread.
+///
+/// # Errors
+/// [`Error`]; whatever goes wrong later is shown in the window.
+pub fn run(opening: Opening) -> Result<(), Error> {
+    app::run(opening)
+}

@@ -1,0 +1,88 @@
+//! Numbers in the units that people like. Inside everything is SI.
+
+use serde::{Deserialize, Serialize};
+
+/// The units in which numbers are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub(crate) struct Units {
+    /// Of angles.
+    pub(crate) angle: Angle,
+    /// Of lengths.
+    pub(crate) length: Length,
+}
+
+/// Of angles, and of turn rates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Angle {
+    /// Degrees.
+    #[default]
+    Degrees,
+    /// Radians.
+    Radians,
+}
+
+/// Of lengths, and of speeds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Length {
+    /// Metres.
+    #[default]
+    Metres,
+    /// Millimetres, as in 2007.
+    Millimetres,
+}
+
+impl Units {
+    /// A number in a unit of SI, as shown: "0.40 m/s", "50.0 deg/s".
+    pub(crate) fn show(self, number: f64, unit: &str) -> String {
+        let (number, unit) = self.convert(number, unit);
+        let size = number.abs();
+        let digits = match size {
+            _ if number.fract() == 0.0 && size < 1e6 => 0,
+            _ if size >= 100.0 => 0,
+            _ if size >= 10.0 => 1,
+            _ if size >= 1.0 => 2,
+            _ => 3,
+        };
+        if unit.is_empty() {
+            format!("{number:.digits$}")
+        } else {
+            format!("{number:.digits$} {unit}")
+        }
+    }
+
+    /// A number of SI in the unit it is shown in, and that unit.
+    pub(crate) fn convert(self, number: f64, unit: &str) -> (f64, String) {
+        let (head, tail) = unit
+            .split_once('/')
+            .map_or((unit, None), |(head, tail)| (head, Some(tail)));
+        let (factor, name) = match head {
+            "rad" if self.angle == Angle::Degrees => (180.0 / std::f64::consts::PI, "deg"),
+            "m" if self.length == Length::Millimetres => (1000.0, "mm"),
+            head => (1.0, head),
+        };
+        let unit = tail.map_or_else(|| name.to_owned(), |tail| format!("{name}/{tail}"));
+        (number * factor, unit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_shown_in_the_units_that_people_like() {
+        let units = Units::default();
+        assert_eq!(units.show(0.4, "m/s"), "0.400 m/s");
+        assert_eq!(units.show(50_f64.to_radians(), "rad/s"), "50.0 deg/s");
+        let old = Units {
+            angle: Angle::Radians,
+            length: Length::Millimetres,
+        };
+        assert_eq!(old.show(0.4, "m/s"), "400 mm/s");
+        assert_eq!(old.show(2.0, "rad"), "2 rad");
+        assert_eq!(old.show(0.25, ""), "0.250");
+    }
+}

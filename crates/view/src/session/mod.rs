@@ -1,0 +1,229 @@
+//! A running application as the windows see it: what came last over the link, and what is asked of it. Nothing here waits for the
+//! network: questions and orders are carried out by threads of their own.
+//!
+//! A window asks each frame for what it shows; what nobody asks for any more is no longer listened to.
+
+mod hands;
+mod notice;
+mod past;
+mod watched;
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use eframe::egui;
+use jde_host::snapshot::{SchemaView, Snapshot};
+use jde_host::story::{Kind, Line};
+use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
+use jde_link::{Error, Rate, Remote, Sample, Watching};
+use jde_types::Value;
+
+use hands::Hands;
+pub(crate) use notice::Notice;
+pub(crate) use past::{Band, Past};
+use watched::Watched;
+
+/// How many lines of each kind are fetched of what happened before.
+const EARLIER: usize = 2000;
+
+/// An application that is looked into. Used by the window's thread alone.
+pub(crate) struct Session {
+    remote: Remote,
+    schemas: Schemas,
+    variables: Vec<VariableInfo>,
+    told: Arc<Mutex<Told>>,
+    snapshot: Arc<Snapshot>,
+    past: Past,
+    watched: RefCell<Watched>,
+    hands: Hands,
+    gone: bool,
+    _watching: Vec<Watching>,
+}
+
+/// What the link's threads left since the last frame.
+struct Told {
+    snapshot: Option<Snapshot>,
+    lines: VecDeque<(Line, u64)>,
+}
+
+/// Lines that may wait for a frame; a window that is hidden keeps the newest.
+const WAITING: usize = 50_000;
+
+impl Session {
+    /// Begins to look. Waits for answers of the application, up to 5 s each: not to be called from the window's thread.
+    ///
+    /// # Errors
+    /// As [`Remote`]'s calls.
+    pub(crate) fn open(remote: Remote, repaint: egui::Context) -> Result<Self, Error> {
+        let schemas = remote.schemas()?;
+        let variables = remote.variables(false)?;
+        let snapshot = remote.hierarchy()?;
+        let told = Arc::new(Mutex::new(Told {
+            snapshot: None,
+            lines: VecDeque::new(),
+        }));
+        let mut watching = Vec::new();
+        watching.push({
+            let (told, repaint) = (Arc::clone(&told), repaint.clone());
+            remote.watch_hierarchy(move |snapshot| {
+                lock(&told).snapshot = Some(snapshot);
+                repaint.request_repaint();
+            })?
+        });
+        watching.push({
+            let told = Arc::clone(&told);
+            remote.events(&Kind::ALL, EARLIER, move |happened| {
+                let mut told = lock(&told);
+                if told.lines.len() == WAITING {
+                    told.lines.pop_front();
+                }
+                told.lines.push_back((happened.line, happened.missed));
+            })?
+        });
+        {
+            let repaint = repaint.clone();
+            remote.on_gone(move || repaint.request_repaint());
+        }
+        Ok(Self {
+            schemas,
+            variables,
+            told,
+            past: Past::new(),
+            watched: RefCell::new(Watched::new(remote.clone(), repaint.clone())),
+            hands: Hands::new(remote.clone(), repaint),
+            snapshot: Arc::new(snapshot),
+            gone: false,
+            remote,
+            _watching: watching,
+        })
+    }
+
+    /// Takes up what came since the last frame. To be called once at its beginning.
+    pub(crate) fn begin_frame(&mut self) {
+        let (snapshot, lines) = {
+            let mut told = lock(&self.told);
+            (told.snapshot.take(), std::mem::take(&mut told.lines))
+        };
+        for (line, missed) in lines {
+            self.past.hear(line, missed);
+        }
+        if let Some(snapshot) = snapshot {
+            self.past.see(&snapshot);
+            self.snapshot = Arc::new(snapshot);
+        }
+        self.gone = !self.remote.alive();
+        self.watched.get_mut().tidy();
+    }
+
+    /// What it is.
+    pub(crate) fn about(&self) -> &About {
+        self.remote.about()
+    }
+
+    /// Whether it is there no more; everything shown is then as it was last.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.gone
+    }
+
+    /// Whether it is a recording that plays.
+    pub(crate) fn is_recording(&self) -> bool {
+        self.about().executor == "replay"
+    }
+
+    /// Its schemas and groups, as declared.
+    pub(crate) fn schemas(&self) -> &Schemas {
+        &self.schemas
+    }
+
+    /// A schema by its name, as declared.
+    pub(crate) fn schema(&self, name: &str) -> Option<&SchemaInfo> {
+        self.schemas.schemas.iter().find(|schema| schema.name == name)
+    }
+
+    /// Its variables.
+    pub(crate) fn variables(&self) -> &[VariableInfo] {
+        &self.variables
+    }
+
+    /// The exports of a standard type, in the application's order.
+    pub(crate) fn exports<T: Value>(&self) -> impl Iterator<Item = &VariableInfo> {
+        let name = T::describe().name;
+        let fits = move |variable: &&VariableInfo| variable.access == "export" && variable.type_name == name;
+        self.variables.iter().filter(fits)
+    }
+
+    /// What every schema and group is doing.
+    pub(crate) fn snapshot(&self) -> &Arc<Snapshot> {
+        &self.snapshot
+    }
+
+    /// What a schema is doing.
+    pub(crate) fn view(&self, schema: &str) -> Option<&SchemaView> {
+        self.snapshot.schemas.iter().find(|view| view.name == schema)
+    }
+
+    /// What has happened as far as it is kept.
+    pub(crate) fn past(&self) -> &Past {
+        &self.past
+    }
+
+    /// s since the application's start, as of the newest snapshot.
+    pub(crate) fn now(&self) -> f64 {
+        self.snapshot.time as f64 / 1e9
+    }
+
+    /// The newest value of a variable. Asked for in every frame in which it is shown: the first times there is none yet, and
+    /// what is no longer asked for is no longer sent.
+    pub(crate) fn value(&self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
+        self.watched.borrow_mut().newest(name, rate)
+    }
+
+    /// As [`Self::value`], as a standard type; none if it is of another.
+    pub(crate) fn read<T: Value>(&self, name: &str, rate: Rate) -> Option<(T, Arc<Sample>)> {
+        let sample = self.value(name, rate)?;
+        let value = T::from_bytes(sample.bytes.as_deref()?)?;
+        (sample.value_type.name == T::describe().name).then_some((value, sample))
+    }
+
+    /// The values of a variable that came since the call before with the same `reader`, oldest first; for traces. To be asked
+    /// for in every frame, as [`Self::value`].
+    pub(crate) fn values(&self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {
+        self.watched.borrow_mut().since(name, rate, reader)
+    }
+
+    /// Why a variable cannot be listened to, if so.
+    pub(crate) fn trouble(&self, name: &str) -> Option<String> {
+        self.watched.borrow().trouble(name)
+    }
+
+    /// Asks for something as an operator (R14). What comes of it is among [`Self::notices`].
+    pub(crate) fn act(&self, action: Action) {
+        self.hands.act(action);
+    }
+
+    /// As [`Self::act`], held by a lease for as long as it is asked for again at least every half second: what a person lets go
+    /// of, or a viewer that dies, is undone by the application itself.
+    pub(crate) fn hold(&self, action: Action) {
+        self.hands.hold(action);
+    }
+
+    /// Ends what [`Self::hold`] holds at a schema, at once.
+    pub(crate) fn let_go(&self, schema: &str) {
+        self.hands.let_go(schema);
+    }
+
+    /// What came of orders lately, newest last.
+    pub(crate) fn notices(&self) -> Vec<Notice> {
+        self.hands.notices()
+    }
+
+    /// The way to the application, for what is not offered above. Its calls wait: not for the window's thread.
+    pub(crate) fn remote(&self) -> &Remote {
+        &self.remote
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,163 @@
+//! What has happened: the states of every schema over time, selections and events. Bounded; the oldest goes first.
+
+use std::collections::{HashMap, VecDeque};
+
+use jde_core::State;
+use jde_host::snapshot::Snapshot;
+use jde_host::story::{Decision, Happening, Line};
+
+/// How many of each are kept.
+const MOST_DECISIONS: usize = 20_000;
+const MOST_HAPPENINGS: usize = 20_000;
+/// Bands of one schema.
+const MOST_BANDS: usize = 20_000;
+
+/// A time during which a schema was in one state; it lasts until the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Band {
+    /// s since the application's start.
+    pub(crate) from: f64,
+    /// Its state since.
+    pub(crate) state: State,
+}
+
+/// What has happened as far as it is kept.
+#[derive(Debug, Default)]
+pub(crate) struct Past {
+    bands: HashMap<String, VecDeque<Band>>,
+    decisions: VecDeque<Decision>,
+    happenings: VecDeque<Happening>,
+    missed: u64,
+    since: Option<f64>,
+    last: f64,
+}
+
+impl Past {
+    pub(super) fn new() -> Self {
+        Self::default()
+    }
+
+    /// A line, and how many before it did not come.
+    pub(super) fn hear(&mut self, line: Line, missed: u64) {
+        self.missed += missed;
+        match line {
+            Line::Change(change) => {
+                let Some(state) = state(&change.to) else { return };
+                let before = state_or_slept(&change.from);
+                let bands = self.bands.entry(change.schema).or_default();
+                if bands.is_empty() {
+                    bands.push_back(Band {
+                        from: 0.0,
+                        state: before,
+                    });
+                }
+                push(
+                    bands,
+                    Band {
+                        from: change.time_s,
+                        state,
+                    },
+                );
+            }
+            Line::Decision(decision) => {
+                self.turn_back(decision.time_s);
+                keep(&mut self.decisions, decision, MOST_DECISIONS);
+            }
+            Line::Happening(happening) => keep(&mut self.happenings, happening, MOST_HAPPENINGS),
+        }
+    }
+
+    /// A snapshot: what lines did not tell is made up for.
+    pub(super) fn see(&mut self, snapshot: &Snapshot) {
+        let now = snapshot.time as f64 / 1e9;
+        self.turn_back(now);
+        self.last = now;
+        self.since.get_or_insert(now);
+        for view in &snapshot.schemas {
+            if let Some(bands) = self.bands.get_mut(&view.name) {
+                // Lines come before the snapshot that shows what they tell, or are lost.
+                if bands
+                    .back()
+                    .is_some_and(|band| band.state != view.state && band.from < now)
+                {
+                    push(
+                        bands,
+                        Band {
+                            from: now,
+                            state: view.state,
+                        },
+                    );
+                }
+            } else {
+                let band = Band {
+                    from: now,
+                    state: view.state,
+                };
+                self.bands.insert(view.name.clone(), VecDeque::from([band]));
+            }
+        }
+    }
+
+    /// A recording went back: what was ahead has not happened yet.
+    fn turn_back(&mut self, now: f64) {
+        if now + 1.0 >= self.last {
+            return;
+        }
+        for bands in self.bands.values_mut() {
+            bands.retain(|band| band.from <= now);
+        }
+        self.decisions.retain(|decision| decision.time_s <= now);
+        self.happenings.retain(|happening| happening.time_s <= now);
+        self.last = now;
+    }
+
+    /// The bands of a schema, oldest first.
+    pub(crate) fn bands(&self, schema: &str) -> Option<&VecDeque<Band>> {
+        self.bands.get(schema)
+    }
+
+    /// Selections, oldest first.
+    pub(crate) fn decisions(&self) -> &VecDeque<Decision> {
+        &self.decisions
+    }
+
+    /// Events, oldest first.
+    pub(crate) fn happenings(&self) -> &VecDeque<Happening> {
+        &self.happenings
+    }
+
+    /// Lines that did not come: the network or this machine was too slow.
+    pub(crate) fn missed(&self) -> u64 {
+        self.missed
+    }
+}
+
+fn push(bands: &mut VecDeque<Band>, band: Band) {
+    match bands.back_mut() {
+        // Two changes at one instant: the last stays.
+        Some(last) if last.from >= band.from => last.state = band.state,
+        Some(last) if last.state == band.state => {}
+        _ => keep(bands, band, MOST_BANDS),
+    }
+}
+
+fn keep<T>(list: &mut VecDeque<T>, new: T, most: usize) {
+    if list.len() == most {
+        list.pop_front();
+    }
+    list.push_back(new);
+}
+
+fn state(word: &str) -> Option<State> {
+    Some(match word {
+        "slept" => State::Slept,
+        "checking" => State::Checking,
+        "ready" => State::Ready,
+        "winner" => State::Winner,
+        _ => return None,
+    })
+}
+
+fn state_or_slept(word: &str) -> State {
+    state(word).unwrap_or(State::Slept)
+}

@@ -1,0 +1,1 @@
+//! The windows on applications that really run, found by label, clicked and typed into; and pictures of them.

@@ -1,0 +1,64 @@
+//! The kinds of windows on an application, each in a folder of its own, and what they have in common.
+
+pub(crate) mod panel;
+pub(crate) mod robot;
+pub(crate) mod scope;
+pub(crate) mod space;
+pub(crate) mod values;
+
+use eframe::egui;
+use serde::{Deserialize, Serialize};
+
+use crate::look::Look;
+use crate::session::Session;
+
+/// A window on an application. It keeps what a person chose in it, and draws anew each frame from the session.
+pub(crate) trait Window {
+    /// Draws it, and asks the session for what the person wants.
+    fn show(&mut self, ui: &mut egui::Ui, session: &Session, look: &Look);
+
+    /// What it keeps from one start to the next, as JSON; null for nothing.
+    fn keep(&self) -> serde_json::Value {
+        serde_json::Value::Null
+    }
+}
+
+/// What kind of window: as saved with the layout.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    /// The hierarchy over time.
+    Oscilloscope,
+    /// Sensors and motors.
+    Robot,
+    /// Space.
+    Space,
+    /// Variables and modulations.
+    Values,
+    /// The panel of a schema, by its name.
+    Panel(String),
+}
+
+impl Kind {
+    /// What stands on its tab.
+    pub(crate) fn title(&self) -> String {
+        match self {
+            Self::Oscilloscope => "Oscilloscope".to_owned(),
+            Self::Robot => "Sensors and motors".to_owned(),
+            Self::Space => "3D".to_owned(),
+            Self::Values => "Variables".to_owned(),
+            Self::Panel(schema) => schema.clone(),
+        }
+    }
+
+    /// A window of this kind, with what one kept before.
+    pub(crate) fn open(&self, kept: &serde_json::Value) -> Box<dyn Window> {
+        match self {
+            Self::Oscilloscope => Box::new(scope::Scope::open(kept)),
+            Self::Robot => Box::new(robot::Robot::open(kept)),
+            Self::Space => Box::new(space::Space::open(kept)),
+            Self::Values => Box::new(values::Values::open(kept)),
+            Self::Panel(schema) => Box::new(panel::Panel::open(schema, kept)),
+        }
+    }
+}
