@@ -29,7 +29,7 @@ extern "C" {
 /** Changes when a table changes in a way that old readers would misread. Host and plugin must have the same. */
 #define JDE_ABI_MAJOR 1u
 /** Grows when tables grow. A host accepts plugins of its own minor version and older. */
-#define JDE_ABI_MINOR 1u
+#define JDE_ABI_MINOR 2u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -163,6 +163,143 @@ extern "C" {
 /** Policy kind: the father's own function. */
 #define JDE_POLICY_FATHER 4u
 
+/** The id of the ability, whose table is a jde_panel. Since minor version 2, as all that belongs to it. */
+#define JDE_ABILITY_PANEL "jde.panel"
+
+/** Widget: a text in `label`; `number` says how it matters, JDE_WORDS_PLAIN to JDE_WORDS_CODE. */
+#define JDE_WIDGET_TEXT 0u
+/** Widget: a number `value` with its name in `label` and its `unit`. */
+#define JDE_WIDGET_VALUE 1u
+/** Widget: something to press, with `id` and `label`. JDE_DISABLED. */
+#define JDE_WIDGET_BUTTON 2u
+/** Widget: something that is on or off, with `id` and `label`; `number` is 1 for on. */
+#define JDE_WIDGET_TOGGLE 3u
+/** Widget: a number to move, with `id`, `label`, `value`, `least`, `greatest`, `unit`. */
+#define JDE_WIDGET_SLIDER 4u
+/** Widget: one of several, with `id`, `label`, the `texts`, and in `number` the place of the present one. */
+#define JDE_WIDGET_CHOICE 5u
+/** Widget: an image, with `id`, `pixels`, `width`, `height`, `channels`. JDE_WANTS_CLICKS, JDE_WANTS_DRAGS, JDE_WANTS_KEYS. */
+#define JDE_WIDGET_IMAGE 6u
+/** Widget: a table, with `id`; `texts` are the heads of its `number` columns and then the cells, row by row. */
+#define JDE_WIDGET_TABLE 7u
+/** Widget: the widgets up to its jde_pen.end, beside each other. */
+#define JDE_WIDGET_ROW 8u
+/** Widget: the widgets up to its jde_pen.end below `label`, with `id`. JDE_FOLDED. */
+#define JDE_WIDGET_GROUP 9u
+/**
+ * Widget: curves, with `id` and `label`; `texts` are what its two axes show, across and up. Up to its jde_pen.end come only
+ * shapes of JDE_SHAPE_LINE, each with its name in `text`.
+ */
+#define JDE_WIDGET_PLOT 10u
+/**
+ * Widget: a plane in metres, with `id`; up to its jde_pen.end come shapes with two numbers a point. It begins with `area` in
+ * view if that is not empty. JDE_FORWARD_UP, JDE_WANTS_CLICKS, JDE_WANTS_DRAGS, JDE_WANTS_KEYS.
+ */
+#define JDE_WIDGET_CANVAS 11u
+/**
+ * Widget: a space in metres, with `id`, in the frame of REP-105 that `label` names; up to its jde_pen.end come shapes with
+ * three numbers a point. JDE_WANTS_CLICKS, JDE_WANTS_DRAGS, JDE_WANTS_KEYS.
+ */
+#define JDE_WIDGET_SCENE 12u
+
+/** Words: as they are. */
+#define JDE_WORDS_PLAIN 0u
+/** Words: a heading. */
+#define JDE_WORDS_HEADING 1u
+/** Words: less than the rest. */
+#define JDE_WORDS_FAINT 2u
+/** Words: all is well. */
+#define JDE_WORDS_GOOD 3u
+/** Words: something is off. */
+#define JDE_WORDS_WARNING 4u
+/** Words: something failed. */
+#define JDE_WORDS_ERROR 5u
+/** Words: letters of one width. */
+#define JDE_WORDS_CODE 6u
+
+/** Widget flag: hands clicks back. */
+#define JDE_WANTS_CLICKS 1u
+/** Widget flag: hands drags back; without it a drag moves the view. */
+#define JDE_WANTS_DRAGS 2u
+/** Widget flag: hands keys back while it has the focus. */
+#define JDE_WANTS_KEYS 4u
+/** Widget flag: shown with x up and y to the left, as a robot that looks up the screen sees its own frame. */
+#define JDE_FORWARD_UP 8u
+/** Widget flag: cannot be pressed now. */
+#define JDE_DISABLED 16u
+/** Widget flag: folded at first. */
+#define JDE_FOLDED 32u
+
+/** Shape: through `points` in turn. JDE_CLOSED. */
+#define JDE_SHAPE_LINE 0u
+/** Shape: each of `points` by itself; `width` is their diameter. */
+#define JDE_SHAPE_POINTS 1u
+/** Shape: a line from the first of two `points` to the second, where its head is. */
+#define JDE_SHAPE_ARROW 2u
+/** Shape: the `text` at the one point. */
+#define JDE_SHAPE_LABEL 3u
+/** Shape of a canvas: a circle of `radius` about the one point. JDE_FILLED. */
+#define JDE_SHAPE_CIRCLE 4u
+/** Shape of a canvas: what is between `points`, filled; convex. */
+#define JDE_SHAPE_POLYGON 5u
+/** Shape of a canvas: the robot that the application drives at the one point, its heading in `turned[2]`. */
+#define JDE_SHAPE_ROBOT 6u
+/** Shape of a scene: a box of `extent` about the one point, `turned`. */
+#define JDE_SHAPE_BOX 7u
+/** Shape of a scene: a sphere of `radius` about the one point. */
+#define JDE_SHAPE_SPHERE 8u
+/** Shape of a scene: a cylinder of `radius` about the one point, `extent[2]` high, `turned`. */
+#define JDE_SHAPE_CYLINDER 9u
+/** Shape of a scene: triangles, whose corners are three `points` each, counter-clockwise from outside. */
+#define JDE_SHAPE_MESH 10u
+
+/** Shape flag: from the last point back to the first. */
+#define JDE_CLOSED 1u
+/** Shape flag: filled. */
+#define JDE_FILLED 2u
+
+/** Color: as text. Colors below 256 are inks, which fit the viewer's theme. */
+#define JDE_INK_PLAIN 0u
+/** Color: less than the rest. */
+#define JDE_INK_FAINT 1u
+/** Color: what this is about. */
+#define JDE_INK_ACCENT 2u
+/** Color: all is well; free. */
+#define JDE_INK_GOOD 3u
+/** Color: something is off; near. */
+#define JDE_INK_WARN 4u
+/** Color: something failed; in the way. */
+#define JDE_INK_BAD 5u
+/** Color: what attracts: targets. */
+#define JDE_INK_GOAL 6u
+/** Color: what was measured. */
+#define JDE_INK_SEEN 7u
+
+/** Gesture: a button was pressed. */
+#define JDE_TOUCH_PRESSED 0u
+/** Gesture: a toggle was switched; `number` is 1 for on. */
+#define JDE_TOUCH_TOGGLED 1u
+/** Gesture: a slider was moved to `value`. */
+#define JDE_TOUCH_MOVED 2u
+/** Gesture: of a choice, the one at the place `number` was taken. */
+#define JDE_TOUCH_CHOSE 3u
+/** Gesture: clicked at `at` with `button`. */
+#define JDE_TOUCH_CLICKED 4u
+/** Gesture: dragged from `from` to `at` with `button`. JDE_DRAG_ENDED. */
+#define JDE_TOUCH_DRAGGED 5u
+/** Gesture: the `key` went down (`number` is 1) or up. */
+#define JDE_TOUCH_KEY 6u
+
+/** Button: the left one. */
+#define JDE_BUTTON_PRIMARY 0u
+/** Button: the right one. */
+#define JDE_BUTTON_SECONDARY 1u
+/** Button: the one between. */
+#define JDE_BUTTON_MIDDLE 2u
+
+/** Gesture flag: the drag is over. */
+#define JDE_DRAG_ENDED 1u
+
 typedef struct jde_context jde_context;
 typedef struct jde_schema jde_schema;
 typedef struct jde_port jde_port;
@@ -176,6 +313,12 @@ typedef struct jde_candidate jde_candidate;
 typedef struct jde_verdict jde_verdict;
 typedef struct jde_child_status jde_child_status;
 typedef struct jde_host jde_host;
+typedef struct jde_panel jde_panel;
+typedef struct jde_drawing jde_drawing;
+typedef struct jde_pen jde_pen;
+typedef struct jde_widget jde_widget;
+typedef struct jde_shape jde_shape;
+typedef struct jde_gesture jde_gesture;
 
 /** What the host knows of an instance; opaque to the plugin, and only valid inside a call of that instance. */
 struct jde_context;
@@ -477,6 +620,138 @@ struct jde_host {
      * Since minor version 1.
      */
     uint32_t (*real_time)(jde_context *);
+};
+
+/** What jde_schema.ability gives for JDE_ABILITY_PANEL. */
+struct jde_panel {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /**
+     * Draws the panel as it is now. Called while somebody looks and the schema is SLEPT or awake: then after an iteration or a
+     * check, whose values jde_host.read still gives. It shows and changes nothing: whatever writes, wakes or puts to sleep
+     * is JDE_REFUSED, and the panel says so. An error is shown in the panel and is no fault.
+     */
+    int32_t (*draw)(void *, jde_context *, const jde_pen *);
+    /** Somebody did something to a widget. A call like an iteration, between two of them; an error is a fault. May be null. */
+    int32_t (*touch)(void *, jde_context *, const jde_gesture *);
+};
+
+/** The list that is being drawn; opaque to the plugin. */
+struct jde_drawing;
+
+/** What a plugin draws with, only until its jde_panel.draw returns and on its thread. What is given to it is copied. */
+struct jde_pen {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /** The first argument of the functions below. */
+    jde_drawing *drawing;
+    /** Adds a widget below the last, or after it in a row. One with an inside is open until `end`. */
+    int32_t (*add)(jde_drawing *, const jde_widget *);
+    /** Adds a shape to the plot, canvas or scene that is open. */
+    int32_t (*shape)(jde_drawing *, const jde_shape *);
+    /** Ends the row, group, plot, canvas or scene that was opened last. */
+    int32_t (*end)(jde_drawing *);
+};
+
+/** A widget. Each kind uses the fields that its number names; the others are 0. */
+struct jde_widget {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** JDE_WIDGET_TEXT to JDE_WIDGET_SCENE. */
+    uint32_t kind;
+    /** Names it in gestures and keeps what viewers remember of it; unique in the panel and not shown. */
+    const char *id;
+    /** What is on it or beside it. */
+    const char *label;
+    /** Unit as the symbols of SI: "m/s", "rad"; empty for none. */
+    const char *unit;
+    /** A number; finite. */
+    double value;
+    /** Least value; finite. */
+    double least;
+    /** Greatest value; finite, not below the least. */
+    double greatest;
+    /** Least x, least y, greatest x, greatest y, m; all 0 for none. */
+    double area[4];
+    /** Several texts. */
+    const char *const *texts;
+    /** Rows of pixels from the top, without gaps. */
+    const uint8_t *pixels;
+    /** How many texts. */
+    uint32_t text_count;
+    /** A whole number. */
+    uint32_t number;
+    /** JDE_WANTS_CLICKS to JDE_FOLDED. */
+    uint32_t flags;
+    /** Columns of pixels. */
+    uint32_t width;
+    /** Rows of pixels. */
+    uint32_t height;
+    /** Bytes of a pixel: 1 (grey), 3 (red, green, blue) or 4 (and how opaque). */
+    uint32_t channels;
+};
+
+/** A shape, or a curve of a plot. Each kind uses the fields that its number names; the others are 0. */
+struct jde_shape {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** JDE_SHAPE_LINE to JDE_SHAPE_MESH. */
+    uint32_t kind;
+    /** Its points, two or three numbers each as its widget has them; finite. */
+    const double *points;
+    /** How many points. */
+    uint32_t point_count;
+    /** One of JDE_INK_PLAIN to JDE_INK_SEEN, or exactly 0xAARRGGBB, of which AA, how opaque, is not 0. */
+    uint32_t color;
+    /** Width of lines, or diameter of points, in points of the screen; 0 for the usual. */
+    double width;
+    /** m. */
+    double radius;
+    /** Along x, y and z, m. */
+    double extent[3];
+    /** Roll, pitch and yaw, rad. */
+    double turned[3];
+    /** What it says. */
+    const char *text;
+    /** JDE_CLOSED, JDE_FILLED. */
+    uint32_t flags;
+    /** 0. */
+    uint32_t reserved;
+};
+
+/**
+ * What somebody did to a widget; lives until jde_panel.touch returns. Positions are metres in the plane or frame of a canvas or
+ * scene, and pixels from the upper left corner of an image; where there are two numbers the third is 0.
+ */
+struct jde_gesture {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** JDE_TOUCH_PRESSED to JDE_TOUCH_KEY. */
+    uint32_t kind;
+    /** The widget's id. */
+    const char *widget;
+    /** Who did it: "ana@laptop". */
+    const char *by;
+    /** A key by its name: "a", "Space", "ArrowUp". */
+    const char *key;
+    /** Where a drag began. */
+    double from[3];
+    /** Where it is. */
+    double at[3];
+    /** A number. */
+    double value;
+    /** A whole number. */
+    uint32_t number;
+    /** JDE_BUTTON_PRIMARY to JDE_BUTTON_MIDDLE. */
+    uint32_t button;
+    /** JDE_DRAG_ENDED. */
+    uint32_t flags;
+    /** 0. */
+    uint32_t reserved;
 };
 
 /*

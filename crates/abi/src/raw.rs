@@ -12,14 +12,18 @@
 // A boundary is made of raw pointers; the checks live in `read`.
 #![allow(unsafe_code)]
 
+mod panel;
+
 use core::ffi::{c_char, c_void};
+
+pub use panel::*;
 
 /// The first eight bytes of a [`Plugin`]: "JDEPLUG1" read as a little-endian number.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 /// Changes when a table changes in a way that old readers would misread. Host and plugin must have the same.
 pub const ABI_MAJOR: u32 = 1;
 /// Grows when tables grow. A host accepts plugins of its own minor version and older.
-pub const ABI_MINOR: u32 = 1;
+pub const ABI_MINOR: u32 = 2;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";

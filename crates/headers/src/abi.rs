@@ -5,23 +5,28 @@ use std::fmt::Write;
 
 use quote::ToTokens;
 use syn::{
-    Attribute, Expr, ExprLit, Field, File, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
+    Attribute, Expr, ExprLit, Field, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
 };
 use syn::{PathArguments, PointerMutability, ReturnType, Type};
 
 use crate::names::{block, comment, constant, member, structure};
 
-/// The one source of the ABI.
-const SOURCE: &str = include_str!("../../abi/src/raw.rs");
+/// The sources of the ABI, in the order in which C reads them.
+const SOURCES: [&str; 2] = [
+    include_str!("../../abi/src/raw.rs"),
+    include_str!("../../abi/src/raw/panel.rs"),
+];
 /// What C adds to the tables.
 const HELPERS: &str = include_str!("helpers.h");
 
 pub(crate) fn header() -> String {
-    let file = match syn::parse_file(SOURCE) {
+    let files = SOURCES.map(|source| match syn::parse_file(source) {
         Ok(file) => file,
         Err(error) => unreachable!("the ABI compiles, so it parses: {error}"),
-    };
-    let writer = Writer::new(&file);
+    });
+    let [file, _] = &files;
+    let items: Vec<&Item> = files.iter().flat_map(|file| &file.items).collect();
+    let writer = Writer::new(&items);
     let mut out = String::from("/*\n");
     for line in writer.doc(&file.attrs).lines() {
         let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
@@ -30,14 +35,13 @@ pub(crate) fn header() -> String {
     out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
     out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
-    for item in &file.items {
+    for item in &items {
         if let Item::Const(item) = item {
             writer.constant(item, &mut out);
         }
     }
     out.push('\n');
-    let structures: Vec<&ItemStruct> = file
-        .items
+    let structures: Vec<&ItemStruct> = items
         .iter()
         .filter_map(|item| match item {
             Item::Struct(item) => Some(item),
@@ -65,8 +69,8 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(file: &File) -> Self {
-        let constants = file.items.iter().filter_map(|item| match item {
+    fn new(items: &[&Item]) -> Self {
+        let constants = items.iter().filter_map(|item| match item {
             Item::Const(item) => Some(item.ident.to_string()),
             _ => None,
         });
@@ -152,7 +156,10 @@ impl Writer {
 /// Whether the source has an empty line above a constant and its comment.
 fn begins_a_group(name: &str) -> bool {
     let declaration = format!("pub const {name}: ");
-    let above = SOURCE.split_once(&declaration).map_or("", |(above, _)| above);
+    let above = SOURCES
+        .iter()
+        .find_map(|source| source.split_once(&declaration))
+        .map_or("", |(above, _)| above);
     let mut lines = above.lines().rev().skip_while(|line| line.starts_with("///"));
     lines.next().is_some_and(str::is_empty)
 }
@@ -183,6 +190,7 @@ fn declare(ty: &Type, name: &str) -> String {
             let target = declare(&pointer.elem, "");
             let target = target.trim_end();
             match pointer.mutability {
+                PointerMutability::Const(_) if target.ends_with('*') => spaced(format!("{target}const *")),
                 PointerMutability::Const(_) => spaced(format!("const {target} *")),
                 PointerMutability::Mut(_) if target.ends_with('*') => spaced(format!("{target}*")),
                 PointerMutability::Mut(_) => spaced(format!("{target} *")),

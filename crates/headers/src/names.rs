@@ -30,6 +30,8 @@ pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
             break;
         };
         out.push_str(before);
+        // C has one name space for all.
+        let link = link.strip_prefix("super::").unwrap_or(link);
         out.push_str(&match link.rsplit_once("::") {
             Some((owner, member)) => format!("{}.{member}", structure(owner)),
             None if constants.contains(link) => constant(link),

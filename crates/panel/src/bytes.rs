@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::Broken;
-use crate::limits::MOST_BYTES;
+use crate::limits::MOST_ENCODED;
 
 /// How deep what is read may be nested.
 const DEEPEST: usize = 48;
@@ -23,10 +23,10 @@ pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
 /// Reads what [`encode`] wrote. A list is to be checked before it is shown ([`crate::check`]).
 ///
 /// # Errors
-/// [`Broken::Huge`], [`Broken::Bytes`].
+/// [`Broken::Encoded`], [`Broken::Bytes`].
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
-    if bytes.len() > MOST_BYTES {
-        return Err(Broken::Huge(bytes.len()));
+    if bytes.len() > MOST_ENCODED {
+        return Err(Broken::Encoded(bytes.len()));
     }
     ciborium::de::from_reader_with_recursion_limit(bytes, DEEPEST)
         .map_err(|error| Broken::Bytes(error.to_string()))

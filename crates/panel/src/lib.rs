@@ -1,6 +1,8 @@
 //! What a schema's own panel is made of: a [`List`] of widgets and shapes that any viewer can show, and the [`Gesture`]s that it
-//! hands back. Data, its limits and its bytes (CBOR); it refuses to draw, to keep state and to know of schemas.
+//! hands back. Data, its limits, its bytes (CBOR) and its way through the C ABI; it refuses to draw, and to know who does.
 
+mod boundary;
+mod builder;
 mod bytes;
 mod gesture;
 mod item;
@@ -8,10 +10,12 @@ mod limits;
 mod shape;
 mod solid;
 
+pub use boundary::{lend_gesture, lend_pen, read_gesture};
+pub use builder::{Builder, Holds};
 pub use bytes::{decode, encode};
 pub use gesture::{Button, Gesture, Touch};
 pub use item::{Item, Trace, Words};
-pub use limits::{Broken, MOST_BYTES, MOST_ITEMS, MOST_POINTS, MOST_TEXT, check};
+pub use limits::{Broken, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, MOST_TEXT, check};
 pub use shape::{Area, Color, Ink, Shape, Stroke, Wants};
 pub use solid::{Place, Solid};
 

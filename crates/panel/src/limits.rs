@@ -2,10 +2,12 @@
 
 use std::collections::HashSet;
 
-use crate::{Area, Item, List, Place, Shape, Solid};
+use crate::{Area, Item, List, Place, Shape, Solid, Trace};
 
-/// Most bytes of a list: an image of 1280 by 960 in color and as much again.
+/// Most bytes of the texts and pixels of a list: an image of 1280 by 960 in color and as much again.
 pub const MOST_BYTES: usize = 8 << 20;
+/// Most bytes of an encoded list: those, and the points and widgets about them.
+pub const MOST_ENCODED: usize = 32 << 20;
 /// Most widgets and shapes of a list.
 pub const MOST_ITEMS: usize = 20_000;
 /// Most points of all its lines, curves and meshes.
@@ -18,9 +20,12 @@ const DEEPEST: usize = 8;
 /// Why a list is not shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Broken {
-    /// More bytes than any list may have.
-    #[error("it has {0} bytes, and {MOST_BYTES} are allowed")]
+    /// More texts and pixels than any list may have.
+    #[error("its texts and pixels have {0} bytes, and {MOST_BYTES} are allowed")]
     Huge(usize),
+    /// More encoded bytes than any list has.
+    #[error("it comes in {0} bytes, and no list has more than {MOST_ENCODED}")]
+    Encoded(usize),
     /// Not what a list looks like.
     #[error("it is no list of widgets: {0}")]
     Bytes(String),
@@ -52,33 +57,29 @@ pub fn check(list: &List) -> Result<(), Broken> {
     checker.items(&list.items, 0)
 }
 
+/// Counts what a list holds, and refuses what is wrong or too much as soon as it comes.
 #[derive(Default)]
-struct Checker<'a> {
-    ids: HashSet<&'a str>,
+pub(crate) struct Checker {
+    ids: HashSet<String>,
     items: usize,
     points: usize,
     bytes: usize,
 }
 
-impl<'a> Checker<'a> {
-    fn items(&mut self, items: &'a [Item], depth: usize) -> Result<(), Broken> {
+impl Checker {
+    fn items(&mut self, items: &[Item], depth: usize) -> Result<(), Broken> {
+        items.iter().try_for_each(|item| {
+            self.item(item, depth)?;
+            self.inside(item, depth)
+        })
+    }
+
+    /// A widget, without what is inside it, that stands so deep in others.
+    pub(crate) fn item(&mut self, item: &Item, depth: usize) -> Result<(), Broken> {
         if depth > DEEPEST {
             return Err(Broken::Deep);
         }
-        for item in items {
-            self.count(1, 0)?;
-            self.item(item, depth)?;
-        }
-        Ok(())
-    }
-
-    fn item(&mut self, item: &'a Item, depth: usize) -> Result<(), Broken> {
-        let wrong = |widget: &str, reason: &str| {
-            Err(Broken::Widget {
-                widget: format!("`{widget}`"),
-                reason: reason.to_owned(),
-            })
-        };
+        self.count(1, 0)?;
         match item {
             Item::Text { text, .. } => self.text("a text", text),
             Item::Value { label, value, unit } => {
@@ -147,16 +148,11 @@ impl<'a> Checker<'a> {
                 label,
                 across,
                 up,
-                traces,
+                ..
             } => {
                 self.id(id)?;
                 for text in [label, across, up] {
                     self.text(id, text)?;
-                }
-                for trace in traces {
-                    self.count(1, trace.points.len())?;
-                    self.text(id, &trace.name)?;
-                    finite(id, trace.points.as_flattened())?;
                 }
                 Ok(())
             }
@@ -171,13 +167,12 @@ impl<'a> Checker<'a> {
                     .chain(rows.iter().flatten())
                     .try_for_each(|text| self.text(id, text))
             }
-            Item::Row { items } => self.items(items, depth + 1),
-            Item::Group { id, label, items, .. } => {
+            Item::Row { .. } => Ok(()),
+            Item::Group { id, label, .. } => {
                 self.id(id)?;
-                self.text(id, label)?;
-                self.items(items, depth + 1)
+                self.text(id, label)
             }
-            Item::Canvas { id, area, shapes, .. } => {
+            Item::Canvas { id, area, .. } => {
                 self.id(id)?;
                 if let Some(Area { least, greatest }) = area {
                     finite(id, least)?;
@@ -186,19 +181,40 @@ impl<'a> Checker<'a> {
                         return wrong(id, "its area is empty");
                     }
                 }
-                shapes.iter().try_for_each(|shape| self.shape(id, shape))
+                Ok(())
             }
-            Item::Scene {
-                id, frame, solids, ..
-            } => {
+            Item::Scene { id, frame, .. } => {
                 self.id(id)?;
-                self.text(id, frame)?;
-                solids.iter().try_for_each(|solid| self.solid(id, solid))
+                self.text(id, frame)
             }
         }
     }
 
-    fn shape(&mut self, id: &str, shape: &Shape) -> Result<(), Broken> {
+    /// What is inside a widget that stands so deep in others.
+    pub(crate) fn inside(&mut self, item: &Item, depth: usize) -> Result<(), Broken> {
+        match item {
+            Item::Row { items } | Item::Group { items, .. } => self.items(items, depth + 1),
+            Item::Plot { id, traces, .. } => traces.iter().try_for_each(|trace| self.trace(id, trace)),
+            Item::Canvas { id, shapes, .. } => shapes.iter().try_for_each(|shape| self.shape(id, shape)),
+            Item::Scene { id, solids, .. } => solids.iter().try_for_each(|solid| self.solid(id, solid)),
+            Item::Text { .. }
+            | Item::Value { .. }
+            | Item::Button { .. }
+            | Item::Toggle { .. }
+            | Item::Slider { .. }
+            | Item::Choice { .. }
+            | Item::Image { .. }
+            | Item::Table { .. } => Ok(()),
+        }
+    }
+
+    pub(crate) fn trace(&mut self, id: &str, trace: &Trace) -> Result<(), Broken> {
+        self.count(1, trace.points.len())?;
+        self.text(id, &trace.name)?;
+        finite(id, trace.points.as_flattened())
+    }
+
+    pub(crate) fn shape(&mut self, id: &str, shape: &Shape) -> Result<(), Broken> {
         match shape {
             Shape::Line { points, stroke, .. } | Shape::Points { points, stroke } => {
                 self.count(1, points.len())?;
@@ -217,7 +233,8 @@ impl<'a> Checker<'a> {
             } => {
                 self.count(1, 1)?;
                 width(id, stroke.width)?;
-                finite(id, &[center[0], center[1], *radius])
+                finite(id, center)?;
+                size(id, &[*radius])
             }
             Shape::Arrow { from, to, stroke } => {
                 self.count(1, 2)?;
@@ -237,7 +254,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn solid(&mut self, id: &str, solid: &Solid) -> Result<(), Broken> {
+    pub(crate) fn solid(&mut self, id: &str, solid: &Solid) -> Result<(), Broken> {
         match solid {
             Solid::Line {
                 points, width: thick, ..
@@ -252,22 +269,19 @@ impl<'a> Checker<'a> {
             Solid::Mesh { corners, .. } => {
                 self.count(1, corners.len())?;
                 if !corners.len().is_multiple_of(3) {
-                    return Err(Broken::Widget {
-                        widget: format!("`{id}`"),
-                        reason: "a mesh has three corners to a triangle".to_owned(),
-                    });
+                    return wrong(id, "a mesh has three corners to a triangle");
                 }
                 finite(id, corners.as_flattened())
             }
             Solid::Box { place, size, .. } => {
                 self.count(1, 1)?;
                 placed(id, place)?;
-                finite(id, size)
+                self::size(id, size)
             }
             Solid::Sphere { center, radius, .. } => {
                 self.count(1, 1)?;
                 finite(id, center)?;
-                finite(id, &[*radius])
+                size(id, &[*radius])
             }
             Solid::Cylinder {
                 place,
@@ -277,7 +291,7 @@ impl<'a> Checker<'a> {
             } => {
                 self.count(1, 1)?;
                 placed(id, place)?;
-                finite(id, &[*radius, *height])
+                size(id, &[*radius, *height])
             }
             Solid::Arrow { from, to, .. } => {
                 self.count(1, 2)?;
@@ -292,27 +306,21 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn id(&mut self, id: &'a str) -> Result<(), Broken> {
-        let reason = if id.is_empty() {
-            "a widget that can be touched needs an id"
-        } else if !self.ids.insert(id) {
-            "two widgets have this id"
-        } else {
-            return self.text(id, id);
-        };
-        Err(Broken::Widget {
-            widget: format!("`{id}`"),
-            reason: reason.to_owned(),
-        })
+    fn id(&mut self, id: &str) -> Result<(), Broken> {
+        self.text(id, id)?;
+        if id.is_empty() {
+            return wrong(id, "a widget of this kind needs an id");
+        }
+        if !self.ids.insert(id.to_owned()) {
+            return wrong(id, "two widgets have this id");
+        }
+        Ok(())
     }
 
     fn text(&mut self, widget: &str, text: &str) -> Result<(), Broken> {
         if text.len() > MOST_TEXT {
-            let name: String = widget.chars().take(40).collect();
-            return Err(Broken::Widget {
-                widget: format!("`{name}`"),
-                reason: format!("a text has {} bytes, and {MOST_TEXT} are allowed", text.len()),
-            });
+            let reason = format!("a text has {} bytes, and {MOST_TEXT} are allowed", text.len());
+            return wrong(widget, reason);
         }
         self.bytes(text.len())
     }
@@ -347,18 +355,30 @@ fn width(id: &str, width: f32) -> Result<(), Broken> {
     if width > 0.0 && width.is_finite() {
         return Ok(());
     }
-    Err(Broken::Widget {
-        widget: format!("`{id}`"),
-        reason: format!("a line of width {width}"),
-    })
+    wrong(id, format!("a line of width {width}"))
 }
 
 fn finite(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
     match numbers.iter().find(|number| !number.is_finite()) {
         None => Ok(()),
-        Some(number) => Err(Broken::Widget {
-            widget: format!("`{widget}`"),
-            reason: format!("a number is {number}"),
-        }),
+        Some(number) => wrong(widget, format!("a number is {number}")),
     }
+}
+
+/// Finite and not negative.
+fn size(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
+    finite(widget, numbers)?;
+    match numbers.iter().find(|number| **number < 0.0) {
+        None => Ok(()),
+        Some(number) => wrong(widget, format!("a size is {number}")),
+    }
+}
+
+/// Something is wrong with a widget; of a name that is too long its beginning is told.
+pub(crate) fn wrong<T>(widget: &str, reason: impl Into<String>) -> Result<T, Broken> {
+    let name: String = widget.chars().take(40).collect();
+    Err(Broken::Widget {
+        widget: format!("`{name}`"),
+        reason: reason.into(),
+    })
 }

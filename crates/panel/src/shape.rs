@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum Shape {
     /// Through points in turn.
     Line {
-        /// At least two.
+        /// Less than two show nothing.
         points: Vec<[f64; 2]>,
         /// From the last back to the first.
         closed: bool,
@@ -26,7 +26,7 @@ pub enum Shape {
     Circle {
         /// Its middle.
         center: [f64; 2],
-        /// Its radius, m.
+        /// Its radius, m; not negative.
         radius: f64,
         /// Filled.
         filled: bool,
@@ -35,7 +35,7 @@ pub enum Shape {
     },
     /// What is between corners, filled; convex.
     Polygon {
-        /// At least three.
+        /// Less than three show nothing.
         points: Vec<[f64; 2]>,
         /// Of what.
         color: Color,

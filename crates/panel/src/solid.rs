@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::Color;
 
-/// A shape in space. All coordinates are finite, all sizes positive.
+/// A shape in space. All coordinates are finite, no size negative.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solid {
     /// Through points in turn.
     Line {
-        /// At least two.
+        /// Less than two show nothing.
         points: Vec<[f64; 3]>,
         /// Its color.
         color: Color,

@@ -44,7 +44,10 @@ const TABLE: &[Row] = &[
     row("crates/sim", &[]),
     row("crates/types", &["crates/abi", "crates/macros"]),
     row("crates/board", &["crates/abi"]),
-    row("crates/schema", &["crates/abi", "crates/types", "crates/macros"]),
+    row(
+        "crates/schema",
+        &["crates/abi", "crates/types", "crates/macros", "crates/panel"],
+    ),
     row("crates/headers", &["crates/abi", "crates/types"]),
     row(
         "crates/host",
@@ -69,7 +72,8 @@ const TABLE: &[Row] = &[
         ],
     ),
     row("crates/ros", &["crates/abi"]),
-    row("crates/panel", &[]),
+    // Lists are built from what plugins say through the ABI.
+    row("crates/panel", &["crates/abi"]),
     // What it shows comes over the link, or from a recording; nothing of control is within its reach.
     row(
         "crates/view",

@@ -1,0 +1,96 @@
+//! Gestures as tables of the ABI, and back.
+
+use std::ffi::CString;
+
+use jde_abi::raw;
+
+use super::{codes, table, text};
+use crate::{Gesture, Touch};
+
+/// Lends a gesture of somebody to `call` as the table that a plugin reads, for as long as that takes.
+pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw::Gesture) -> R) -> R {
+    let key = match &gesture.touch {
+        Touch::Key { key, .. } => key,
+        Touch::Pressed
+        | Touch::Toggled(_)
+        | Touch::Moved(_)
+        | Touch::Chose(_)
+        | Touch::Clicked { .. }
+        | Touch::Dragged { .. } => "",
+    };
+    let [widget, by, key] = [&gesture.widget, by, key].map(until_nul);
+    let mut table = raw::Gesture {
+        size: size_of::<raw::Gesture>() as u32,
+        kind: 0,
+        widget: widget.as_ptr(),
+        by: by.as_ptr(),
+        key: key.as_ptr(),
+        from: [0.0; 3],
+        at: [0.0; 3],
+        value: 0.0,
+        number: 0,
+        button: 0,
+        flags: 0,
+        reserved: 0,
+    };
+    match &gesture.touch {
+        Touch::Pressed => table.kind = raw::TOUCH_PRESSED,
+        Touch::Toggled(on) => (table.kind, table.number) = (raw::TOUCH_TOGGLED, u32::from(*on)),
+        Touch::Moved(to) => (table.kind, table.value) = (raw::TOUCH_MOVED, *to),
+        Touch::Chose(place) => (table.kind, table.number) = (raw::TOUCH_CHOSE, *place),
+        Touch::Clicked { at, button } => {
+            (table.kind, table.at) = (raw::TOUCH_CLICKED, *at);
+            table.button = codes::button_code(*button);
+        }
+        Touch::Dragged {
+            from,
+            to,
+            button,
+            ended,
+        } => {
+            (table.kind, table.from, table.at) = (raw::TOUCH_DRAGGED, *from, *to);
+            table.button = codes::button_code(*button);
+            table.flags = if *ended { raw::DRAG_ENDED } else { 0 };
+        }
+        Touch::Key { down, .. } => (table.kind, table.number) = (raw::TOUCH_KEY, u32::from(*down)),
+    }
+    call(&raw const table)
+}
+
+/// A gesture out of its table, and whose it is; none if it is of a kind that is not known here.
+///
+/// # Safety
+/// `gesture` is null or a table that follows the rules of `raw`.
+#[must_use]
+pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Option<(String, Gesture)> {
+    // SAFETY: the caller's.
+    let table = unsafe { table("", gesture) }.ok()?;
+    // SAFETY: as above.
+    let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("", one) });
+    let button = codes::button(table.button)?;
+    let touch = match table.kind {
+        raw::TOUCH_PRESSED => Touch::Pressed,
+        raw::TOUCH_TOGGLED => Touch::Toggled(table.number != 0),
+        raw::TOUCH_MOVED => Touch::Moved(table.value),
+        raw::TOUCH_CHOSE => Touch::Chose(table.number),
+        raw::TOUCH_CLICKED => Touch::Clicked { at: table.at, button },
+        raw::TOUCH_DRAGGED => Touch::Dragged {
+            from: table.from,
+            to: table.at,
+            button,
+            ended: table.flags & raw::DRAG_ENDED != 0,
+        },
+        raw::TOUCH_KEY => Touch::Key {
+            key: key.ok()?,
+            down: table.number != 0,
+        },
+        _ => return None,
+    };
+    let widget = widget.ok()?;
+    Some((by.ok()?, Gesture { widget, touch }))
+}
+
+fn until_nul(text: &str) -> CString {
+    let text = text.split('\0').next().unwrap_or_default();
+    CString::new(text).unwrap_or_default()
+}

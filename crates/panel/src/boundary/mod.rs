@@ -1,0 +1,72 @@
+//! Lists and gestures on their way through the C ABI, for whoever calls a plugin: a pen that builds a list, and gestures as
+//! tables. Nothing that a plugin gives is believed before it was looked at; whatever was, is copied.
+
+#![allow(unsafe_code)]
+
+mod codes;
+mod gesture;
+mod pen;
+mod shapes;
+mod widgets;
+
+pub use gesture::{lend_gesture, read_gesture};
+pub use pen::lend_pen;
+
+use core::ffi::{CStr, c_char};
+
+use crate::Broken;
+use crate::limits::wrong;
+
+/// A text; null is an empty one.
+///
+/// # Safety
+/// `text` is null or ends with a NUL.
+unsafe fn text(widget: &str, text: *const c_char) -> Result<String, Broken> {
+    if text.is_null() {
+        return Ok(String::new());
+    }
+    // SAFETY: the caller's.
+    match unsafe { CStr::from_ptr(text) }.to_str() {
+        Ok(text) => Ok(text.to_owned()),
+        Err(_) => wrong(widget, "a text is not UTF-8"),
+    }
+}
+
+/// An array of the plugin's; nothing if it has no elements.
+///
+/// # Safety
+/// `first` is null, not aligned, or `count` elements.
+unsafe fn array<'a, T>(widget: &str, first: *const T, count: usize) -> Result<&'a [T], Broken> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    if first.is_null() || !first.is_aligned() {
+        return wrong(
+            widget,
+            format!("a pointer to {count} elements is null or not aligned"),
+        );
+    }
+    // SAFETY: the caller's.
+    Ok(unsafe { core::slice::from_raw_parts(first, count) })
+}
+
+/// Whether a table of the plugin is there, as large as this ABI has it.
+///
+/// # Safety
+/// `table` is null, not aligned, or begins with a size that is right.
+unsafe fn table<'a, T>(widget: &str, table: *const T) -> Result<&'a T, Broken> {
+    if table.is_null() || !table.is_aligned() {
+        return wrong(widget, "the pointer to its table is null or not aligned");
+    }
+    // SAFETY: the caller's; every table begins with its size.
+    let size = unsafe { table.cast::<u32>().read() } as usize;
+    if size < size_of::<T>() {
+        let needed = size_of::<T>();
+        return wrong(
+            widget,
+            format!("its table says it has {size} bytes, and this ABI needs {needed}"),
+        );
+    }
+    // SAFETY: the caller's.
+    Ok(unsafe { &*table })
+}

@@ -1,0 +1,225 @@
+//! A list that grows widget by widget. What is wrong or too much is refused as soon as it comes, and from then on everything:
+//! who draws without end costs no memory. It refuses to give out a list that is broken.
+
+use crate::limits::{Checker, wrong};
+use crate::{Broken, Item, List, Shape, Solid, Trace};
+
+/// A list that grows.
+#[derive(Default)]
+pub struct Builder {
+    items: Vec<Item>,
+    /// What is open, each inside the one before.
+    open: Vec<Item>,
+    checker: Checker,
+    broken: Option<Broken>,
+}
+
+/// What can be added to what is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    /// Widgets: nothing is open, or a row or group.
+    Widgets,
+    /// The curves of a plot.
+    Traces,
+    /// The shapes of a canvas.
+    Shapes,
+    /// The shapes of a scene.
+    Solids,
+}
+
+impl Builder {
+    /// Of nothing yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Why the list is broken, if it is.
+    #[must_use]
+    pub fn broken(&self) -> Option<&Broken> {
+        self.broken.as_ref()
+    }
+
+    /// The name of the widget that is open, for messages.
+    #[must_use]
+    pub fn inside(&self) -> &str {
+        self.open.last().map_or("", name)
+    }
+
+    /// What can be added now.
+    #[must_use]
+    pub fn holds(&self) -> Holds {
+        match self.open.last() {
+            Some(Item::Plot { .. }) => Holds::Traces,
+            Some(Item::Canvas { .. }) => Holds::Shapes,
+            Some(Item::Scene { .. }) => Holds::Solids,
+            Some(_) | None => Holds::Widgets,
+        }
+    }
+
+    /// Breaks the list, if it is not broken already.
+    pub fn refuse(&mut self, why: Broken) {
+        self.broken.get_or_insert(why);
+    }
+
+    /// Adds a widget below the last, or after it in a row. A row, group, plot, canvas or scene is open until [`Self::end`].
+    ///
+    /// # Errors
+    /// Why the list is broken; so for the others below.
+    pub fn add(&mut self, item: Item) -> Result<(), Broken> {
+        self.step(|builder| {
+            if builder.holds() != Holds::Widgets {
+                return wrong(builder.inside(), "no widget can stand inside it");
+            }
+            let depth = builder.open.len();
+            builder.checker.item(&item, depth)?;
+            builder.checker.inside(&item, depth)?;
+            if opens(&item) {
+                builder.open.push(item);
+            } else {
+                builder.put(item);
+            }
+            Ok(())
+        })
+    }
+
+    /// Adds a shape to the canvas that is open.
+    ///
+    /// # Errors
+    /// Why the list is broken.
+    pub fn shape(&mut self, shape: Shape) -> Result<(), Broken> {
+        self.step(|builder| match builder.open.last_mut() {
+            Some(Item::Canvas { id, shapes, .. }) => {
+                builder.checker.shape(id, &shape)?;
+                shapes.push(shape);
+                Ok(())
+            }
+            other => wrong(
+                other.map_or("", |item| name(item)),
+                "a shape of a canvas outside of one",
+            ),
+        })
+    }
+
+    /// Adds a shape to the scene that is open.
+    ///
+    /// # Errors
+    /// Why the list is broken.
+    pub fn solid(&mut self, solid: Solid) -> Result<(), Broken> {
+        self.step(|builder| match builder.open.last_mut() {
+            Some(Item::Scene { id, solids, .. }) => {
+                builder.checker.solid(id, &solid)?;
+                solids.push(solid);
+                Ok(())
+            }
+            other => wrong(
+                other.map_or("", |item| name(item)),
+                "a shape of a scene outside of one",
+            ),
+        })
+    }
+
+    /// Adds a curve to the plot that is open.
+    ///
+    /// # Errors
+    /// Why the list is broken.
+    pub fn trace(&mut self, trace: Trace) -> Result<(), Broken> {
+        self.step(|builder| match builder.open.last_mut() {
+            Some(Item::Plot { id, traces, .. }) => {
+                builder.checker.trace(id, &trace)?;
+                traces.push(trace);
+                Ok(())
+            }
+            other => wrong(other.map_or("", |item| name(item)), "a curve outside of a plot"),
+        })
+    }
+
+    /// Ends what was opened last.
+    ///
+    /// # Errors
+    /// Why the list is broken.
+    pub fn end(&mut self) -> Result<(), Broken> {
+        self.step(|builder| match builder.open.pop() {
+            Some(item) => {
+                builder.put(item);
+                Ok(())
+            }
+            None => wrong("", "an end of nothing that was begun"),
+        })
+    }
+
+    /// The list, drawn at `time`, ns since the application's start.
+    ///
+    /// # Errors
+    /// Why it is broken.
+    pub fn finish(mut self, time: u64) -> Result<List, Broken> {
+        self.step(|builder| match builder.open.last() {
+            Some(open) => wrong(name(open), "it was begun and not ended"),
+            None => Ok(()),
+        })?;
+        Ok(List {
+            time,
+            items: self.items,
+        })
+    }
+
+    fn step(&mut self, step: impl FnOnce(&mut Self) -> Result<(), Broken>) -> Result<(), Broken> {
+        let result = match &self.broken {
+            Some(broken) => Err(broken.clone()),
+            None => step(self),
+        };
+        if let Err(broken) = &result
+            && self.broken.is_none()
+        {
+            self.broken = Some(broken.clone());
+            // Nobody will see it.
+            (self.items, self.open) = (Vec::new(), Vec::new());
+        }
+        result
+    }
+
+    fn put(&mut self, item: Item) {
+        match self.open.last_mut() {
+            Some(Item::Row { items } | Item::Group { items, .. }) => items.push(item),
+            Some(_) | None => self.items.push(item),
+        }
+    }
+}
+
+/// Whether something can stand inside it.
+fn opens(item: &Item) -> bool {
+    match item {
+        Item::Row { .. }
+        | Item::Group { .. }
+        | Item::Plot { .. }
+        | Item::Canvas { .. }
+        | Item::Scene { .. } => true,
+        Item::Text { .. }
+        | Item::Value { .. }
+        | Item::Button { .. }
+        | Item::Toggle { .. }
+        | Item::Slider { .. }
+        | Item::Choice { .. }
+        | Item::Image { .. }
+        | Item::Table { .. } => false,
+    }
+}
+
+/// What a widget is called in messages.
+fn name(item: &Item) -> &str {
+    match item {
+        Item::Text { .. } => "a text",
+        Item::Value { label, .. } => label,
+        Item::Row { .. } => "a row",
+        Item::Button { id, .. }
+        | Item::Toggle { id, .. }
+        | Item::Slider { id, .. }
+        | Item::Choice { id, .. }
+        | Item::Image { id, .. }
+        | Item::Plot { id, .. }
+        | Item::Table { id, .. }
+        | Item::Group { id, .. }
+        | Item::Canvas { id, .. }
+        | Item::Scene { id, .. } => id,
+    }
+}
