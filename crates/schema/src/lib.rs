@@ -53,6 +53,7 @@ mod input;
 mod level;
 mod log;
 mod output;
+pub mod panel;
 mod schema;
 
 pub use child::{Child, Policy, State, Status};
@@ -65,12 +66,14 @@ pub use jde_types as types;
 pub use jde_types::derived::Value;
 pub use level::{Candidate, Case, Level, Verdict};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
+pub use panel::{Gesture, Panel, Pen};
 pub use schema::{Arbitrate, Describe, Precondition, Schema};
 
 /// Everything that a schema usually needs: `use jde_schema::prelude::*;`.
 pub mod prelude {
     pub use core::time::Duration;
 
+    pub use crate::panel::Ink;
     pub use crate::types::{
         BatteryState, Bumpers, Connection, Flag, Frame, Header, Image, LaserPoint, LaserScan, Mission,
         Odometry, Padding, PanTilt, Path, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion,
@@ -78,9 +81,9 @@ pub mod prelude {
         Vector3, WheelEncoders, normalize_angle,
     };
     pub use crate::{
-        Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Hysteresis,
-        Import, Level, Loan, Modulates, Modulation, Outcome, Policy, Precondition, Result, Sample, Schema,
-        State, Status, Value, Verdict,
+        Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Gesture,
+        Hysteresis, Import, Level, Loan, Modulates, Modulation, Outcome, Panel, Pen, Policy, Precondition,
+        Result, Sample, Schema, State, Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }

@@ -84,6 +84,10 @@ unsafe extern "C" fn read(cx: *mut raw::Context, port: u32, out: *mut raw::Sampl
 }
 
 unsafe extern "C" fn loan(cx: *mut raw::Context, port: u32, out: *mut *mut c_void) -> i32 {
+    // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("write") {
+        return raw::REFUSED;
+    }
     // SAFETY: the schema's pointers, by the contract of the ABI.
     unsafe {
         let Some(port) = place(cx).ports.get_mut(port as usize).filter(|_| !out.is_null()) else {
@@ -104,10 +108,18 @@ unsafe extern "C" fn loan(cx: *mut raw::Context, port: u32, out: *mut *mut c_voi
 
 unsafe extern "C" fn publish(cx: *mut raw::Context, port: u32, time_ns: u64) -> i32 {
     // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("write") {
+        return raw::REFUSED;
+    }
+    // SAFETY: the bench's own context.
     unsafe { place(cx) }.publish(port as usize, time_ns)
 }
 
 unsafe extern "C" fn wake(cx: *mut raw::Context, child: u32) -> i32 {
+    // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("wake a child") {
+        return raw::REFUSED;
+    }
     // SAFETY: the bench's own context.
     let place = unsafe { place(cx) };
     let authority = place.authority;
@@ -128,6 +140,10 @@ unsafe extern "C" fn wake(cx: *mut raw::Context, child: u32) -> i32 {
 }
 
 unsafe extern "C" fn sleep(cx: *mut raw::Context, child: u32) -> i32 {
+    // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("put a child to sleep") {
+        return raw::REFUSED;
+    }
     // SAFETY: the bench's own context.
     let place = unsafe { place(cx) };
     let authority = place.authority;
@@ -165,6 +181,10 @@ unsafe extern "C" fn set_policy(
     dwell_ns: u64,
     hysteresis: f64,
 ) -> i32 {
+    // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("change a policy") {
+        return raw::REFUSED;
+    }
     // SAFETY: the bench's own context.
     let place = unsafe { place(cx) };
     let authority = place.authority;
@@ -226,6 +246,10 @@ unsafe extern "C" fn extension(_: *mut raw::Context, _: *const c_char) -> *const
 }
 
 unsafe extern "C" fn retract(cx: *mut raw::Context, port: u32) -> i32 {
+    // SAFETY: the bench's own context.
+    if unsafe { place(cx) }.refuses("take a value back") {
+        return raw::REFUSED;
+    }
     // SAFETY: the bench's own context.
     unsafe { place(cx) }.retract(port as usize)
 }

@@ -21,6 +21,8 @@ pub(super) struct Place {
     pub(super) real_time: bool,
     pub(super) log: Vec<(Severity, String)>,
     pub(super) reason: Option<String>,
+    /// While a panel is drawn, what it tried to change.
+    pub(super) drawing: Option<Vec<&'static str>>,
 }
 
 pub(super) struct PortPlace {
@@ -81,6 +83,7 @@ impl Place {
             real_time: true,
             log: Vec::new(),
             reason: None,
+            drawing: None,
         }
     }
 
@@ -89,6 +92,12 @@ impl Place {
         port.newest = Some((Bytes::of(value), self.now));
         port.sequence += 1;
         port.bound = true;
+    }
+
+    /// Whether a panel is drawn, which may not do that.
+    pub(super) fn refuses(&mut self, what: &'static str) -> bool {
+        let drawing = self.drawing.as_mut();
+        drawing.map(|tried| tried.push(what)).is_some()
     }
 
     pub(super) fn unbind(&mut self, port: usize) {

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use core::ffi::{c_char, c_void};
+use core::ffi::{CStr, c_char, c_void};
 use core::ptr::{self, NonNull};
 
 use jde_abi::raw;
@@ -11,6 +11,7 @@ use super::guard::guard;
 use crate::context::Context;
 use crate::error::{Result, words};
 use crate::level::{Level, Verdict};
+use crate::panel::{self, Gesture, Panel};
 use crate::schema::{Arbitrate, Schema};
 
 /// What the host's pointer to an instance points to.
@@ -128,6 +129,56 @@ pub(super) unsafe extern "C" fn sleep<S: Schema>(instance: *mut c_void, cx: *mut
     };
     // SAFETY: the host's pointers. What went wrong was given to `fail`; the call itself has nothing to return.
     let _ = unsafe { call::<S>(instance, cx, sleep) };
+}
+
+/// The ability to draw a panel; no other.
+pub(super) unsafe extern "C" fn ability<S: Panel>(id: *const c_char) -> *const c_void {
+    const fn panel<S: Panel>() -> raw::Panel {
+        raw::Panel {
+            size: size_of::<raw::Panel>() as u32,
+            reserved: 0,
+            draw: Some(draw::<S>),
+            touch: Some(touch::<S>),
+        }
+    }
+    // SAFETY: the host's text; null is looked at.
+    let is_panel = !id.is_null() && unsafe { CStr::from_ptr(id) }.to_bytes() == raw::ABILITY_PANEL.as_bytes();
+    if is_panel {
+        ptr::from_ref(const { &panel::<S>() }).cast()
+    } else {
+        ptr::null()
+    }
+}
+
+unsafe extern "C" fn draw<S: Panel>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    pen: *const raw::Pen,
+) -> i32 {
+    // SAFETY: the host's pen, which lives until this call returns.
+    let Some(mut pen) = (unsafe { panel::pen_of(pen) }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let draw = |schema: &mut S, cx: &Context<'_>| {
+        schema.draw(cx, &mut pen);
+        Ok(())
+    };
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, draw) }
+}
+
+unsafe extern "C" fn touch<S: Panel>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    gesture: *const raw::Gesture,
+) -> i32 {
+    // SAFETY: the host's table, which lives until this call returns.
+    let Some((by, gesture)) = (unsafe { jde_panel::read_gesture(gesture) }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let gesture = Gesture::new(by, gesture);
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, |schema, cx| schema.touched(cx, &gesture)) }
 }
 
 /// The schema in an instance.

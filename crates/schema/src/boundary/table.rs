@@ -8,6 +8,7 @@ use jde_abi::raw;
 use jde_types::Value;
 
 use super::calls;
+use crate::panel::Panel;
 use crate::schema::{Arbitrate, Schema};
 
 /// What a schema type says of itself beside its ports and children.
@@ -24,13 +25,15 @@ pub struct About {
     pub budget_ns: u64,
 }
 
-/// The father's own arbitration of a schema type that has one; hides [`Without`] for those.
+/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel. Hides those of [`Without`].
 pub struct Own<S>(PhantomData<S>);
 
-/// The father's own arbitration of a schema type that has none.
+/// What a schema type has not.
 pub trait Without {
     /// None.
     const ARBITRATE: Option<ArbitrateFn> = None;
+    /// None.
+    const ABILITY: Option<AbilityFn> = None;
 }
 
 type ArbitrateFn = unsafe extern "C" fn(
@@ -40,9 +43,16 @@ type ArbitrateFn = unsafe extern "C" fn(
     *mut raw::Verdict,
 ) -> i32;
 
+type AbilityFn = unsafe extern "C" fn(*const core::ffi::c_char) -> *const core::ffi::c_void;
+
 impl<S: Arbitrate> Own<S> {
     /// Its function.
     pub const ARBITRATE: Option<ArbitrateFn> = Some(calls::arbitrate::<S>);
+}
+
+impl<S: Panel> Own<S> {
+    /// The function that gives its panel.
+    pub const ABILITY: Option<AbilityFn> = Some(calls::ability::<S>);
 }
 
 impl<S> Without for Own<S> {}
@@ -54,6 +64,7 @@ pub const fn schema<S: Schema>(
     ports: &'static [raw::Port],
     children: &'static [raw::Child],
     arbitrate: Option<ArbitrateFn>,
+    ability: Option<AbilityFn>,
 ) -> raw::Schema {
     let motor = about.kind == raw::MOTOR;
     assert!(
@@ -78,7 +89,7 @@ pub const fn schema<S: Schema>(
         iterate: Some(calls::iterate::<S>),
         arbitrate,
         sleep: Some(calls::sleep::<S>),
-        ability: None,
+        ability,
     }
 }
 

@@ -1,0 +1,156 @@
+//! What a panel is drawn with.
+
+use core::ops::RangeInclusive;
+
+use jde_abi::raw;
+use jde_panel::Words;
+use jde_types::Image;
+
+use super::pixels;
+use super::plane::{Canvas, Plot};
+use super::space::Scene;
+use super::widget::Widget;
+
+/// Draws one widget below another. An `id` names a widget in gestures and is unique in the panel; it is not shown. The first
+/// mistake, such as an id used twice or a number that is none, is shown in place of the panel.
+pub struct Pen<'p> {
+    raw: &'p raw::Pen,
+}
+
+impl Pen<'_> {
+    /// A heading.
+    pub fn heading(&mut self, text: impl AsRef<str>) {
+        self.words(Words::Heading, text);
+    }
+
+    /// A text.
+    pub fn text(&mut self, text: impl AsRef<str>) {
+        self.words(Words::Plain, text);
+    }
+
+    /// A text that matters in some way.
+    pub fn words(&mut self, words: Words, text: impl AsRef<str>) {
+        self.widget(raw::WIDGET_TEXT, "", text.as_ref())
+            .number(words.code());
+    }
+
+    /// A number with its name and its unit, "m/s" or "rad"; viewers show it in the units their users like.
+    pub fn value(&mut self, label: impl AsRef<str>, value: impl Into<f64>, unit: &str) {
+        self.widget(raw::WIDGET_VALUE, "", label.as_ref())
+            .value(value.into(), unit);
+    }
+
+    /// Something to press: see [`Gesture::pressed`](super::Gesture). Follow it by `.enabled(false)` when it cannot be.
+    pub fn button(&mut self, id: &str, label: impl AsRef<str>) -> Widget<'_> {
+        self.widget(raw::WIDGET_BUTTON, id, label.as_ref())
+    }
+
+    /// Something that is on or off.
+    pub fn toggle(&mut self, id: &str, label: impl AsRef<str>, on: bool) {
+        self.widget(raw::WIDGET_TOGGLE, id, label.as_ref())
+            .number(u32::from(on));
+    }
+
+    /// A number to move between two others.
+    pub fn slider(
+        &mut self,
+        id: &str,
+        label: impl AsRef<str>,
+        value: f64,
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) {
+        let mut slider = self
+            .widget(raw::WIDGET_SLIDER, id, label.as_ref())
+            .value(value, unit);
+        slider.table.least = *range.start();
+        slider.table.greatest = *range.end();
+    }
+
+    /// One of several; `chosen` is the place of the present one.
+    pub fn choice<T: AsRef<str>>(
+        &mut self,
+        id: &str,
+        label: impl AsRef<str>,
+        options: impl IntoIterator<Item = T>,
+        chosen: usize,
+    ) {
+        self.widget(raw::WIDGET_CHOICE, id, label.as_ref())
+            .texts(options)
+            .number(u32::try_from(chosen).unwrap_or(u32::MAX));
+    }
+
+    /// An image as cameras give it: "rgb8", "bgr8", "rgba8", "bgra8" or "mono8". Clicks come in pixels.
+    pub fn image<'s>(&'s mut self, id: &str, image: &'s Image) -> Widget<'s> {
+        let (channels, pixels) = pixels::of(image);
+        let mut widget = self.widget(raw::WIDGET_IMAGE, id, "").pixels(pixels);
+        (widget.table.width, widget.table.height) = (image.width, image.height);
+        widget.table.channels = channels;
+        widget
+    }
+
+    /// Texts in rows, each as long as the heads of the columns.
+    pub fn table<H: AsRef<str>, C: AsRef<str>, R: IntoIterator<Item = C>>(
+        &mut self,
+        id: &str,
+        heads: impl IntoIterator<Item = H>,
+        rows: impl IntoIterator<Item = R>,
+    ) {
+        let table = self.widget(raw::WIDGET_TABLE, id, "").texts(heads);
+        let columns = table.text_count() as u32;
+        table.number(columns).texts(rows.into_iter().flatten());
+    }
+
+    /// Widgets beside each other.
+    pub fn row(&mut self, inside: impl FnOnce(&mut Pen)) {
+        self.widget(raw::WIDGET_ROW, "", "")
+            .around(|raw| inside(&mut Pen { raw }));
+    }
+
+    /// Widgets below a heading that can be folded.
+    pub fn group(&mut self, id: &str, label: impl AsRef<str>, inside: impl FnOnce(&mut Pen)) {
+        self.widget(raw::WIDGET_GROUP, id, label.as_ref())
+            .around(|raw| inside(&mut Pen { raw }));
+    }
+
+    /// The same, folded at first.
+    pub fn folded(&mut self, id: &str, label: impl AsRef<str>, inside: impl FnOnce(&mut Pen)) {
+        let mut group = self.widget(raw::WIDGET_GROUP, id, label.as_ref());
+        group.flag(raw::FOLDED, true);
+        group.around(|raw| inside(&mut Pen { raw }));
+    }
+
+    /// A plane in metres, with pan and zoom: `pen.canvas("field").forward_up().show(|plane| { ... })`.
+    pub fn canvas(&mut self, id: &str) -> Canvas<'_> {
+        Canvas::new(self.widget(raw::WIDGET_CANVAS, id, ""))
+    }
+
+    /// A space in metres, in a frame of REP-105: "odom", "base_link". Viewers show it by itself and in their 3D view.
+    pub fn scene(&mut self, id: &str, frame: &str) -> Scene<'_> {
+        Scene::new(self.widget(raw::WIDGET_SCENE, id, frame))
+    }
+
+    /// Curves: `pen.plot("speed", "Speed").axes("time, s", "m/s").show(|curves| { ... })`.
+    pub fn plot(&mut self, id: &str, label: impl AsRef<str>) -> Plot<'_> {
+        Plot::new(self.widget(raw::WIDGET_PLOT, id, label.as_ref()))
+    }
+
+    fn widget(&mut self, kind: u32, id: &str, label: &str) -> Widget<'_> {
+        Widget::new(self.raw, kind, id, label)
+    }
+}
+
+/// The host's pen, if it is as large as this SDK knows it.
+///
+/// # Safety
+/// `pen` is null, or the host's and lives as long as `'p`.
+pub(crate) unsafe fn of<'p>(pen: *const raw::Pen) -> Option<Pen<'p>> {
+    if pen.is_null() {
+        return None;
+    }
+    // SAFETY: the caller's; every table begins with its size, and only with that right is the rest of it used.
+    unsafe {
+        let whole = (pen.cast::<u32>().read() as usize) >= size_of::<raw::Pen>();
+        whole.then(|| Pen { raw: &*pen })
+    }
+}
