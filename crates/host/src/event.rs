@@ -1,6 +1,7 @@
 //! What a running application tells whoever listens: one enum, in the order in which things happened.
 
 use jde_core::{Health, Nanos, Operator, Record, State};
+use jde_panel::Gesture;
 
 /// Something that happened. Schemas and groups are named by their place in the `Application`.
 #[derive(Clone, Debug)]
@@ -120,6 +121,15 @@ pub enum OperatorAction {
         /// The value, in words.
         value: String,
     },
+    /// Did something to a widget of a schema's panel.
+    Touch {
+        /// Whose panel.
+        schema: usize,
+        /// Counts the gestures of the run that were handed in, from 1.
+        number: u64,
+        /// What.
+        gesture: Gesture,
+    },
 }
 
 impl OperatorAction {
@@ -133,7 +143,8 @@ impl OperatorAction {
             Self::Unload { schema }
             | Self::Load { schema }
             | Self::Period { schema, .. }
-            | Self::Modulate { schema, .. } => *schema,
+            | Self::Modulate { schema, .. }
+            | Self::Touch { schema, .. } => *schema,
         }
     }
 
@@ -149,6 +160,7 @@ impl OperatorAction {
             Self::Load { .. } => format!("loaded {name}"),
             Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
             Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
+            Self::Touch { gesture, .. } => gesture.words(name),
         }
     }
 }

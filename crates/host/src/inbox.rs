@@ -14,6 +14,10 @@ pub(crate) struct Inbox {
     pub(crate) retimed: bool,
     pub(crate) replaced: bool,
     pub(crate) unloaded: bool,
+    /// Somebody looks at its panel.
+    pub(crate) looked: bool,
+    /// Gestures await it: see `panels`.
+    pub(crate) touched: bool,
     /// At most one question a group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
@@ -31,6 +35,8 @@ impl Inbox {
             Signal::Promoted => self.promoted = true,
             Signal::Triggered => self.triggered = true,
             Signal::Retimed => self.retimed = true,
+            Signal::Looked => self.looked = true,
+            Signal::Touched => self.touched = true,
             Signal::Asked { group, ticket, level } => {
                 // An older question is closed by now: a group has one at a time.
                 self.asked.retain(|(asked, ..)| *asked != group);
@@ -40,7 +46,8 @@ impl Inbox {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        let flagged = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
+        let told = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
+        let flagged = told || self.looked || self.touched;
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 

@@ -13,6 +13,7 @@ mod instance;
 mod meter;
 mod mission;
 mod operating;
+mod panels;
 pub mod plugin;
 pub mod replay;
 mod runner;
@@ -23,4 +24,5 @@ pub mod turn;
 
 pub use engine::{decider_name, policy_name};
 pub use operating::Operating;
+pub use panels::{Drawn, Look, MOST_RATE, Refusal};
 pub use running::{BeforeStart, Handle, Hindrance, Lockstep, Options, Running, StartError};

@@ -106,7 +106,7 @@ impl Operating {
 }
 
 /// A name as terminals and recordings can bear it, wherever it came from.
-fn shown(by: &str) -> String {
+pub(crate) fn shown(by: &str) -> String {
     let printable = |c: char| if c.is_control() { '?' } else { c };
     let name: String = by.trim().chars().take(LONGEST_NAME).map(printable).collect();
     if name.is_empty() {

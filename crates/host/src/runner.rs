@@ -3,6 +3,7 @@
 //! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
 
 mod again;
+mod panel;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -15,6 +16,7 @@ use crate::engine::Engine;
 use crate::event::Event;
 use crate::inbox::Inbox;
 use crate::instance::{self, Instance, Ports};
+use crate::panels::Pace;
 use crate::running::StartError;
 use crate::turn::{Journal, Turn};
 
@@ -33,6 +35,8 @@ pub(crate) struct Runner {
     late: bool,
     /// Its instance ends as soon as it sleeps.
     unloading: bool,
+    /// When its panel was drawn.
+    pace: Pace,
     /// For those who want to know of turns.
     journal: Option<Arc<Journal>>,
     /// The present one.
@@ -67,8 +71,11 @@ impl Runner {
         table: &'static raw::Schema,
         mut ports: Ports,
     ) -> Self {
-        let instance = &engine.application.instances[number];
-        let kind = instance.schema.kind;
+        let about = &engine.application.instances[number];
+        let kind = about.schema.kind;
+        if let Some(panel) = instance::panel_of(table) {
+            engine.panels.declare(number, panel.touch.is_some());
+        }
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {
             ports.follow(journal);
@@ -79,11 +86,12 @@ impl Runner {
             table,
             kind,
             life: Life::Absent(ports),
-            period: instance.period_ns,
+            period: about.period_ns,
             last_check: 0,
             last_iteration: 0,
             late: false,
             unloading: false,
+            pace: Pace::default(),
             journal,
             told: Turn::of(Turn::CYCLED, number),
         }
@@ -95,6 +103,7 @@ impl Runner {
             Life::Absent(ports) => match Instance::create(&self.engine, self.number, self.table, ports) {
                 Ok(instance) => {
                     self.life = Life::Slept(instance);
+                    self.engine.panels.came(self.number);
                     Ok(())
                 }
                 Err((reason, ports)) => {
@@ -140,22 +149,31 @@ impl Runner {
         if inbox.retimed {
             self.retime();
         }
+        if inbox.touched {
+            self.take_gestures();
+        }
         if let Life::Awake { due, .. } = self.life {
             let now = self.engine.clock.now();
             self.told = Turn::of(Turn::CYCLED, self.number);
-            if now >= due {
+            let looked = if now >= due {
                 self.cycle(now, due);
-            } else if inbox.triggered {
-                self.react(now);
-            } else if inbox.promoted && self.engine.is_taking(self.number) {
+                true
+            } else if inbox.triggered || inbox.promoted && self.engine.is_taking(self.number) {
                 // What it was chosen on may be a period old: it looks again before it acts (R8).
                 self.react(now);
+                true
+            } else {
+                false
+            };
+            self.tell();
+            if looked {
+                self.draw();
             }
             self.rest();
-            self.tell();
         }
         match self.life {
             Life::Awake { due, .. } => Some(due),
+            Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
             Life::Absent(_) | Life::Slept(_) | Life::Changing => None,
         }
     }
@@ -414,6 +432,7 @@ impl Runner {
     fn dismiss(&mut self) {
         // The next instance begins with a clean sheet, and so does its health.
         self.late = false;
+        self.engine.panels.went(self.number, self.engine.clock.now());
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
             other => other,

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use jde_abi::raw;
 use jde_board::Board;
 use jde_core::Nanos;
+use jde_panel::Gesture;
 
 use crate::app::{Application, Executor, Instance};
 use crate::clock::Clock;
@@ -16,7 +17,8 @@ use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, Crew};
 use crate::exec::threads::Threads;
 use crate::mission;
-use crate::operating::Operating;
+use crate::operating::{Operating, shown};
+use crate::panels::{Drawn, Look, Refusal};
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
@@ -327,6 +329,47 @@ impl Handle {
     /// Asks it to end.
     pub fn stop(&self) {
         self.engine.conclude(Outcome::Stopped);
+    }
+
+    /// The schemas that have a panel of their own, by their places.
+    #[must_use]
+    pub fn panels(&self) -> Vec<usize> {
+        let schemas = 0..self.engine.application.instances.len();
+        schemas.filter(|schema| self.engine.panels.has(*schema)).collect()
+    }
+
+    /// Has the panel of a schema be drawn, at most `rate` times a second and never more often than [`MOST_RATE`], until the
+    /// answer is dropped. A schema that is awake draws after its iterations and checks, one that sleeps by itself.
+    ///
+    /// `news` is called after each drawing, on the schema's thread: it must return at once, as a wake-up or a message does.
+    ///
+    /// [`MOST_RATE`]: crate::MOST_RATE
+    ///
+    /// # Errors
+    /// [`Refusal`]: there is no such schema, or it has no panel.
+    pub fn look(
+        &self,
+        schema: usize,
+        rate: f64,
+        news: impl Fn() + Send + Sync + 'static,
+    ) -> Result<Look, Refusal> {
+        self.engine.look(schema, rate, Arc::new(news))
+    }
+
+    /// What the panel of a schema shows, or why it shows nothing; none before it was drawn for those who look now.
+    #[must_use]
+    pub fn panel(&self, schema: usize) -> Option<Arc<Drawn>> {
+        self.engine.panels.newest(schema)
+    }
+
+    /// Does something to a widget of a schema's panel, as `by`: it is handed to the schema between two of its iterations, in the
+    /// order in which it comes, and told as an operator's doing (R14). Of a drag or slider that has moved on before the schema
+    /// took it up, only the newest place is told.
+    ///
+    /// # Errors
+    /// [`Refusal`]: there is nobody to take it up, or too much awaits them already.
+    pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
+        self.engine.touch(&shown(by), schema, gesture)
     }
 
     /// What an operator can do (R14), as `by`: who acts, in a word or two such as "ana@laptop".

@@ -56,6 +56,9 @@ pub struct SchemaView {
     pub faults: u64,
     /// What an operator holds it to, and who.
     pub operator: Option<Hold>,
+    /// Whether it has a panel of its own.
+    #[serde(default)]
+    pub panel: bool,
 }
 
 /// What an operator did to a schema and did not let go of (R14).
@@ -194,6 +197,7 @@ mod tests {
             refused: 0,
             faults: 1,
             operator,
+            panel: true,
         }
     }
 

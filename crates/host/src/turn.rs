@@ -45,7 +45,7 @@ pub struct Call {
 #[value(name = "jde_msgs/msg/Turn")]
 pub struct Turn {
     /// 1 awoke, 2 slept, 3 checked or iterated, 4 arbitrated; and without a schema's doing 5 start, 6 timer, 7 operator, 8 given
-    /// up, 9 end, 10 a father woke a child or put it to sleep.
+    /// up, 9 end, 10 a father woke a child or put it to sleep, 11 somebody touched its panel.
     pub kind: u8,
     /// How it asked leave to iterate: 1 as ever, 2 only to take over. What an operator did: 1 play, 2 stop, 3 force, 4 release,
     /// 5 write a modulation or a period, 6 unload. Else 0.
@@ -55,7 +55,7 @@ pub struct Turn {
     /// Whose, by its place in the application.
     pub schema: u32,
     /// The group it arbitrated; or the modulation that an operator wrote by its place among the ports, 4294967295 for the
-    /// period.
+    /// period; or the number of the gesture, as events tell it.
     pub detail: u64,
     /// The question that it answered by arbitrating: they are counted.
     pub ticket: u64,
@@ -106,6 +106,8 @@ impl Turn {
     pub const ENDED: u8 = 9;
     /// Kind: a father woke a child or put it to sleep, and something came of it.
     pub const LED: u8 = 10;
+    /// Kind: somebody did something to its panel.
+    pub const TOUCHED: u8 = 11;
 
     /// Way: it asked leave as ever.
     pub const ANY: u8 = 1;

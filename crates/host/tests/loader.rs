@@ -246,19 +246,19 @@ fn an_older_and_a_newer_version_are_refused_with_both_numbers() {
             "past",
             0,
             7,
-            "it was built for ABI 0.7, older than this host's 1.1; build it again with this host's SDK",
+            "it was built for ABI 0.7, older than this host's 1.2; build it again with this host's SDK",
         ),
         (
             "major",
             2,
             0,
-            "it was built for ABI 2.0, newer than this host's 1.1",
+            "it was built for ABI 2.0, newer than this host's 1.2",
         ),
         (
             "minor",
             1,
-            2,
-            "it was built for ABI 1.2, newer than this host's 1.1",
+            3,
+            "it was built for ABI 1.3, newer than this host's 1.2",
         ),
     ];
     for (name, major, minor, words) in versions {

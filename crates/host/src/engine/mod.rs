@@ -7,6 +7,7 @@
 mod authority;
 mod observe;
 mod operate;
+mod panels;
 mod services;
 mod unload;
 mod wiring;
@@ -24,6 +25,7 @@ use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::meter::Meter;
+use crate::panels::Panels;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
 use authority::Commands;
 use observe::Groups;
@@ -63,6 +65,10 @@ pub(crate) enum Signal {
     },
     /// Its period was written.
     Retimed,
+    /// Somebody looks at its panel.
+    Looked,
+    /// Somebody did something to its panel.
+    Touched,
 }
 
 /// The shared part of a running application.
@@ -72,6 +78,7 @@ pub(crate) struct Engine {
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
     pub(crate) meters: Vec<Meter>,
+    pub(crate) panels: Arc<Panels>,
     pub(crate) id: u64,
     /// For those who want to know of turns.
     pub(crate) journal: Option<Arc<Journal>>,
@@ -133,12 +140,14 @@ impl Engine {
             unheard: BTreeSet::new(),
             closing: None,
         };
+        let panels = Arc::new(Panels::new(application.instances.len()));
         let engine = Arc::new(Self {
             application,
             board,
             variables,
             clock,
             meters,
+            panels,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             put_off: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),

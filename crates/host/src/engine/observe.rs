@@ -153,6 +153,7 @@ impl Engine {
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
             operator: self.hold(&rules.hierarchy, number),
+            panel: self.panels.has(number),
         }
     }
 

@@ -108,6 +108,7 @@ impl Lockstep {
                     self.settle();
                 }
             }
+            self.draw_asleep();
         }
     }
 
@@ -127,12 +128,23 @@ impl Lockstep {
     /// Carries out all that the last call led to, at this same instant.
     fn settle(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
-            if matches!(signal, Signal::Triggered) && self.goes_round(number) {
+            // A turn for somebody who looks would be one that is not there while nobody does.
+            let for_eyes = matches!(signal, Signal::Looked);
+            if for_eyes || matches!(signal, Signal::Triggered) && self.goes_round(number) {
                 continue;
             }
             let mut inbox = Inbox::default();
             inbox.put(signal);
             self.turn(number, inbox);
+        }
+    }
+
+    /// Draws the panels of those who sleep, where somebody looks; it takes no virtual time and leads to nothing.
+    fn draw_asleep(&mut self) {
+        if self.engine.panels.is_any_looked_at() {
+            for runner in &mut self.runners {
+                runner.draw_asleep();
+            }
         }
     }
 

@@ -24,6 +24,24 @@ pub(super) struct Call<'a> {
     pub(super) failure: Option<String>,
     /// What it was told when it first asked for the time.
     pub(super) told: Option<Nanos>,
+    /// While a panel is drawn, the first thing that it tried to change.
+    pub(super) drawing: Option<Option<String>>,
+}
+
+impl Call<'_> {
+    /// Whether a panel is drawn, which shows and changes nothing.
+    fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+        if let Some(None) = self.drawing {
+            let what = what(self);
+            self.drawing = Some(Some(what));
+        }
+        self.drawing.is_some()
+    }
+
+    fn port_name(&self, port: u32) -> &str {
+        let ports = &self.engine.application.instances[self.number].schema.ports;
+        ports.get(port as usize).map_or("a port", |port| &port.name)
+    }
 }
 
 /// The table given to every instance.
@@ -108,6 +126,9 @@ unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_voi
     // SAFETY: the plugin gives the context of this call and room for a pointer.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|call| format!("write `{}`", call.port_name(port))) {
+                return raw::REFUSED;
+            }
             match call.ports.loan(port as usize) {
                 Err(error) => status(&error),
                 Ok(bytes) => {
@@ -123,6 +144,9 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|call| format!("write `{}`", call.port_name(port))) {
+                return raw::REFUSED;
+            }
             let now = call.engine.clock.now();
             let time = if time_ns == 0 { now } else { time_ns };
             let period = call.engine.meters[call.number].period.load(Ordering::Relaxed);
@@ -143,6 +167,9 @@ unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|_| String::from("wake a child")) {
+                return raw::REFUSED;
+            }
             call.engine.child_wakes(call.number, child as usize, true)
         })
     }
@@ -152,6 +179,9 @@ unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|_| String::from("put a child to sleep")) {
+                return raw::REFUSED;
+            }
             call.engine.child_wakes(call.number, child as usize, false)
         })
     }
@@ -198,6 +228,9 @@ unsafe extern "C" fn set_policy(
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|_| String::from("change a policy")) {
+                return raw::REFUSED;
+            }
             call.engine.set_policy(call.number, child as usize, policy)
         })
     }
@@ -252,6 +285,9 @@ unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
+            if call.refuses(|call| format!("take `{}` back", call.port_name(port))) {
+                return raw::REFUSED;
+            }
             match call.ports.retract(port as usize) {
                 Ok(()) => raw::OK,
                 Err(error) => status(&error),

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_core::{Case, Level, Nanos};
+use jde_panel::{Gesture, List};
 
 use crate::engine::Engine;
 use crate::turn::{self, Turn};
@@ -24,6 +25,7 @@ pub(crate) struct Instance {
     number: usize,
     name: CString,
     table: &'static raw::Schema,
+    panel: Option<&'static raw::Panel>,
     this: *mut c_void,
     ports: Ports,
     engine: Arc<Engine>,
@@ -59,6 +61,7 @@ impl Instance {
             number,
             name,
             table,
+            panel: panel_of(table),
             this: null_mut(),
             ports,
             engine: Arc::clone(engine),
@@ -121,7 +124,35 @@ impl Instance {
             .iterate
             .expect("read::plugin refuses schemas without iterate");
         // SAFETY: as in `awake`.
-        let result = self.result("iterate", |this, context| unsafe { iterate(this, context) });
+        self.result("iterate", |this, context| unsafe { iterate(this, context) })
+    }
+
+    /// Draws its panel, over the values that it has looked at since the last release. Nothing if it has none.
+    pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
+        let draw = self.panel?.draw?;
+        let time = self.engine.clock.now();
+        let (done, list) = jde_panel::lend_pen(time, |pen| {
+            // SAFETY: as in `awake`; the pen lives for the call.
+            let (status, failure, wrote) =
+                self.call_as(Some(None), |this, context| unsafe { draw(this, context, pen) });
+            match wrote.flatten() {
+                Some(what) => Err(format!("it tried to {what} while its panel was drawn")),
+                None => outcome("draw", status, failure),
+            }
+        });
+        Some(done.and_then(|()| list.map_err(|broken| broken.to_string())))
+    }
+
+    /// Hands in what somebody did to its panel.
+    pub(crate) fn touch(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
+        let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
+            return Ok(());
+        };
+        self.ports.release();
+        let result = jde_panel::lend_gesture(by, gesture, |gesture| {
+            // SAFETY: as in `awake`; the gesture lives for the call.
+            self.result("touch", |this, context| unsafe { touch(this, context, gesture) })
+        });
         self.ports.release();
         result
     }
@@ -204,7 +235,7 @@ impl Instance {
         &mut self.ports
     }
 
-    /// Lets go of the values it looked at.
+    /// Lets go of the values it looked at: after its turn, so that its panel shows what its iteration saw.
     pub(crate) fn rest(&mut self) {
         self.ports.release();
     }
@@ -224,19 +255,21 @@ impl Instance {
         call: impl FnOnce(*mut c_void, *mut raw::Context) -> i32,
     ) -> Result<(), String> {
         let (status, failure) = self.call(call);
-        match (status, failure) {
-            (raw::OK, _) => Ok(()),
-            (raw::PANICKED, reason) => Err(format!(
-                "panicked in {what}: {}",
-                reason.as_deref().unwrap_or("no message")
-            )),
-            (_, Some(reason)) => Err(reason),
-            (status, None) => Err(format!("{what} returned error {status} without a reason")),
-        }
+        outcome(what, status, failure)
     }
 
     /// One call, with a context that lives just as long; also gives the reason that the plugin left, if it did.
     fn call<R>(&mut self, call: impl FnOnce(*mut c_void, *mut raw::Context) -> R) -> (R, Option<String>) {
+        let (result, failure, _) = self.call_as(None, call);
+        (result, failure)
+    }
+
+    /// The same, and if it draws a panel what that tried to change.
+    fn call_as<R>(
+        &mut self,
+        drawing: Option<Option<String>>,
+        call: impl FnOnce(*mut c_void, *mut raw::Context) -> R,
+    ) -> (R, Option<String>, Option<Option<String>>) {
         let engine = Arc::clone(&self.engine);
         let meter = &engine.meters[self.number];
         let mut context = Call {
@@ -246,6 +279,7 @@ impl Instance {
             ports: &mut self.ports,
             failure: None,
             told: None,
+            drawing,
         };
         let start = engine.clock.now();
         let after = context.ports.enter();
@@ -253,6 +287,7 @@ impl Instance {
         let result = call(self.this, (&raw mut context).cast::<raw::Context>());
         let failure = context.failure.take();
         let told = context.told;
+        let drawing = context.drawing.take();
         meter.leave();
         self.ports.discard_loans();
         if let (Some(after), Some(looks)) = (after, self.ports.looks()) {
@@ -261,13 +296,49 @@ impl Instance {
             self.called = turn::Call { after, time, clock };
             self.inputs.clone_from(&looks.inputs);
         }
-        (result, failure)
+        (result, failure, drawing)
     }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
         self.end();
+    }
+}
+
+/// The panel of a type of schema, if it has one that can be drawn.
+pub(crate) fn panel_of(table: &'static raw::Schema) -> Option<&'static raw::Panel> {
+    let ability = table.ability?;
+    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
+    // SAFETY: the table was checked, and the id is a text.
+    let panel = unsafe { ability(id.as_ptr()) }.cast::<raw::Panel>();
+    if panel.is_null() {
+        return None;
+    }
+    // SAFETY: what a plugin gives for that id begins with its size, and lives as long as the process.
+    let whole =
+        panel.is_aligned() && unsafe { panel.cast::<u32>().read() } as usize >= size_of::<raw::Panel>();
+    // SAFETY: as above, and as large as this ABI has it.
+    let panel = whole
+        .then(|| unsafe { &*panel })
+        .filter(|panel| panel.draw.is_some());
+    if panel.is_none() {
+        tracing::warn!(
+            "a type of schema has a panel that cannot be drawn: its table is too small, or its `draw` null"
+        );
+    }
+    panel
+}
+
+fn outcome(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {
+    match (status, failure) {
+        (raw::OK, _) => Ok(()),
+        (raw::PANICKED, reason) => Err(format!(
+            "panicked in {what}: {}",
+            reason.as_deref().unwrap_or("no message")
+        )),
+        (_, Some(reason)) => Err(reason),
+        (status, None) => Err(format!("{what} returned error {status} without a reason")),
     }
 }
 

@@ -173,6 +173,8 @@ impl Player {
                 Signal::Replaced => seat.runner.give_up_now(),
                 Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
+                // Nobody can look at a replay or act in it.
+                Signal::Looked | Signal::Touched => {}
                 Signal::Asked { group, ticket, level } => {
                     let since = now;
                     seat.asked.push(Asked {

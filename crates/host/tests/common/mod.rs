@@ -3,10 +3,13 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+mod easel;
 mod rig;
 mod schemas;
 mod stage;
 
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use easel::Easel;
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use rig::{Executor, Rig, plugins, text};
 #[allow(unused_imports, reason = "each test file uses its part")]

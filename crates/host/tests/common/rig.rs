@@ -11,11 +11,15 @@ use jde_host::snapshot::{GroupView, SchemaView};
 use jde_host::{Handle, Lockstep, Operating, Options, Running, StartError};
 
 use super::MS;
+use super::easel::Easel;
 use super::schemas::{Eye, Motor, Robot, Stillborn};
 use super::stage::Stage;
 
-static TEST: raw::Plugin =
-    jde_schema::plugin!("test", "Schemas of the tests.", [Motor, Eye, Robot, Stillborn]);
+static TEST: raw::Plugin = jde_schema::plugin!(
+    "test",
+    "Schemas of the tests.",
+    [Motor, Eye, Robot, Stillborn, Easel]
+);
 
 /// The time that lockstep gives a condition to come true, ns: far beyond every period of the tests.
 const LONGEST: u64 = 10_000 * MS;
@@ -141,6 +145,16 @@ impl Rig {
             let now = self.handle.now();
             assert!(now < start + LONGEST, "it never came: {:#?}", self.stage.lines());
             self.advance(now + MS);
+        }
+    }
+
+    /// Goes on until `done`, which depends on the machine's time also in lockstep: how often a panel is drawn does.
+    pub(crate) fn patiently(&mut self, mut done: impl FnMut(&Self) -> bool) {
+        if let Run::Real(_) = self.run {
+            return self.until(done);
+        }
+        while !done(self) {
+            self.advance(self.handle.now() + MS);
         }
     }
 

@@ -6,8 +6,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use jde_host::Handle;
 use jde_host::event::Event;
-use jde_schema::Result;
+use jde_schema::{Context, Pen, Result};
 
+use super::easel::{Brush, Easel};
 use super::schemas::{Call, Io};
 
 /// What an instance does when it is called.
@@ -19,6 +20,7 @@ pub(crate) struct Stage {
     number: u32,
     quiet: bool,
     parts: Mutex<HashMap<String, Arc<Mutex<Part>>>>,
+    brushes: Mutex<HashMap<String, Brush>>,
     log: Mutex<Log>,
     news: Condvar,
     handle: Mutex<Option<Handle>>,
@@ -85,6 +87,25 @@ impl Stage {
             }
             Ok(())
         });
+    }
+
+    /// Says how an easel draws its panel.
+    pub(crate) fn paints(
+        &self,
+        name: &str,
+        brush: impl Fn(&Easel, &Context, &mut Pen) + Send + Sync + 'static,
+    ) {
+        lock(&self.brushes).insert(name.to_owned(), Arc::new(brush));
+    }
+
+    pub(crate) fn brush(&self, name: &str) -> Option<Brush> {
+        lock(&self.brushes).get(name).cloned()
+    }
+
+    /// Something happened that no schema did: whoever waits looks again.
+    pub(crate) fn stir(&self) {
+        lock(&self.log).version += 1;
+        self.news.notify_all();
     }
 
     pub(crate) fn part(&self, name: &str) -> Option<Arc<Mutex<Part>>> {
@@ -194,6 +215,7 @@ impl Stage {
     pub(crate) fn close(&self) {
         lock(&STAGES).retain(|stage| stage.number != self.number);
         lock(&self.parts).clear();
+        lock(&self.brushes).clear();
         lock(&self.handle).take();
     }
 }

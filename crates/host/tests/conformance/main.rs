@@ -7,6 +7,7 @@ mod arbitration;
 mod faults;
 mod hangs;
 mod operators;
+mod panels;
 mod records;
 mod remote;
 mod selection;

@@ -263,5 +263,6 @@ fn blank(name: &str, type_name: &str) -> SchemaView {
         refused: 0,
         faults: 0,
         operator: None,
+        panel: false,
     }
 }

@@ -36,6 +36,7 @@ pub(super) fn schema(name: &str) -> SchemaView {
         refused: 0,
         faults: 0,
         operator: None,
+        panel: false,
     }
 }
 

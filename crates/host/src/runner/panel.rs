@@ -1,0 +1,66 @@
+//! A schema's own panel, on its own turns: drawn after an iteration or check while somebody looks, and touched before the next.
+//! How often is measured by the machine's clock, in lockstep too: what is decided never depends on who looks.
+
+use std::time::Instant;
+
+use jde_core::Nanos;
+
+use super::{Life, Runner};
+use crate::turn::Turn;
+
+impl Runner {
+    /// Hands in the gestures that await it, each in a turn of its own.
+    pub(super) fn take_gestures(&mut self) {
+        for (by, gesture) in self.engine.panels.take(self.number) {
+            let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
+                return;
+            };
+            let number = self.engine.touched(&by, self.number, &gesture);
+            self.told = Turn {
+                detail: number,
+                ..Turn::of(Turn::TOUCHED, self.number)
+            };
+            let result = instance.touch(&by, &gesture);
+            self.told.looked = instance.called(&mut self.told);
+            if let Err(reason) = result {
+                self.fault(reason);
+            }
+            self.tell();
+        }
+    }
+
+    /// Draws the panel over what was looked at in this turn, if somebody looks and it is time.
+    pub(super) fn draw(&mut self) {
+        let Some(every) = self.engine.panels.wanted(self.number) else {
+            return;
+        };
+        let start = Instant::now();
+        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
+            return;
+        };
+        if self.pace.wait(start).is_some() {
+            return;
+        }
+        let Some(list) = instance.draw() else {
+            return;
+        };
+        let took = start.elapsed();
+        self.pace.drew(start, took, every);
+        let time = self.engine.clock.now();
+        self.engine.panels.show(self.number, time, took, list);
+    }
+
+    /// Draws the panel of a schema that sleeps, over the newest values; answers when to draw it again, in real time.
+    pub(crate) fn draw_asleep(&mut self) -> Option<Nanos> {
+        if !matches!(self.life, Life::Slept(_)) || self.engine.panels.wanted(self.number).is_none() {
+            return None;
+        }
+        self.draw();
+        if let Life::Slept(instance) = &mut self.life {
+            instance.rest();
+        }
+        let clock = &self.engine.clock;
+        let wait = self.pace.wait(Instant::now()).unwrap_or_default();
+        Some(clock.now().saturating_add(clock.of_machine(wait)))
+    }
+}
