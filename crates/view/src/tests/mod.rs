@@ -1,1 +1,4 @@
 //! The windows on applications that really run, found by label, clicked and typed into; and pictures of them.
+
+mod common;
+mod frame;

@@ -1,0 +1,143 @@
+//! Applications that really run, in this process, with their plugins built if need be; and sessions on them. Nothing here waits
+//! for time to pass: a harness takes steps until what must come has come.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, OnceLock};
+
+use eframe::egui;
+use egui_kittest::Harness;
+use jde_host::app::{self, Application};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Handle, Options, Running};
+use jde_link::{Client, Events, Folder, Link, Reach, Settings, Title};
+
+use crate::session::Session;
+
+pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// The plugins of the applications that come with jde.
+const PLUGINS: [&str; 10] = [
+    "sim", "carmen", "example", "goon", "vff", "stop", "family", "pair", "ball", "teleop",
+];
+
+/// Steps that a harness may take until what must come has come: minutes, on any machine.
+const STEPS: usize = 20_000;
+
+/// An application that runs, and can be looked into.
+pub(crate) struct Robot {
+    // Let go in this order: nobody looks into what ends.
+    _link: Link,
+    running: Running,
+    folder: Folder,
+    _files: tempfile::TempDir,
+}
+
+impl Robot {
+    /// An application of `apps`, by the name of its file without ending.
+    pub(crate) fn of(name: &str) -> Self {
+        let plugins = plugins();
+        let file = Path::new(ROOT).join("apps").join(format!("{name}.toml"));
+        let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        Self::start(application, &plugins)
+    }
+
+    /// An application as text; its paths are relative to `apps`.
+    pub(crate) fn written(text: &str) -> Self {
+        Self::linked(text, plugins())
+    }
+
+    /// An application as text, with plugins of the test's own linked in.
+    pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
+        let file = Path::new(ROOT).join("apps/test.toml");
+        let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        Self::start(application, &plugins)
+    }
+
+    fn start(application: Application, plugins: &Plugins) -> Self {
+        let files = tempfile::tempdir().expect("a folder for the test");
+        let folder = Folder::at(files.path().join("jde"));
+        let events = Events::of(&application);
+        let title = Title::new(&application, 1.0);
+        let options = Options {
+            observers: vec![events.observer()],
+            ..Options::default()
+        };
+        let name = application.name.clone();
+        let running = Running::start(application, plugins, options).expect("the application starts");
+        let settings = Settings {
+            folder: folder.clone(),
+            ..Settings::local(&name)
+        };
+        let subject = Arc::new(jde_link::Running::new(running.handle(), title));
+        Self {
+            _link: Link::open(&settings, subject, &events).expect("the link opens"),
+            running,
+            folder,
+            _files: files,
+        }
+    }
+
+    /// What happens in it, asked directly and not over the link.
+    pub(crate) fn handle(&self) -> Handle {
+        self.running.handle()
+    }
+
+    /// Where tools find it.
+    pub(crate) fn reach(&self) -> Reach {
+        Reach::Local(self.folder.clone())
+    }
+
+    /// A look into it, as a window has one.
+    pub(crate) fn session(&self) -> Session {
+        let remote = Client::connect(&self.reach())
+            .and_then(|client| client.application(None))
+            .expect("it is found");
+        Session::open(remote, egui::Context::default()).expect("it answers")
+    }
+}
+
+/// Takes steps until something is so; fails after very many.
+pub(crate) fn until<State>(
+    harness: &mut Harness<'_, State>,
+    mut so: impl FnMut(&mut Harness<'_, State>) -> bool,
+) {
+    for _ in 0..STEPS {
+        if so(harness) {
+            return;
+        }
+        harness.step();
+        // Others of this process have two cores as well; this is no wait for anything.
+        std::thread::yield_now();
+    }
+    panic!("it did not come to be so in {STEPS} steps");
+}
+
+/// The folder of the plugins, built by the first who asks.
+pub(crate) fn plugins() -> Plugins {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
+        let there = |plugin: &&&str| {
+            let folders = ["schemas", "drivers"];
+            folders
+                .iter()
+                .any(|folder| Path::new(ROOT).join(folder).join(plugin).is_dir())
+        };
+        cargo.args(PLUGINS.iter().filter(there).flat_map(|plugin| ["-p", plugin]));
+        let done = cargo.output().expect("cargo starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let mut libraries = messages.lines().filter_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            let is_ours = message["target"]["name"] == "goon";
+            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.next().expect("cargo names the libraries it made")
+    });
+    let mut path = SearchPath::default();
+    path.push(folder, "built for this test");
+    Plugins::new(path)
+}
