@@ -14,6 +14,7 @@ mod meter;
 mod mission;
 mod operating;
 mod panels;
+pub mod period;
 pub mod plugin;
 pub mod replay;
 mod runner;

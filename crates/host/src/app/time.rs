@@ -6,11 +6,7 @@ use jde_core::Nanos;
 use super::document::{self, Node, wrong};
 use super::report::{Report, quote};
 use super::units::{QuantityError, quantity};
-
-/// Shortest time that can be asked for: waking a thread takes up to this long.
-const SHORTEST_S: f64 = 100e-6;
-/// Longest: a day is beyond any cycle of a robot, so more is a slip of units.
-const LONGEST_S: f64 = 86_400.0;
+use crate::period::{self, OutOfRange, RANGE};
 
 /// Reads a time in ns.
 pub(super) fn time(report: &mut Report, what: &str, node: &Node) -> Option<Nanos> {
@@ -75,19 +71,14 @@ fn read(
         wrong(report, what, expected, node);
         return None;
     };
-    if !(SHORTEST_S..=LONGEST_S).contains(&seconds) {
-        let problem = if seconds > LONGEST_S {
-            "longer than a day"
-        } else if seconds > 0.0 {
-            "shorter than 100 us"
-        } else {
-            "no time above 0"
-        };
-        report
-            .fault(&node.span(), format!("{what} is {problem}"))
-            .advise("give a time from 100 us to a day; a bare number counts seconds");
-        return None;
+    // Budgets and patience are no longer or shorter than periods can be.
+    match period::of_seconds(seconds) {
+        Ok(time) => Some(time),
+        Err(OutOfRange { seconds }) => {
+            report
+                .fault(&node.span(), format!("{what} is {}", period::problem(seconds)))
+                .advise(format!("give a time {RANGE}; a bare number counts seconds"));
+            None
+        }
     }
-    // Within the bounds above, so the nanoseconds fit.
-    Some((seconds * 1e9).round() as Nanos)
 }

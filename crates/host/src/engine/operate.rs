@@ -9,11 +9,9 @@ use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, SchemaId};
 
 use super::{Engine, Rules, Signal};
 use crate::event::OperatorAction;
+use crate::period;
 use crate::snapshot::{Hold, HoldKind};
 use crate::turn::{Moment, Turn};
-
-/// Shortest period anyone may set: what the timers of a machine can keep.
-const SHORTEST: Nanos = 100_000;
 
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;
@@ -120,11 +118,7 @@ impl Engine {
     /// Changes a period.
     pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
         self.known(instance)?;
-        if period < SHORTEST {
-            return Err(format!(
-                "a period of {period} ns is too short; give at least 0.1 ms"
-            ));
-        }
+        period::check(period).map_err(|error| error.to_string())?;
         let seconds = period as f64 / 1e9;
         let variable = self.variables.period(instance);
         self.overwrite(by, instance, variable, &seconds.to_ne_bytes())
@@ -153,6 +147,11 @@ impl Engine {
         }
         let mut bytes = newest_bytes(&variable).unwrap_or_else(|| vec![0; declared.value_type.bytes]);
         value::encode(&declared.value_type, new, &mut bytes).map_err(|error| error.to_string())?;
+        if Arc::ptr_eq(&variable, self.variables.period(instance)) {
+            let seconds = bytes.try_into().map_or(f64::NAN, f64::from_ne_bytes);
+            let period = period::of_seconds(seconds).map_err(|error| error.to_string())?;
+            return self.retime(by, instance, period);
+        }
         self.overwrite(by, instance, &variable, &bytes)
             .map_err(|refused| format!("`{}.{name}` stays as it is: {refused}", self.name(instance)))?;
         let action = OperatorAction::Modulate {
@@ -169,7 +168,7 @@ impl Engine {
         let bytes = newest_bytes(self.variables.period(instance))?;
         let seconds = f64::from_ne_bytes(bytes.try_into().ok()?);
         // A father's nonsense leaves the period as it was.
-        (seconds.is_finite() && seconds * 1e9 >= SHORTEST as f64).then(|| (seconds * 1e9).round() as Nanos)
+        period::of_seconds(seconds).ok()
     }
 
     pub(crate) fn retimed(&self, instance: usize, period: Nanos) {

@@ -231,7 +231,7 @@ fn r14_what_does_not_exist_is_refused_in_words(executor: Executor) {
     assert_eq!(
         operator.set_period(father, 1),
         Err(String::from(
-            "a period of 1 ns is too short; give at least 0.1 ms"
+            "a period of 0.000000001 s is shorter than 100 us; give one from 100 us to a day"
         ))
     );
     let said = operator
