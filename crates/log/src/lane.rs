@@ -13,11 +13,16 @@ use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
 use jde_host::event::Event;
 use jde_host::story::Line;
+use jde_panel::List;
 
+use crate::panel;
 use crate::recorder::{Clock, Written};
+use crate::tap::retracted;
 
 /// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
 const ROOM: usize = 512 << 10;
+/// Slots of a panel: half a second of one that is drawn as fast as can be.
+const PANELS: usize = 16;
 /// Even the largest get so many slots, the smallest no more than that.
 const SLOTS: (usize, usize) = (4, 1024);
 /// How long a lossless writer waits before it looks again by itself.
@@ -55,14 +60,23 @@ pub(crate) struct Slot {
 pub(crate) enum SlotForm {
     /// A value, as its type says.
     Value,
-    /// A message in CDR.
+    /// A message as it is to be written.
     Message,
+}
+
+/// What goes through a lane.
+#[derive(Clone)]
+pub(crate) enum Holds {
+    /// Values of a type.
+    Values(Arc<Type>),
+    /// What a panel showed.
+    Panel,
 }
 
 /// The two queues of a topic.
 pub(crate) struct Lane {
     pub(crate) name: String,
-    pub(crate) value_type: Arc<Type>,
+    pub(crate) holds: Holds,
     pub(crate) about: BTreeMap<String, String>,
     pub(crate) free: ArrayQueue<Box<Slot>>,
     pub(crate) full: ArrayQueue<Box<Slot>>,
@@ -88,6 +102,8 @@ pub(crate) enum Told {
     Event(Event),
     /// Something happened elsewhere.
     Line(Line),
+    /// Something that had happened there before this time, at which the recording began.
+    Earlier(Line, Nanos),
     /// The value of a variable was taken back.
     Retracted {
         /// When.
@@ -124,16 +140,20 @@ pub(crate) struct Shared {
 impl Lane {
     pub(crate) fn new(
         name: String,
-        value_type: Arc<Type>,
+        holds: Holds,
         about: BTreeMap<String, String>,
         note: Option<Note>,
         kept: bool,
     ) -> Self {
-        let bytes = value_type.bytes;
-        let slots = if note.is_some() {
-            1
-        } else {
-            (ROOM / bytes).clamp(SLOTS.0, SLOTS.1)
+        let bytes = match &holds {
+            Holds::Values(value_type) => value_type.bytes,
+            // They grow as large as the panels are.
+            Holds::Panel => 0,
+        };
+        let slots = match (&holds, &note) {
+            (_, Some(_)) => 1,
+            (Holds::Values(_), None) => (ROOM / bytes).clamp(SLOTS.0, SLOTS.1),
+            (Holds::Panel, None) => PANELS,
         };
         let free = ArrayQueue::new(slots);
         if note.is_none() {
@@ -154,7 +174,7 @@ impl Lane {
         }
         Self {
             name,
-            value_type,
+            holds,
             about,
             free,
             full: ArrayQueue::new(slots),
@@ -170,14 +190,12 @@ impl Topic {
     /// recording has the caller wait for room. Any thread may call it. Lost values are counted.
     ///
     /// # Panics
-    /// If there are not as many bytes as the type has.
+    /// If there are not as many bytes as the type has, or it is the topic of a panel.
     pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
-        assert_eq!(
-            bytes.len(),
-            self.lane.value_type.bytes,
-            "a value of {}",
-            self.lane.name
-        );
+        let Holds::Values(value_type) = &self.lane.holds else {
+            panic!("a panel has no values");
+        };
+        assert_eq!(bytes.len(), value_type.bytes, "a value of {}", self.lane.name);
         self.fill(bytes, SlotForm::Value, stamps)
     }
 
@@ -185,6 +203,11 @@ impl Topic {
     /// first few times. What is in it is not looked at; `jde_ros::cdr::decode` says whether it is of the type.
     pub fn put_message(&self, message: &[u8], stamps: Stamps) -> bool {
         self.fill(message, SlotForm::Message, stamps)
+    }
+
+    /// Keeps what a panel showed, or why it showed nothing. It may allocate.
+    pub fn put_panel(&self, shown: &Result<List, String>, stamps: Stamps) -> bool {
+        self.fill(&panel::message(shown), SlotForm::Message, stamps)
     }
 
     fn fill(&self, bytes: &[u8], form: SlotForm, stamps: Stamps) -> bool {
@@ -206,6 +229,11 @@ impl Topic {
             self.shared.wake();
         }
         true
+    }
+
+    /// The value was taken back at this time, ns of the application's clock: there is none until the next.
+    pub fn retract(&self, time: Nanos) {
+        self.shared.tell(retracted(time, &self.lane));
     }
 
     /// Counts values that are known to have been lost on the way here.

@@ -7,6 +7,7 @@
 mod error;
 mod lane;
 mod origin;
+pub mod panel;
 mod pattern;
 mod recorder;
 mod recording;

@@ -15,12 +15,12 @@ use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
 use jde_host::story::{Line, Story};
 
-use crate::lane::{Lane, Shared, Told, Topic, lock};
+use crate::lane::{Holds, Lane, Shared, Told, Topic, lock};
 use crate::scribe::Scribe;
 use crate::sink::{Begun, Plan, Sink, Triggered, Whole, disk};
 use crate::trigger::Triggers;
 use crate::writer::{self, Output};
-use crate::{Error, Origin, tap};
+use crate::{Error, Origin, panel, tap};
 
 pub use when::{Happened, OnFile, When, Written};
 
@@ -171,7 +171,30 @@ impl Recorder {
     /// Adds a topic whose values come from elsewhere. `about` is what the recording says of it; `variable` in it is the name by
     /// which conditions know it.
     pub fn topic(&self, name: &str, value_type: Arc<Type>, about: BTreeMap<String, String>) -> Topic {
-        let lane = Arc::new(Lane::new(name.to_owned(), value_type, about, None, true));
+        self.lane(name, Holds::Values(value_type), about, true)
+    }
+
+    /// Adds the topic of a schema's panel, `/panels/<schema>`: filled by [`Topic::put_panel`].
+    pub fn panel(&self, schema: &str) -> Topic {
+        let about = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
+        self.lane(&panel::topic(schema), Holds::Panel, about, true)
+    }
+
+    /// A topic whose values the conditions look at and no file keeps; none if no condition names the variable.
+    pub fn topic_to_look_at(&self, variable: &str, value_type: Arc<Type>) -> Option<Topic> {
+        let about = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
+        self.named.contains(variable).then(|| {
+            self.lane(
+                &tap::topic_name(variable),
+                Holds::Values(value_type),
+                about,
+                false,
+            )
+        })
+    }
+
+    fn lane(&self, name: &str, holds: Holds, about: BTreeMap<String, String>, kept: bool) -> Topic {
+        let lane = Arc::new(Lane::new(name.to_owned(), holds, about, None, kept));
         lock(&self.shared.lanes).push(Arc::clone(&lane));
         Topic {
             lane,
@@ -189,6 +212,12 @@ impl Recorder {
     /// Keeps a message of the story of an application elsewhere.
     pub fn line(&self, line: Line) {
         self.shared.tell(Told::Line(line));
+    }
+
+    /// Keeps a message of what had happened elsewhere before the recording began, at `beginning` of the application's clock: it
+    /// is stamped with that, its publish time tells when it was, and no condition comes true by it.
+    pub fn earlier(&self, line: Line, beginning: Nanos) {
+        self.shared.tell(Told::Earlier(line, beginning));
     }
 
     /// How it is doing.

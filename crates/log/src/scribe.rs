@@ -11,7 +11,7 @@ use jde_board::{Nanos, Reader};
 use jde_host::story::{Happening, Kind, Line, Story};
 use jde_ros::cdr;
 
-use crate::lane::{Lane, Shared, Slot, SlotForm, Told, lock};
+use crate::lane::{Holds, Lane, Shared, Slot, SlotForm, Told, lock};
 use crate::ring::About;
 use crate::sink::{Channel, Says, Sink};
 use crate::tap::{News, Seen, retracted};
@@ -194,7 +194,8 @@ impl Scribe {
                     self.sink.message(channel, times, &slot.bytes, says);
                 }
                 if open.variable.is_some()
-                    && let Ok(value) = cdr::decode(&open.lane.value_type, &slot.bytes)
+                    && let Holds::Values(value_type) = &open.lane.holds
+                    && let Ok(value) = cdr::decode(value_type, &slot.bytes)
                 {
                     self.look(number, times.log, Some(&value));
                 }
@@ -243,8 +244,10 @@ impl Scribe {
 
     fn value(&mut self, number: usize, times: Times, bytes: &[u8]) {
         let open = &self.lanes[number];
-        if let Some(channel) = open.channel {
-            cdr::encode(&open.lane.value_type, bytes, &mut self.message);
+        if let Some(channel) = open.channel
+            && let Holds::Values(value_type) = &open.lane.holds
+        {
+            cdr::encode(value_type, bytes, &mut self.message);
             let says = Says::State(About::Value);
             self.sink.message(channel, times, &self.message, says);
         }
@@ -264,6 +267,14 @@ impl Scribe {
                 }
                 self.fire();
             }
+            Told::Earlier(line, beginning) => {
+                self.line_at(&line, beginning, None);
+                if let Some(triggers) = &mut self.triggers {
+                    triggers.line(&line, &mut self.fired);
+                }
+                // It was true before.
+                self.fired.clear();
+            }
             Told::Line(line) => {
                 self.line(&line, None);
                 if let Some(triggers) = &mut self.triggers {
@@ -275,8 +286,8 @@ impl Scribe {
                 let of = |open: &Open| open.lane.about.get("variable") == Some(&variable);
                 let number = self.lanes.iter().position(of);
                 let channel = number.and_then(|number| self.lanes[number].channel);
-                // Without an application there is no story to tell it in, and what no file has needs none.
-                if self.story.is_some() && channel.is_some() {
+                // Without events there is no story to tell it in, and what no file has needs none.
+                if (self.story.is_some() || self.story_channel.is_some()) && channel.is_some() {
                     self.line(&Line::retracted(time, &variable), channel);
                 }
                 if let Some(number) = number {
@@ -288,9 +299,13 @@ impl Scribe {
 
     /// A message of the story; if it is that a value was taken back, of which channel.
     fn line(&mut self, line: &Line, retracts: Option<usize>) {
+        self.line_at(line, line.time(), retracts);
+    }
+
+    fn line_at(&mut self, line: &Line, log: Nanos, retracts: Option<usize>) {
         let channel = self.story_channel() + line.kind() as usize;
         let times = Times {
-            log: line.time(),
+            log,
             publish: line.time(),
             sequence: 0,
         };
@@ -301,7 +316,7 @@ impl Scribe {
             (None, Line::Happening(_)) => Says::State(About::Nothing),
         };
         self.sink.message(channel, times, &line.json(), says);
-        self.at(line.time());
+        self.at(log);
     }
 
     /// Shows a value, or that there is none any more, to the conditions that name it.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_board::{Access, Nanos, Reader, Variable, Watch};
 
-use crate::lane::{Lane, Note, Shared, Stamps, Told, Topic};
+use crate::lane::{Holds, Lane, Note, Shared, Stamps, Told, Topic};
 use crate::recorder::Clock;
 
 /// Values beyond this are fetched by the writing thread instead of copied by whoever publishes them: copying so much takes a few
@@ -70,7 +70,7 @@ pub(crate) fn watch(
     let name = topic_name(&declared.full_name());
     let value_type = Arc::clone(&declared.value_type);
     let topic = Topic {
-        lane: Arc::new(Lane::new(name, value_type, about, note, kept)),
+        lane: Arc::new(Lane::new(name, Holds::Values(value_type), about, note, kept)),
         shared: Arc::clone(shared),
     };
     let watch = if topic.lane.note.is_some() {

@@ -16,7 +16,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 
 use jde_ros::definition;
 
-use crate::{Error, Origin};
+use crate::{Error, Origin, panel};
 
 /// Where the bytes of a recording go.
 pub(crate) type Output = Box<dyn Write + Send>;
@@ -123,6 +123,11 @@ impl Writer {
     pub(crate) fn json(&mut self, topic: &str, name: &str, schema: &str) -> io::Result<u16> {
         let schema = ("jsonschema", schema.as_bytes());
         self.channel(topic, name, schema, "json", &BTreeMap::new())
+    }
+
+    /// Adds a channel of what a panel showed: CBOR, which needs no definition to be read.
+    pub(crate) fn panel(&mut self, topic: &str, about: &BTreeMap<String, String>) -> io::Result<u16> {
+        self.channel(topic, panel::TYPE, ("", &[]), panel::ENCODING, about)
     }
 
     fn channel(

@@ -16,7 +16,7 @@ use std::sync::atomic::Ordering;
 use jde_board::Nanos;
 use jde_host::story::Kind;
 
-use crate::lane::{Lane, Shared};
+use crate::lane::{Holds, Lane, Shared};
 use crate::ring::About;
 use crate::trigger::Firing;
 use crate::writer::{Times, Writer};
@@ -68,7 +68,10 @@ impl Channel {
                 let (name, schema) = kind.schema();
                 writer.json(kind.topic(), name, schema)
             }
-            Self::Lane(lane) => writer.variable(&lane.name, &lane.value_type, &lane.about),
+            Self::Lane(lane) => match &lane.holds {
+                Holds::Values(value_type) => writer.variable(&lane.name, value_type, &lane.about),
+                Holds::Panel => writer.panel(&lane.name, &lane.about),
+            },
         }
     }
 

@@ -36,6 +36,9 @@ impl Names {
             }
             variables.insert(format!("{}.period", instance.name), Arc::clone(&period));
         }
+        for remote in &application.remotes {
+            variables.insert(remote.local.clone(), Arc::clone(&remote.value_type));
+        }
         let instances = application.instances.iter();
         let groups = application.groups.iter();
         Self {

@@ -10,7 +10,7 @@ use jde_types::Value;
 
 use super::*;
 use crate::Recording;
-use crate::lane::Lane;
+use crate::lane::{Holds, Lane};
 use crate::ring::About;
 
 const SECOND: Nanos = 1_000_000_000;
@@ -78,7 +78,13 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
     let mut sink = Triggered::new(&shared, origin, plan, on_file).unwrap();
     sink.make = small;
     let value_type = Arc::new(<[u64; 16]>::describe());
-    let lane = Lane::new("/bench/noise".to_owned(), value_type, BTreeMap::new(), None, true);
+    let lane = Lane::new(
+        "/bench/noise".to_owned(),
+        Holds::Values(value_type),
+        BTreeMap::new(),
+        None,
+        true,
+    );
     sink.open(Channel::Lane(Arc::new(lane)));
 
     // Ten values a second for 200 s, and a firing every 40 s. What does not compress fills the disk.
