@@ -4,6 +4,8 @@ use jde_board::Nanos;
 
 /// Bytes before the writer's name.
 const HEAD: usize = 33;
+/// Bytes beside a panel.
+const PANEL: usize = 25;
 /// Longest name that is sent.
 const NAME: usize = 255;
 
@@ -24,6 +26,41 @@ pub(crate) struct Tag {
     pub(crate) retracted: bool,
     /// Who wrote it; empty for nobody.
     pub(crate) writer: String,
+}
+
+/// What goes beside a panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PanelTag {
+    /// Counts the drawings of the panel from 1.
+    pub(crate) sequence: u64,
+    /// When it was drawn, ns since the application's start.
+    pub(crate) time: Nanos,
+    /// How long ago that was when it was sent, ns of the application.
+    pub(crate) age: Nanos,
+    /// There is no list; the message is the reason.
+    pub(crate) nothing: bool,
+}
+
+impl PanelTag {
+    pub(crate) fn bytes(&self) -> [u8; PANEL] {
+        let mut bytes = [0; PANEL];
+        for (place, number) in [self.sequence, self.time, self.age].into_iter().enumerate() {
+            bytes[place * 8..][..8].copy_from_slice(&number.to_le_bytes());
+        }
+        bytes[PANEL - 1] = u8::from(self.nothing);
+        bytes
+    }
+
+    pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
+        let bytes: &[u8; PANEL] = bytes.first_chunk()?;
+        let number = |place: usize| bytes[place * 8..][..8].try_into().ok().map(u64::from_le_bytes);
+        Some(Self {
+            sequence: number(0)?,
+            time: number(1)?,
+            age: number(2)?,
+            nothing: bytes[PANEL - 1] & 1 != 0,
+        })
+    }
 }
 
 impl Tag {
@@ -85,6 +122,16 @@ mod tests {
                 prop_assert!(bytes.len() >= HEAD && tag.writer.len() <= NAME);
             }
             prop_assert_eq!(number(&bytes).is_some(), bytes.len() == 8);
+        }
+
+        #[test]
+        fn the_tag_of_a_panel_comes_back_as_it_was(numbers in any::<[u64; 3]>(), nothing in any::<bool>(), more in any::<Vec<u8>>()) {
+            let [sequence, time, age] = numbers;
+            let tag = PanelTag { sequence, time, age, nothing };
+            let mut bytes = tag.bytes().to_vec();
+            bytes.extend(more);
+            prop_assert_eq!(PanelTag::read(&bytes), Some(tag), "newer peers may say more");
+            prop_assert_eq!(PanelTag::read(&bytes[..PANEL - 1]), None);
         }
 
         #[test]

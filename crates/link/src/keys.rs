@@ -32,6 +32,15 @@ pub(crate) fn of_name(name: &str) -> String {
     format!("jde/{PROTOCOL}/{}/*", chunk(name))
 }
 
+/// What a client's token is for.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Wanted {
+    /// Values of the variable at this place below `var/`: `owner/variable`, as it stands in keys.
+    Variable(String),
+    /// The panel of this schema, as it stands in keys.
+    Panel(String),
+}
+
 /// The keys of one application.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Keys {
@@ -90,9 +99,19 @@ impl Keys {
         ))
     }
 
+    /// Where the panel of a schema is published for those who look at this rate.
+    pub(crate) fn panel(&self, schema: &str, rate: Rate) -> String {
+        self.of(&format!("panel/{}/{rate}", chunk(schema)))
+    }
+
+    /// The token by which a client says that it looks at a panel.
+    pub(crate) fn look(&self, schema: &str, rate: Rate, client: &str) -> String {
+        self.of(&format!("look/{}/{rate}/{}", chunk(schema), chunk(client)))
+    }
+
     /// All such tokens.
-    pub(crate) fn wants(&self) -> String {
-        self.of("want/**")
+    pub(crate) fn tokens(&self) -> [String; 2] {
+        [self.of("want/**"), self.of("look/**")]
     }
 
     /// What stands behind the application's own key.
@@ -101,15 +120,15 @@ impl Keys {
     }
 }
 
-/// Owner, variable and rate of a token, as they stand in the key.
-pub(crate) fn wanted(below: &str) -> Option<(String, Rate)> {
-    let mut parts = below.strip_prefix("want/")?.split('/');
-    let (owner, variable, rate) = (parts.next()?, parts.next()?, parts.next()?);
-    let _client = parts.next()?;
-    if parts.next().is_some() {
-        return None;
-    }
-    Some((format!("{owner}/{variable}"), Rate::read(rate)?))
+/// What a token is for, and at which rate.
+pub(crate) fn wanted(below: &str) -> Option<(Wanted, Rate)> {
+    let parts: Vec<&str> = below.splitn(6, '/').collect();
+    let (wanted, rate) = match parts.as_slice() {
+        ["want", owner, variable, rate, _client] => (Wanted::Variable(format!("{owner}/{variable}")), rate),
+        ["look", schema, rate, _client] => (Wanted::Panel((*schema).to_owned()), rate),
+        _ => return None,
+    };
+    Some((wanted, Rate::read(rate)?))
 }
 
 /// Where a variable is found below `var/` and `want/`.
@@ -230,7 +249,10 @@ mod tests {
             let rate = Rate::at_least(hz);
             let key = keys.want(&owner, &name, rate, "c1");
             let found = wanted(keys.below(&key).unwrap());
-            prop_assert_eq!(found, Some((place(&owner, &name), rate)));
+            prop_assert_eq!(found, Some((Wanted::Variable(place(&owner, &name)), rate)));
+            let key = keys.look(&owner, rate, "c1");
+            let found = wanted(keys.below(&key).unwrap());
+            prop_assert_eq!(found, Some((Wanted::Panel(chunk(&owner)), rate)));
         }
 
         #[test]

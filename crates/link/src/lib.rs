@@ -15,10 +15,10 @@ mod session;
 pub mod value;
 mod whoami;
 
-pub use client::{Client, Happened, Hold, Reach, Remote, Sample, Watching};
+pub use client::{Client, Happened, Hold, PanelSample, Reach, Remote, Sample, Watching};
 pub use error::Error;
 pub use folder::Folder;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
-pub use server::{Access, Events, Link, Running, Settings, Subject, Title, schemas};
+pub use server::{Access, Events, Link, Looking, News, Running, Settings, Subject, Title, schemas};
 pub use session::{Login, Tls};
 pub use whoami::operator;

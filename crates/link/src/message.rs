@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
 /// What an application is, and where: the answer to `about`, and the file by which it announces itself.
@@ -81,6 +82,9 @@ pub struct SchemaInfo {
     pub children: Vec<ChildInfo>,
     /// Its inputs and outputs.
     pub ports: Vec<PortInfo>,
+    /// Whether it has a panel of its own.
+    #[serde(default)]
+    pub panel: bool,
 }
 
 /// A child in its role.
@@ -278,6 +282,13 @@ pub enum Action {
         /// Which.
         schema: String,
     },
+    /// Does something to a widget of a schema's panel.
+    Touch {
+        /// Whose panel.
+        schema: String,
+        /// What, and to which widget.
+        gesture: Gesture,
+    },
     /// Renews the lease on what this operator holds at a schema.
     Renew {
         /// Which.
@@ -309,6 +320,7 @@ impl Action {
             | Self::Modulate { schema, .. }
             | Self::Unload { schema }
             | Self::Load { schema }
+            | Self::Touch { schema, .. }
             | Self::Renew { schema } => schema,
         }
     }

@@ -6,16 +6,42 @@ pub(crate) fn host() -> String {
     names.nodename().to_string_lossy().into_owned()
 }
 
-/// The name of this user, or the number where there is none.
+/// The name of this user: of the environment, of the system's users, or the number where there is none.
 pub(crate) fn user() -> String {
-    let name = |key: &str| std::env::var(key).ok().filter(|name| !name.is_empty());
-    name("USER")
-        .or_else(|| name("LOGNAME"))
-        .unwrap_or_else(|| rustix::process::getuid().as_raw().to_string())
+    let said = |key: &str| std::env::var(key).ok();
+    named(
+        [said("USER"), said("LOGNAME")],
+        rustix::process::getuid().as_raw(),
+    )
+}
+
+fn named(said: [Option<String>; 2], number: u32) -> String {
+    let mut said = said.into_iter().flatten().filter(|name| !name.is_empty());
+    said.next().unwrap_or_else(|| {
+        let known = nix::unistd::User::from_uid(nix::unistd::Uid::from_raw(number));
+        known
+            .ok()
+            .flatten()
+            .map_or_else(|| number.to_string(), |user| user.name)
+    })
 }
 
 /// Who acts, as operators are shown: `ana@laptop`.
 #[must_use]
 pub fn operator() -> String {
     format!("{}@{}", user(), host())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::named;
+
+    #[test]
+    fn whoever_the_environment_does_not_name_is_one_of_the_system_s_users() {
+        let said = |name: &str| Some(name.to_owned());
+        assert_eq!(named([said("ana"), said("eva")], 0), "ana");
+        assert_eq!(named([said(""), said("eva")], 0), "eva");
+        assert_eq!(named([said(""), None], 0), "root", "not 0");
+        assert_eq!(named([None, None], 4_000_000_123), "4000000123");
+    }
 }

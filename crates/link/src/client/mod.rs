@@ -4,6 +4,8 @@ mod choice;
 mod connection;
 mod events;
 mod hold;
+mod life;
+mod panel;
 mod remote;
 mod sample;
 
@@ -19,6 +21,7 @@ pub(crate) use connection::Connection;
 
 pub use events::Happened;
 pub use hold::Hold;
+pub use panel::PanelSample;
 pub use remote::{Remote, Watching};
 pub use sample::Sample;
 

@@ -1,11 +1,12 @@
 //! An application as tools see it. Any thread may call it; a clone is the same application.
 
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::Type;
 use jde_host::snapshot::Snapshot;
 use jde_host::story::Kind;
+use jde_panel::Gesture;
 use serde::de::DeserializeOwned;
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
@@ -13,11 +14,13 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
 use super::connection::{Answer, Answered, Connection};
-use super::{ANSWER, Happened, Hold, Sample, events, keys};
+use super::life::Life;
+use super::{ANSWER, Happened, Hold, PanelSample, Sample, events, keys};
 use crate::Error;
 use crate::folder::new_id;
 use crate::keys::{self as key, Keys, Rate};
-use crate::message::{About, Request, Schemas, VariableInfo};
+use crate::message::{About, Action, Request, Schemas, VariableInfo};
+use crate::server::no_panel;
 
 /// How long an application may take to be seen once there is a connection.
 const APPEAR: Duration = Duration::from_secs(3);
@@ -41,20 +44,6 @@ struct Inner {
     _alive: Subscriber<()>,
     // The last to go.
     connection: Arc<Connection>,
-}
-
-type OnGone = Box<dyn FnOnce() + Send>;
-
-#[derive(Default)]
-struct Life {
-    state: Mutex<State>,
-    changed: Condvar,
-}
-
-#[derive(Default)]
-struct State {
-    alive: bool,
-    on_gone: Vec<OnGone>,
 }
 
 /// Something that is listened to; dropped, it is not any more.
@@ -213,17 +202,73 @@ impl Remote {
             .callback_mut(hear)
             .wait()
             .map_err(failed)?;
-        let id = new_id()?;
-        let client = format!("{}-{id}", self.inner.client);
         let token = session
             .liveliness()
-            .declare_token(self.inner.keys.want(owner, own, rate, &client))
+            .declare_token(self.inner.keys.want(owner, own, rate, &self.token()?))
             .wait()
             .map_err(failed)?;
         Ok(Watching {
             _subscribers: vec![subscriber],
             _token: Some(token),
             _remote: self.clone(),
+        })
+    }
+
+    /// Has `call` called with the panel of a schema as it is drawn, at most at this rate, on a thread of the link. It is drawn
+    /// for whoever looks, 30 times a second at most; whoever comes later gets the newest at once.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] if it has none; and as above.
+    pub fn watch_panel(
+        &self,
+        schema: &str,
+        rate: Rate,
+        mut call: impl FnMut(PanelSample) + Send + Sync + 'static,
+    ) -> Result<Watching, Error> {
+        self.check_panel(schema)?;
+        let rate = rate.on_offer();
+        let application = self.inner.about.name.clone();
+        let mut last = None;
+        let hear = move |sample: zenoh::sample::Sample| {
+            let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
+            match PanelSample::read(&sample.payload().to_bytes(), attachment.as_deref()) {
+                // When others join, the newest comes again.
+                Ok(panel) if last.replace(panel.sequence) == Some(panel.sequence) => {}
+                Ok(panel) => call(panel),
+                Err(reason) => tracing::warn!("a panel of {application} cannot be read: {reason}"),
+            }
+        };
+        let (keys, session) = (&self.inner.keys, self.inner.connection.session());
+        let subscriber = session
+            .declare_subscriber(keys.panel(schema, rate))
+            .callback_mut(hear)
+            .wait()
+            .map_err(failed)?;
+        let token = session
+            .liveliness()
+            .declare_token(keys.look(schema, rate, &self.token()?))
+            .wait()
+            .map_err(failed)?;
+        Ok(Watching {
+            _subscribers: vec![subscriber],
+            _token: Some(token),
+            _remote: self.clone(),
+        })
+    }
+
+    /// Does something to a widget of a schema's panel, as `by`, `ana@laptop`: the schema takes it up between two of its
+    /// iterations.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the reason; and as above.
+    pub fn touch(&self, by: &str, schema: &str, gesture: Gesture) -> Result<(), Error> {
+        self.operate(&Request {
+            by: by.to_owned(),
+            action: Action::Touch {
+                schema: schema.to_owned(),
+                gesture,
+            },
+            lease_ms: None,
         })
     }
 
@@ -330,6 +375,28 @@ impl Remote {
         Hold::begin(self.clone(), request, lease)
     }
 
+    /// What tells one token of ours from all others.
+    fn token(&self) -> Result<String, Error> {
+        Ok(format!("{}-{}", self.inner.client, new_id()?))
+    }
+
+    /// That a schema has a panel; refused in words if not.
+    fn check_panel(&self, schema: &str) -> Result<(), Error> {
+        let schemas = self.schemas()?.schemas;
+        let names = schemas.iter().map(|schema| schema.name.as_str());
+        match schemas.iter().find(|known| known.name == schema) {
+            Some(known) if known.panel => Ok(()),
+            Some(_) => Err(Error::Refused {
+                text: no_panel(schema).error,
+                nearest: None,
+            }),
+            None => Err(Error::Refused {
+                text: format!("`{}` has no schema `{schema}`", self.inner.about.name),
+                nearest: jde_board::nearest(schema, names).map(str::to_owned),
+            }),
+        }
+    }
+
     fn known_variables(&self) -> Result<Arc<Vec<VariableInfo>>, Error> {
         let mut known = self
             .inner
@@ -399,43 +466,4 @@ impl Remote {
 
 fn failed(error: zenoh::Error) -> Error {
     Error::Open(error.to_string())
-}
-
-impl Life {
-    fn set(&self, alive: bool) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        state.alive = alive;
-        let calls = if alive {
-            Vec::new()
-        } else {
-            std::mem::take(&mut state.on_gone)
-        };
-        drop(state);
-        self.changed.notify_all();
-        calls.into_iter().for_each(|call| call());
-    }
-
-    fn is(&self) -> bool {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
-    }
-
-    /// Waits until it is as wanted; answers whether it is.
-    fn wait(&self, alive: bool, timeout: Duration) -> bool {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (state, _) = self
-            .changed
-            .wait_timeout_while(state, timeout, |state| state.alive != alive)
-            .unwrap_or_else(PoisonError::into_inner);
-        state.alive == alive
-    }
-
-    fn on_gone(&self, call: OnGone) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if state.alive {
-            state.on_gone.push(call);
-        } else {
-            drop(state);
-            call();
-        }
-    }
 }

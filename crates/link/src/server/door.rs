@@ -48,18 +48,20 @@ impl Door {
             .background()
             .wait()
             .map_err(failed)?;
-        let (wants, below) = (Arc::clone(inbox), keys.clone());
-        session
-            .liveliness()
-            .declare_subscriber(keys.wants())
-            .history(true)
-            .callback(move |token| {
-                let there = token.kind() == SampleKind::Put;
-                wants.want(origin, &below, token.key_expr().as_str(), there);
-            })
-            .background()
-            .wait()
-            .map_err(failed)?;
+        for tokens in keys.tokens() {
+            let (wants, below) = (Arc::clone(inbox), keys.clone());
+            session
+                .liveliness()
+                .declare_subscriber(tokens)
+                .history(true)
+                .callback(move |token| {
+                    let there = token.kind() == SampleKind::Put;
+                    wants.want(origin, &below, token.key_expr().as_str(), there);
+                })
+                .background()
+                .wait()
+                .map_err(failed)?;
+        }
         let outlet = |what: &str| Outlet::open(&session, keys.of(what), inbox);
         let events = [
             outlet(keys::events(Kind::ALL[0]))?,
@@ -154,7 +156,12 @@ pub(super) fn guard(keys: &Keys, peers: &[String]) -> Value {
             ]),
             vec!["jde/**".to_owned()],
         ),
-        rule("want", "ingress", json!(["liveliness_token"]), vec![keys.wants()]),
+        rule(
+            "want",
+            "ingress",
+            json!(["liveliness_token"]),
+            keys.tokens().to_vec(),
+        ),
         rule(
             "speak",
             "egress",

@@ -10,12 +10,14 @@ use crossbeam_queue::ArrayQueue;
 use zenoh::query::Query;
 
 use super::hands::Done;
-use crate::keys::{self, Keys, OPERATE, Rate};
+use crate::keys::{self, Keys, OPERATE, Rate, Wanted};
 
 /// Requests that wait.
 const ASKS: usize = 256;
-/// Tokens of clients that are minded; more values than anybody watches at once.
+/// Tokens of clients that are minded, of each origin: more values and panels than anybody watches at once.
 const TOKENS: usize = 4096;
+/// Longest token that is minded, bytes: the longest names there are, and room for a client's.
+const LONGEST_TOKEN: usize = 1024;
 
 /// Through which session something came. Each has its own listeners, so nobody can pretend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,21 +45,32 @@ enum Rank {
     Network,
 }
 
-/// What clients want of one variable at one rate.
+/// What clients want of one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Want {
-    /// `owner/variable`, as it stands in keys.
-    pub(super) place: String,
+    pub(super) what: Wanted,
     pub(super) rate: Rate,
     pub(super) origin: Origin,
 }
 
+/// All that is wanted.
+#[derive(Default)]
+struct Wants {
+    wants: BTreeMap<Want, Wanting>,
+    /// Tokens there are, by origin.
+    tokens: [usize; 2],
+    /// Tokens that ever came. It never starts again, so that whoever comes as the last one goes is seen to be another.
+    arrivals: u64,
+    /// It has been told that there were too many. Once is enough: a client that floods must not fill a log.
+    told: bool,
+}
+
 /// Who wants it.
 #[derive(Default)]
-pub(super) struct Wanting {
+struct Wanting {
     tokens: BTreeSet<String>,
-    /// Counts those who came.
-    pub(super) joined: u64,
+    /// Which arrival the last one was.
+    joined: u64,
 }
 
 /// What waits for the worker.
@@ -65,9 +78,9 @@ pub(super) struct Inbox {
     /// By their [`Rank`]: whoever asks much keeps nobody of another rank waiting.
     asks: [ArrayQueue<Ask>; 3],
     pub(super) done: ArrayQueue<Done>,
-    wants: Mutex<BTreeMap<Want, Wanting>>,
+    wants: Mutex<Wants>,
     wants_changed: AtomicBool,
-    /// A variable of which every value is wanted has a new one.
+    /// A variable of which every value is wanted has a new one, or a panel was drawn.
     fresh: AtomicBool,
     stop: AtomicBool,
     worker: OnceLock<Thread>,
@@ -130,7 +143,7 @@ impl Inbox {
         self.asks.iter().all(ArrayQueue::is_empty) && self.done.is_empty()
     }
 
-    /// A variable has a new value. Called by whoever publishes it.
+    /// A variable has a new value, or a panel was drawn. Called by whoever did it.
     pub(super) fn freshen(&self) {
         if !self.fresh.swap(true, Ordering::AcqRel) {
             self.wake_values();
@@ -153,38 +166,128 @@ impl Inbox {
 
     /// A token appeared or went.
     pub(super) fn want(&self, origin: Origin, keys: &Keys, token: &str, there: bool) {
-        let Some((place, rate)) = keys.below(token).and_then(keys::wanted) else {
+        let Some((what, rate)) = keys.below(token).and_then(keys::wanted) else {
             return;
         };
-        let want = Want { place, rate, origin };
+        let want = Want { what, rate, origin };
         let mut wants = self.wants.lock().unwrap_or_else(PoisonError::into_inner);
         if there {
-            let many = wants.values().map(|wanting| wanting.tokens.len()).sum::<usize>();
-            if many >= TOKENS {
-                return;
-            }
-            let wanting = wants.entry(want).or_default();
-            if wanting.tokens.insert(token.to_owned()) {
-                wanting.joined += 1;
-            }
-        } else if let Some(wanting) = wants.get_mut(&want) {
-            wanting.tokens.remove(token);
-            if wanting.tokens.is_empty() {
-                wants.remove(&want);
-            }
+            wants.come(want, token);
+        } else {
+            wants.go(&want, token);
         }
         drop(wants);
         self.wants_changed.store(true, Ordering::Release);
         self.wake_values();
     }
 
-    /// What is wanted and how many have come for it, if that changed.
+    /// What is wanted and which arrival the last was who came for it, if that changed.
     pub(super) fn wants(&self) -> Option<BTreeMap<Want, u64>> {
         if !self.wants_changed.swap(false, Ordering::AcqRel) {
             return None;
         }
         let wants = self.wants.lock().unwrap_or_else(PoisonError::into_inner);
-        let joined = wants.iter().map(|(want, wanting)| (want.clone(), wanting.joined));
+        let joined = wants
+            .wants
+            .iter()
+            .map(|(want, wanting)| (want.clone(), wanting.joined));
         Some(joined.collect())
+    }
+}
+
+impl Wants {
+    fn come(&mut self, want: Want, token: &str) {
+        let count = &mut self.tokens[want.origin as usize];
+        if *count >= TOKENS || token.len() > LONGEST_TOKEN {
+            if !std::mem::replace(&mut self.told, true) {
+                tracing::warn!(
+                    "clients want more than {TOKENS} values and panels at once, or by names of more than {LONGEST_TOKEN} bytes; the rest get none"
+                );
+            }
+            return;
+        }
+        let wanting = self.wants.entry(want).or_default();
+        if wanting.tokens.insert(token.to_owned()) {
+            *count += 1;
+            self.arrivals += 1;
+            wanting.joined = self.arrivals;
+        }
+    }
+
+    fn go(&mut self, want: &Want, token: &str) {
+        let Some(wanting) = self.wants.get_mut(want) else {
+            return;
+        };
+        if wanting.tokens.remove(token) {
+            self.tokens[want.origin as usize] -= 1;
+        }
+        if wanting.tokens.is_empty() {
+            self.wants.remove(want);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys() -> Keys {
+        Keys::new("robot", "ab12")
+    }
+
+    fn token(variable: &str, client: &str) -> String {
+        keys().want("pioneer", variable, Rate::Full, client)
+    }
+
+    fn want(inbox: &Inbox, origin: Origin, token: &str, there: bool) {
+        inbox.want(origin, &keys(), token, there);
+    }
+
+    #[test]
+    fn whoever_comes_as_the_last_one_goes_is_another() {
+        let inbox = Inbox::new();
+        want(&inbox, Origin::Local, &token("laser", "a"), true);
+        let before = inbox.wants().unwrap();
+        want(&inbox, Origin::Local, &token("laser", "a"), false);
+        want(&inbox, Origin::Local, &token("laser", "b"), true);
+        let after = inbox.wants().unwrap();
+        assert!(before.keys().eq(after.keys()));
+        assert_ne!(before, after, "or `b` would get no value until the next");
+    }
+
+    #[test]
+    fn a_flood_of_tokens_is_bounded_at_each_door_for_itself() {
+        let inbox = Inbox::new();
+        for number in 0..TOKENS + 10 {
+            let token = token(&format!("v{number}"), "a");
+            want(&inbox, Origin::Network, &token, true);
+        }
+        want(
+            &inbox,
+            Origin::Local,
+            &token("laser", &"x".repeat(LONGEST_TOKEN)),
+            true,
+        );
+        assert_eq!(inbox.wants().unwrap().len(), TOKENS);
+        want(&inbox, Origin::Local, &token("laser", "a"), true);
+        assert_eq!(
+            inbox.wants().unwrap().len(),
+            TOKENS + 1,
+            "not those of this machine"
+        );
+        // One that was never minded goes, and takes nobody's place.
+        want(
+            &inbox,
+            Origin::Network,
+            &token(&format!("v{}", TOKENS + 5), "a"),
+            false,
+        );
+        want(&inbox, Origin::Network, &token("more", "a"), true);
+        assert_eq!(inbox.wants().unwrap().len(), TOKENS + 1);
+        want(&inbox, Origin::Network, &token("v0", "a"), false);
+        want(&inbox, Origin::Network, &token("more", "a"), true);
+        let wants = inbox.wants().unwrap();
+        let more = Wanted::Variable("pioneer/more".to_owned());
+        assert!(wants.keys().any(|want| want.what == more));
     }
 }

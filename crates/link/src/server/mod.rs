@@ -9,8 +9,10 @@ mod imports;
 mod inbox;
 mod lanes;
 mod leases;
+mod panel_lane;
 mod peer;
 mod subject;
+mod value_lane;
 mod worker;
 
 use std::path::Path;
@@ -20,7 +22,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 pub use events::Events;
-pub use subject::{Running, Subject, Title, schemas};
+pub(crate) use subject::no_panel;
+pub use subject::{Looking, News, Running, Subject, Title, schemas};
 
 use jde_host::app::Remote;
 
@@ -104,7 +107,8 @@ impl Settings {
     }
 
     /// What clients from the network may do: only look, where it is not known who they are.
-    fn network_access(&self) -> Access {
+    #[must_use]
+    pub fn network_access(&self) -> Access {
         let proven = self.tls.as_ref().is_some_and(|tls| tls.authority.is_some());
         let strange = |endpoint: &String| {
             let proven = proven && endpoint.starts_with("tls/");
@@ -180,7 +184,12 @@ impl Link {
             .name("link-values".to_owned())
             .spawn(move || {
                 session::give_way();
-                lanes::run(&lanes, &*shown, &sessions, &root);
+                lanes::run(&lanes::Yard {
+                    subject: &*shown,
+                    inbox: &lanes,
+                    sessions: &sessions,
+                    keys: &root,
+                });
             })
             .map_err(Error::Thread)?;
         let sender = values.thread().clone();

@@ -6,9 +6,9 @@ use jde_abi::describe::{Port, Role, Type};
 use jde_board::value::Value;
 use jde_board::{Access, Board, Nanos, Stamp, Variable};
 use jde_core::Policy;
-use jde_host::Handle;
 use jde_host::app::{Application, Binding, ChildTarget, Executor, Remote};
 use jde_host::snapshot::Snapshot;
+use jde_host::{Drawn, Handle, Look, period};
 
 use crate::message::{
     Action, ChildInfo, GroupInfo, PortInfo, Range, Refusal, SchemaInfo, Schemas, VariableInfo,
@@ -36,10 +36,33 @@ pub trait Subject: Send + Sync + 'static {
     /// # Errors
     /// Why not.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
+    /// Has the panel of a schema be drawn, at most so often a second, until the answer is dropped; `news` is called after each
+    /// drawing, and must return at once. [`SchemaInfo::panel`] says which schemas have one.
+    ///
+    /// # Errors
+    /// Why not.
+    fn look(&self, schema: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+        let _ = (rate, news);
+        Err(no_panel(schema))
+    }
     /// What it imports from other applications.
     fn imports(&self) -> &[Remote] {
         &[]
     }
+}
+
+/// Is called when a panel was drawn.
+pub type News = Arc<dyn Fn() + Send + Sync>;
+
+/// Somebody who looks at a panel, until it is dropped.
+pub trait Looking: Send {
+    /// What it shows now, or why it shows nothing; none before it was drawn.
+    fn newest(&self) -> Option<Arc<Drawn>>;
+}
+
+/// That a schema has no panel.
+pub(crate) fn no_panel(schema: &str) -> Refusal {
+    Refusal::new(format!("`{schema}` has no panel of its own"))
 }
 
 /// What a subject is.
@@ -103,7 +126,11 @@ impl Subject for Running {
     }
 
     fn schemas(&self) -> Schemas {
-        schemas(self.handle.application())
+        let mut schemas = schemas(self.handle.application());
+        for place in self.handle.panels() {
+            schemas.schemas[place].panel = true;
+        }
+        schemas
     }
 
     fn board(&self) -> &Board {
@@ -119,8 +146,7 @@ impl Subject for Running {
                 let ports = &application.instances[place].schema.ports;
                 ports.iter().find(|port| port.name == declared.name)
             })
-            .map(limits)
-            .unwrap_or_default()
+            .map_or_else(|| own_limits(&declared.name), limits)
     }
 
     fn writer(&self, number: u32) -> String {
@@ -145,6 +171,19 @@ impl Subject for Running {
         &self.handle.application().remotes
     }
 
+    fn look(&self, schema: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+        let schema = self.place(schema)?;
+        let look = self
+            .handle
+            .look(schema, rate, move || news())
+            .map_err(|refusal| Refusal::new(refusal.to_string()))?;
+        Ok(Box::new(Watched {
+            handle: self.handle.clone(),
+            schema,
+            _look: look,
+        }))
+    }
+
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
         let schema = self.place(action.schema())?;
         let operator = self.handle.operator(by);
@@ -154,9 +193,9 @@ impl Subject for Running {
             Action::Force { .. } => operator.force(schema),
             Action::Release { .. } => operator.release(schema),
             Action::LetGo { .. } => operator.let_go(schema),
-            Action::Period { period_s, .. } => match period_ns(*period_s) {
-                Some(period) => operator.set_period(schema, period),
-                None => Err(format!("{period_s} s is no period; give 0.0001 s or more")),
+            Action::Period { period_s, .. } => match period::of_seconds(*period_s) {
+                Ok(period) => operator.set_period(schema, period),
+                Err(error) => Err(error.to_string()),
             },
             Action::Modulate {
                 schema: owner,
@@ -165,9 +204,26 @@ impl Subject for Running {
             } => return self.modulate(&operator, schema, owner, variable, value),
             Action::Unload { .. } => operator.unload(schema),
             Action::Load { .. } => operator.load(schema),
+            Action::Touch { gesture, .. } => self
+                .handle
+                .touch(by, schema, gesture.clone())
+                .map_err(|refusal| refusal.to_string()),
             Action::Renew { .. } => Ok(()),
         }
         .map_err(Refusal::new)
+    }
+}
+
+/// The panel of a running schema.
+struct Watched {
+    handle: Handle,
+    schema: usize,
+    _look: Look,
+}
+
+impl Looking for Watched {
+    fn newest(&self) -> Option<Arc<Drawn>> {
+        self.handle.panel(self.schema)
     }
 }
 
@@ -231,11 +287,6 @@ fn unit(unit: &str) -> String {
     }
 }
 
-/// A period in seconds as a number of ns, if it is one.
-fn period_ns(seconds: f64) -> Option<Nanos> {
-    (seconds.is_finite() && seconds > 0.0 && seconds < 1e9).then(|| (seconds * 1e9).round() as Nanos)
-}
-
 /// The schemas and groups of an application.
 #[must_use]
 pub fn schemas(application: &Application) -> Schemas {
@@ -270,6 +321,8 @@ pub fn schemas(application: &Application) -> Schemas {
             ports: ports
                 .map(|(port, binding)| port_info(application, &instance.name, port, binding))
                 .collect(),
+            // Known once it runs.
+            panel: false,
         }
     });
     let groups = application.groups.iter().map(|group| GroupInfo {
@@ -327,6 +380,18 @@ fn variable(application: &Application, owner: &str, port: &Port, binding: &Bindi
             ChildTarget::Period(instance) => format!("{}.period", application.instances[instance].name),
         }),
     }
+}
+
+/// Those of what every schema has.
+fn own_limits(name: &str) -> (Range, bool) {
+    let range = match name {
+        "period" => Range {
+            least: Some(period::SHORTEST as f64 / 1e9),
+            greatest: Some(period::LONGEST as f64 / 1e9),
+        },
+        _ => Range::default(),
+    };
+    (range, false)
 }
 
 fn limits(port: &Port) -> (Range, bool) {

@@ -19,11 +19,11 @@ use super::door::Door;
 use super::events::Chronicle;
 use super::hands::{Act, Done, Errand, Hands};
 use super::inbox::{Ask, Inbox, Origin};
-use super::lanes;
 use super::leases::Leases;
 use super::subject::{Subject, variable_info};
+use super::value_lane;
 use crate::keys::{self, Keys};
-use crate::message::{About, Network, Refusal, Request, VariableInfo};
+use crate::message::{About, Action, Network, Refusal, Request, VariableInfo};
 
 /// Between two snapshots, and between two looks at how all variables are doing.
 const FRESH: Duration = Duration::from_millis(50);
@@ -41,6 +41,10 @@ const USUAL: usize = 100;
 /// Requests to operate in a second, from all clients of an origin together: each takes the application's locks.
 const ACTS: f64 = 100.0;
 
+/// Gestures in a second, likewise: somebody who drags sends one for each picture that he sees. They are counted by themselves, so
+/// that no panel uses up what it takes to stop a robot.
+const TOUCHES: f64 = 100.0;
+
 /// What the thread works with.
 pub(super) struct Worker {
     pub(super) subject: Arc<dyn Subject>,
@@ -54,6 +58,7 @@ pub(super) struct Worker {
     leases: Leases,
     /// Of each origin its own, so that none uses up another's.
     acts: [Bucket; 2],
+    touches: [Bucket; 2],
     about: Answer,
     network: Network,
     schemas: Answer,
@@ -98,6 +103,7 @@ impl Worker {
             about: json(about),
             network: about.network,
             acts: std::array::from_fn(|_| Bucket::new(ACTS, Instant::now())),
+            touches: std::array::from_fn(|_| Bucket::new(TOUCHES, Instant::now())),
             subject,
             inbox,
             keys,
@@ -302,7 +308,7 @@ impl Worker {
             let Some(reader) = &mut self.readers[place] else {
                 continue;
             };
-            if let (Some(tag), value) = lanes::newest(reader, &*self.subject, None) {
+            if let (Some(tag), value) = value_lane::newest(reader, &*self.subject, None) {
                 let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
                 if let Err(error) = sent {
                     tracing::debug!("an answer was not sent: {error}");
@@ -328,7 +334,11 @@ impl Worker {
             return refuse(&query, &refusal);
         }
         let busy = Refusal::new("too much is asked of the application at once; try again");
-        if !self.acts[origin as usize].take(Instant::now()) {
+        let bucket = match request.action {
+            Action::Touch { .. } => &mut self.touches[origin as usize],
+            _ => &mut self.acts[origin as usize],
+        };
+        if !bucket.take(Instant::now()) {
             return refuse(&query, &busy);
         }
         let act = Act {

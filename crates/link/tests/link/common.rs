@@ -10,9 +10,13 @@ use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
 use jde_host::app::Remote as Import;
 use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Range, Refusal, Schemas};
-use jde_link::{Client, Events, Folder, Link, Reach, Remote, Sample, Settings, Subject, Title};
+use jde_link::{
+    Client, Events, Folder, Link, Looking, News, Reach, Remote, Sample, Settings, Subject, Title,
+};
 use jde_types::Value as _;
 use zenoh::Wait;
+
+use crate::panels::Easel;
 
 /// How long a test waits for what must come.
 pub(crate) const SOON: Duration = Duration::from_secs(30);
@@ -23,6 +27,9 @@ pub(crate) struct Stage {
     pub(crate) clock: AtomicU64,
     pub(crate) acted: Mutex<Vec<(String, Action)>>,
     pub(crate) snapshots: AtomicU64,
+    /// How often its board was looked at.
+    pub(crate) looked: AtomicU64,
+    pub(crate) easel: Arc<Easel>,
     imports: Vec<Import>,
     /// Its time goes with the machine's, if it goes.
     start: Option<Instant>,
@@ -41,6 +48,8 @@ impl Stage {
             clock: AtomicU64::new(5_000_000_000),
             acted: Mutex::default(),
             snapshots: AtomicU64::new(0),
+            looked: AtomicU64::new(0),
+            easel: Arc::default(),
             imports,
         };
         for import in &stage.imports {
@@ -107,10 +116,15 @@ impl Subject for Stage {
     }
 
     fn schemas(&self) -> Schemas {
-        Schemas::default()
+        self.easel.schemas()
+    }
+
+    fn look(&self, _: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+        Ok(Easel::look(&self.easel, rate, news))
     }
 
     fn board(&self) -> &Board {
+        self.looked.fetch_add(1, Ordering::Relaxed);
         &self.board
     }
 

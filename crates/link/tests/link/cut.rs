@@ -1,7 +1,8 @@
-//! Two machines, the cable between them pulled and put back: network namespaces of the kernel, a link of their own between
+//! Two machines that find each other by multicast, and the cable between two pulled and put back: network namespaces of the kernel, a link of their own between
 //! them, an application in each. Needs a system that lets us make them.
 
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::until;
 use crate::processes::Actor;
@@ -23,10 +24,12 @@ fn ip(arguments: &str) -> bool {
 impl Machines {
     /// None where the system refuses.
     fn new() -> Option<Self> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = std::process::id();
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let machines = Self {
-            base: format!("jde-base-{number}"),
-            robot: format!("jde-robot-{number}"),
+            base: format!("jde-base-{number}-{count}"),
+            robot: format!("jde-robot-{number}-{count}"),
         };
         let Self { base, robot } = &machines;
         let steps = [
@@ -39,8 +42,16 @@ impl Machines {
             format!("-n {robot} link set lo up"),
             format!("-n {base} link set cable up"),
             format!("-n {robot} link set cable up"),
+            format!("-n {base} route add 224.0.0.0/4 dev cable"),
+            format!("-n {robot} route add 224.0.0.0/4 dev cable"),
         ];
-        steps.iter().all(|step| ip(step)).then_some(machines)
+        let made = steps.iter().all(|step| ip(step));
+        if !made {
+            println!(
+                "skipped: this system lets us make no network namespaces (root and the tool `ip` are needed)"
+            );
+        }
+        made.then_some(machines)
     }
 
     fn cable(&self, state: &str) {
@@ -57,12 +68,7 @@ impl Drop for Machines {
 
 #[test]
 fn an_import_is_taken_back_when_the_cable_is_pulled_and_comes_back_with_it() {
-    let Some(machines) = Machines::new() else {
-        println!(
-            "skipped: this system lets us make no network namespaces (root and the tool `ip` are needed)"
-        );
-        return;
-    };
+    let Some(machines) = Machines::new() else { return };
     let files = tempfile::tempdir().unwrap();
     let _robot = Actor::on(&machines.robot, "robot", &files.path().join("robot"));
     let mut base = Actor::on(&machines.base, "base", &files.path().join("base"));
@@ -74,4 +80,15 @@ fn an_import_is_taken_back_when_the_cable_is_pulled_and_comes_back_with_it() {
     let again = base.number("shows ");
     assert!(again > first, "it is not an old one");
     until("values go on", || base.number("shows ") > again);
+}
+
+#[test]
+fn two_that_were_not_told_of_each_other_meet_by_multicast() {
+    let Some(machines) = Machines::new() else { return };
+    let files = tempfile::tempdir().unwrap();
+    // The base looks before there is anybody to be found.
+    let mut base = Actor::on(&machines.base, "base to meet", &files.path().join("base"));
+    let _robot = Actor::on(&machines.robot, "robot to meet", &files.path().join("robot"));
+    let first = base.number("shows ");
+    until("values go on", || base.number("shows ") > first);
 }

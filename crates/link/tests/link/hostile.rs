@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
+use std::sync::atomic::Ordering;
 
 use jde_link::Rate;
 use proptest::prelude::*;
@@ -100,4 +101,31 @@ fn a_flood_keeps_nobody_else_from_being_served() {
     assert!(remote.alive());
     drop(flood);
     remote.schemas().unwrap();
+}
+
+#[test]
+fn what_is_nowhere_is_looked_for_once_however_many_want_it() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let link = home.open("robot", &stage);
+    let root = format!("jde/1/robot/{}", link.about().id);
+    let stranger = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let _tokens: Vec<_> = (0..100)
+        .map(|number| {
+            let token = format!("{root}/want/nobody/v{number}/full/x");
+            stranger.liveliness().declare_token(token).wait().unwrap()
+        })
+        .collect();
+    let remote = home.remote();
+    let mut writer = stage.writer("pioneer.bearing");
+    write(&mut writer, 1.0, 1);
+    // Its value comes behind the tokens that came before it.
+    let (_watching, told) = watch(&remote, "pioneer.bearing", Rate::Full);
+    assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
+    let before = stage.looked.load(Ordering::Relaxed);
+    for _ in 0..10 {
+        let (_again, told) = watch(&remote, "pioneer.bearing", Rate::Full);
+        assert_eq!(number(&told.recv_timeout(SOON).unwrap()), Some(1.0));
+    }
+    let looks = stage.looked.load(Ordering::Relaxed) - before;
+    assert!(looks < 100, "{looks} looks at the board for ten more who watch");
 }

@@ -6,4 +6,5 @@ mod hostile;
 mod imports;
 mod local;
 mod network;
+mod panels;
 mod processes;

@@ -116,6 +116,16 @@ fn plays_its_role() {
                 std::thread::park();
             }
         }
+        // Looks at a panel.
+        "viewer" => {
+            let client = Client::connect(&Reach::Local(folder)).unwrap();
+            let remote = client.application(None).unwrap();
+            let _watching = remote.watch_panel("goon", Rate::Hz(5), |_| {}).unwrap();
+            println!("ready");
+            loop {
+                std::thread::park();
+            }
+        }
         // Asks for everything all the time and listens to nothing.
         "flood" => {
             let socket = socket(&folder);
@@ -140,10 +150,12 @@ fn plays_its_role() {
             }
         }
         // The two machines of a cut: a number that grows, and whoever imports it.
-        "robot" => {
+        // Told where the other is, or met by multicast.
+        "robot" | "robot to meet" => {
             let stage = Stage::new();
             let mut writer = stage.writer("pioneer.bearing");
-            let settings = networked(folder, "robot2", &["tcp/10.77.0.2:7447"], &[]);
+            let mut settings = networked(folder, "robot2", &["tcp/10.77.0.2:7447"], &[]);
+            settings.discover = role == "robot to meet";
             let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
             println!("ready");
             for value in 1_u32.. {
@@ -151,11 +163,15 @@ fn plays_its_role() {
                 std::thread::park_timeout(Duration::from_millis(20));
             }
         }
-        "base" => {
+        "base" | "base to meet" => {
             let stale = Duration::from_millis(500);
             let stage = Stage::importing(vec![import("robot2", "pioneer.bearing", stale)]);
             let proxy = stage.board.get("robot2:pioneer.bearing").unwrap();
-            let settings = networked(folder, "base", &[], &["tcp/10.77.0.2:7447"]);
+            let mut settings = networked(folder, "base", &[], &[]);
+            settings.discover = role == "base to meet";
+            if !settings.discover {
+                settings.connect = vec!["tcp/10.77.0.2:7447".to_owned()];
+            }
             let _link = jde_link::Link::open(&settings, stage, &jde_link::Events::told()).unwrap();
             println!("ready");
             let mut said = 0;

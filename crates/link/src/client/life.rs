@@ -1,0 +1,58 @@
+//! Whether an application is there: for whoever waits for it to come or to go.
+
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+type OnGone = Box<dyn FnOnce() + Send>;
+
+/// Whether it is there.
+#[derive(Default)]
+pub(super) struct Life {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    alive: bool,
+    on_gone: Vec<OnGone>,
+}
+
+impl Life {
+    pub(super) fn set(&self, alive: bool) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.alive = alive;
+        let calls = if alive {
+            Vec::new()
+        } else {
+            std::mem::take(&mut state.on_gone)
+        };
+        drop(state);
+        self.changed.notify_all();
+        calls.into_iter().for_each(|call| call());
+    }
+
+    pub(super) fn is(&self) -> bool {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
+    }
+
+    /// Waits until it is as wanted; answers whether it is.
+    pub(super) fn wait(&self, alive: bool, timeout: Duration) -> bool {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, timeout, |state| state.alive != alive)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.alive == alive
+    }
+
+    pub(super) fn on_gone(&self, call: OnGone) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.alive {
+            state.on_gone.push(call);
+        } else {
+            drop(state);
+            call();
+        }
+    }
+}

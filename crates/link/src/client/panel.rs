@@ -1,0 +1,107 @@
+//! A panel as it came over the link: a list that was looked through before anybody sees it, or the reason why there is none.
+
+use jde_board::Nanos;
+use jde_panel::List;
+
+use crate::attachment::PanelTag;
+
+/// What a schema's panel showed at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PanelSample {
+    /// What it shows, within all limits of `jde_panel`; or why it shows nothing, in words.
+    pub list: Result<List, String>,
+    /// Counts the drawings of the panel from 1; those that nobody wanted so soon are left out.
+    pub sequence: u64,
+    /// When it was drawn, ns since the application's start.
+    pub time: Nanos,
+    /// How long ago that was when it was sent, ns of the application.
+    pub age: Nanos,
+}
+
+impl PanelSample {
+    pub(crate) fn read(message: &[u8], attachment: Option<&[u8]>) -> Result<Self, String> {
+        let PanelTag {
+            sequence,
+            time,
+            age,
+            nothing,
+        } = attachment
+            .and_then(PanelTag::read)
+            .ok_or("a panel without its attachment")?;
+        let list = if nothing {
+            // As long as any text of a panel may be.
+            let reason = &message[..message.len().min(jde_panel::MOST_TEXT)];
+            Err(String::from_utf8_lossy(reason).into_owned())
+        } else {
+            let list: Result<List, _> = jde_panel::decode(message);
+            let checked = list.and_then(|list| jde_panel::check(&list).map(|()| list));
+            checked.map_err(|broken| format!("its list cannot be shown: {broken}"))
+        };
+        Ok(Self {
+            list,
+            sequence,
+            time,
+            age,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_panel::{Item, Words};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn tag(nothing: bool) -> Vec<u8> {
+        let tag = PanelTag {
+            sequence: 7,
+            time: 8,
+            age: 9,
+            nothing,
+        };
+        tag.bytes().to_vec()
+    }
+
+    fn value(value: f64) -> List {
+        List {
+            time: 8,
+            items: vec![Item::Value {
+                label: "speed".to_owned(),
+                value,
+                unit: "m/s".to_owned(),
+            }],
+        }
+    }
+
+    #[test]
+    fn a_list_comes_as_it_was_and_a_broken_one_as_the_reason() {
+        let read = |list: &List| PanelSample::read(&jde_panel::encode(list), Some(&tag(false))).unwrap();
+        assert_eq!(read(&value(1.5)).list, Ok(value(1.5)));
+        let reason = read(&value(f64::NAN)).list.unwrap_err();
+        assert!(reason.contains("speed") && reason.contains("NaN"), "{reason}");
+        let long = List {
+            time: 0,
+            items: vec![Item::Text {
+                text: "x".repeat(jde_panel::MOST_TEXT + 1),
+                words: Words::Plain,
+            }],
+        };
+        assert!(read(&long).list.is_err());
+        let huge = vec![0; jde_panel::MOST_BYTES + 1];
+        assert!(PanelSample::read(&huge, Some(&tag(false))).unwrap().list.is_err());
+        let nothing = PanelSample::read(b"it panicked", Some(&tag(true))).unwrap();
+        assert_eq!(nothing.list, Err("it panicked".to_owned()));
+        assert_eq!((nothing.sequence, nothing.time, nothing.age), (7, 8, 9));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_upset_whoever_reads_panels(
+            message in proptest::collection::vec(any::<u8>(), 0..300),
+            attachment in proptest::collection::vec(any::<u8>(), 0..40),
+        ) {
+            let _ = PanelSample::read(&message, Some(&attachment));
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The values of one variable on their way, at one rate. The variable is looked at when a value is due; only where every value is
+//! wanted does the writer ring.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use jde_board::{Reader, Variable, Watch};
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+
+use super::inbox::Want;
+use super::lanes::{Yard, period};
+use super::subject::Subject;
+use crate::attachment::Tag;
+
+/// Values on their way.
+pub(super) struct ValueLane {
+    reader: Reader,
+    publisher: Publisher<'static>,
+    period: Option<Duration>,
+    /// When it is looked at next; where every value is wanted, when the writer rings.
+    due: Option<Instant>,
+    /// Number of the value that was sent last, and whether there was one to see.
+    sent: Option<(u64, bool)>,
+    _watch: Option<Watch>,
+}
+
+impl ValueLane {
+    pub(super) fn open(want: &Want, variable: &Arc<Variable>, yard: &Yard<'_>) -> Option<Self> {
+        let declared = variable.describe();
+        let key = yard.keys.values(&declared.owner, &declared.name, want.rate);
+        let publisher = yard
+            .session(want.origin)?
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Drop)
+            .wait()
+            .inspect_err(|error| tracing::warn!("{} cannot be sent: {error}", declared.full_name()))
+            .ok()?;
+        let period = period(want);
+        let watch = period.is_none().then(|| {
+            let inbox = Arc::clone(yard.inbox);
+            variable.watch(move || inbox.freshen())
+        });
+        Some(Self {
+            reader: variable.reader("link"),
+            publisher,
+            period,
+            due: Some(Instant::now()),
+            sent: None,
+            _watch: watch,
+        })
+    }
+
+    pub(super) fn begin_again(&mut self) {
+        (self.sent, self.due) = (None, Some(Instant::now()));
+    }
+
+    /// Sends the newest value if that is due; answers when the next is.
+    pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
+        if self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
+            self.send(subject);
+            // From now on, not from when it was due: it is a bound, not a rhythm.
+            self.due = self.period.map(|period| now + period);
+        }
+        self.due
+    }
+
+    fn send(&mut self, subject: &dyn Subject) {
+        let (tag, value) = newest(&mut self.reader, subject, self.sent);
+        let Some(tag) = tag else { return };
+        self.sent = Some((tag.sequence, !tag.retracted));
+        if let Err(error) = self.publisher.put(value).attachment(tag.bytes()).wait() {
+            tracing::debug!("a value of {} was not sent: {error}", self.publisher.key_expr());
+        }
+    }
+}
+
+/// The newest value with what goes beside it; none if it was sent before.
+pub(super) fn newest(
+    reader: &mut Reader,
+    subject: &dyn Subject,
+    sent: Option<(u64, bool)>,
+) -> (Option<Tag>, ZBytes) {
+    if sent.is_some_and(|(sequence, shown)| shown && sequence == reader.newest())
+        && !reader.variable().is_retracted()
+    {
+        return (None, ZBytes::new());
+    }
+    let newest = reader.newest();
+    let value_type = Arc::clone(&reader.variable().describe().value_type);
+    let (tag, value) = match reader.latch() {
+        Some(latched) => {
+            let stamp = latched.stamp;
+            let mut message = Vec::new();
+            jde_ros::cdr::encode(&value_type, latched.bytes, &mut message);
+            let tag = Tag {
+                sequence: stamp.sequence,
+                time: stamp.time,
+                age: subject.now().saturating_sub(stamp.time),
+                valid_until: stamp.valid_until,
+                retracted: false,
+                writer: subject.writer(stamp.writer),
+            };
+            (tag, ZBytes::from(message))
+        }
+        None => {
+            let now = subject.now();
+            let tag = Tag {
+                sequence: newest,
+                time: now,
+                age: 0,
+                valid_until: u64::MAX,
+                retracted: true,
+                writer: String::new(),
+            };
+            (tag, ZBytes::new())
+        }
+    };
+    reader.release();
+    if sent == Some((tag.sequence, !tag.retracted)) {
+        return (None, ZBytes::new());
+    }
+    (Some(tag), value)
+}
