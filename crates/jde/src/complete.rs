@@ -7,9 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use clap_complete::CompletionCandidate;
-use jde_link::{Client, Folder, Reach, Remote};
+use jde_link::{Client, Folder, Rate, Reach, Remote};
 
 use crate::attached::name::split_application;
+use crate::attached::panel;
 
 /// How long a key pressed in a shell may wait.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -68,6 +69,52 @@ pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
+/// Schemas that have panels.
+pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
+    names(current, |remote| {
+        let mut schemas = remote.schemas().ok()?.schemas;
+        schemas.retain(|schema| schema.panel);
+        Some(
+            schemas
+                .into_iter()
+                .map(|schema| (schema.name, schema.doc))
+                .collect(),
+        )
+    })
+}
+
+/// Widgets of the panel that the command line names.
+pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
+    let current = current.to_string_lossy().into_owned();
+    let mut words = std::env::args().skip_while(|word| word != "panel").skip(1);
+    let Some(schema) = words.find(|word| !word.starts_with('-')) else {
+        return Vec::new();
+    };
+    let usual = std::env::var("JDE_APP").ok();
+    let widgets = in_time(move || {
+        let (named, schema) = split_application(&schema);
+        let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
+        let remote = client.application(named.or(usual.as_deref())).ok()?;
+        let (tell, told) = channel();
+        let _watching = remote
+            .watch_panel(schema, Rate::Full, move |sample| drop(tell.send(sample.list)))
+            .ok()?;
+        let list = told.recv_timeout(PATIENCE).ok()?.ok()?;
+        let touchable = panel::touchable(&list.items).into_iter();
+        Some(
+            touchable
+                .filter_map(panel::id_of)
+                .map(str::to_owned)
+                .collect::<Vec<_>>(),
+        )
+    });
+    let widgets = widgets.unwrap_or_default().into_iter();
+    widgets
+        .filter(|id| id.starts_with(&current))
+        .map(CompletionCandidate::new)
+        .collect()
+}
+
 /// Names of an application with what they mean.
 type Names = Vec<(String, String)>;
 
@@ -78,17 +125,30 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         named.map_or(String::new(), |name| format!("{name}:")),
         begun.to_owned(),
     );
-    let named = named.map(str::to_owned).or_else(|| std::env::var("JDE_APP").ok());
+    let named = named.map(str::to_owned);
+    let usual = std::env::var("JDE_APP").ok();
     let known = in_time(move || {
         let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
-        list(&client.application(named.as_deref()).ok()?)
+        let list = |name: Option<&str>| list(&client.application(name).ok()?);
+        let of_usual = list(usual.as_deref()).unwrap_or_default();
+        // What is imported has its application in its name already.
+        let of_named = named
+            .as_deref()
+            .and_then(|named| list(Some(named)))
+            .unwrap_or_default();
+        let there = of_named.into_iter().filter(|(name, _)| name.starts_with(&begun));
+        let there = there.map(|(name, doc)| (format!("{prefix}{name}"), doc));
+        Some(of_usual.into_iter().chain(there).collect::<Names>())
     });
-    let known = known.unwrap_or_default().into_iter();
+    let mut known = known.unwrap_or_default();
+    known.retain(|(name, _)| name.starts_with(&current));
+    known.sort_unstable();
+    known.dedup_by(|one, other| one.0 == other.0);
     known
-        .filter(|(name, _)| name.starts_with(&begun))
+        .into_iter()
         .map(|(name, doc)| {
             let doc = doc.lines().next().map(str::to_owned);
-            CompletionCandidate::new(format!("{prefix}{name}")).help(doc.map(Into::into))
+            CompletionCandidate::new(name).help(doc.map(Into::into))
         })
         .collect()
 }

@@ -3,5 +3,6 @@
 pub(crate) mod hierarchy;
 pub(crate) mod live;
 pub(crate) mod name;
+pub(crate) mod panel;
 pub(crate) mod part;
 pub(crate) mod table;

@@ -14,6 +14,9 @@ use crate::failure::{Failure, shown};
 use crate::report::counted;
 use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
 
+/// What a recording that began with its application may lack of the beginning, ns.
+const LATE: u64 = 100_000_000;
+
 /// Tell what a recording is: of which application, from when, what is on which topic, who decided how often, and what went wrong.
 ///
 /// Reads all of the file, any MCAP file, also of others. One that is damaged is read up to the damage, which is said.
@@ -113,6 +116,13 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
     if let Some(first) = survey.first_ns {
         let time = UNIX_EPOCH + Duration::from_nanos(first);
         write!(out, " from {}", humantime::format_rfc3339_seconds(time))?;
+    }
+    // One that began with the application has nothing to say of it.
+    if let Some(start) = survey.application_start_ns
+        && let Some(late) = survey.first_ns.map(|first| first.saturating_sub(start))
+        && late >= LATE
+    {
+        write!(out, ", {:.1} s after its start", late as f64 / 1e9)?;
     }
     writeln!(out)?;
     write!(

@@ -30,6 +30,17 @@ pub(super) fn time(text: &str) -> Result<Nanos, String> {
     }
 }
 
+/// Reads "5", "5Hz" or "0.5": so many a second.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();
+    match number.parse::<f64>() {
+        Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(hz),
+        Ok(_) | Err(_) => Err(format!(
+            "`{text}` is no rate; write how many a second, such as 2 or 0.5"
+        )),
+    }
+}
+
 /// Reads "4x" or "0.5".
 pub(super) fn speed(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
@@ -57,7 +68,7 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{size, speed, time};
+    use super::{rate, size, speed, time};
 
     #[test]
     fn sizes_have_units() {
@@ -82,6 +93,15 @@ mod tests {
     fn what_is_no_time_is_refused() {
         for text in ["", "s", "ten", "5 parsecs", "0s", "-3s", "nan", "inf", "1e300h"] {
             assert!(time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn rates_are_so_many_a_second() {
+        assert_eq!(rate("5Hz"), Ok(5.0));
+        assert_eq!(rate("0.5"), Ok(0.5));
+        for text in ["", "Hz", "0", "-1", "nan", "inf"] {
+            assert!(rate(text).is_err(), "{text}");
         }
     }
 

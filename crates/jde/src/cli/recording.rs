@@ -6,7 +6,7 @@ use clap::{Args, ValueHint};
 use jde_core::Nanos;
 
 use super::quantity;
-use crate::session::{Around, Record};
+use crate::session::{Around, Panels, Record};
 
 /// What is recorded.
 #[derive(Args)]
@@ -20,6 +20,27 @@ pub(super) struct Recording {
     /// Write over a recording that is there.
     #[arg(long, requires = "file")]
     overwrite: bool,
+    #[command(flatten)]
+    panels: RecordedPanels,
+    #[command(flatten)]
+    waiting: Waiting,
+}
+
+/// Panels in a recording. Of a verb whose `file` is where it is recorded to.
+#[derive(Args)]
+pub(super) struct RecordedPanels {
+    /// Record the panels that schemas draw of themselves as well: all of them, or those of schemas like these.
+    #[arg(long, value_name = "SCHEMA", num_args = 0..=1, require_equals = true, default_missing_value = "*",
+          value_delimiter = ',', requires = "file")]
+    panels: Vec<String>,
+    /// Most drawings of each in a second; a panel is drawn 30 times a second at most.
+    #[arg(long, value_name = "HZ", default_value = "5", value_parser = quantity::rate, requires = "panels")]
+    panel_rate: f64,
+}
+
+/// Recording only around the moments that matter. Of a verb whose `file` is where it is recorded to.
+#[derive(Args)]
+pub(super) struct Waiting {
     /// Write nothing until this comes true, and then what was before and comes after, to FILE-001, FILE-002 and so on
     /// (repeatable): collision, absence or chatter>N, each also with :GROUP; overrun or fault, each also with :SCHEMA; refused;
     /// operator; or an expression over variables, as in 'pioneer.odometry.twist.twist.linear.x > 0.4'.
@@ -39,18 +60,36 @@ pub(super) struct Recording {
 impl Recording {
     /// What is asked for, if anything is.
     pub(super) fn wanted(self) -> Option<Record> {
-        let around = (!self.when.is_empty()).then_some(Around {
-            conditions: self.when,
-            before: self.before,
-            after: self.after,
-            memory: self.memory,
-        });
+        let (panels, around) = (self.panels.wanted(), self.waiting.wanted());
         let (only, overwrite) = (self.only, self.overwrite);
         self.file.map(|file| Record {
             file,
             only,
             overwrite,
+            panels,
             around,
+        })
+    }
+}
+
+impl RecordedPanels {
+    /// Which are asked for, if any are.
+    pub(super) fn wanted(self) -> Option<Panels> {
+        (!self.panels.is_empty()).then_some(Panels {
+            only: self.panels,
+            rate: self.panel_rate,
+        })
+    }
+}
+
+impl Waiting {
+    /// Which moments are asked for, if any are.
+    pub(super) fn wanted(self) -> Option<Around> {
+        (!self.when.is_empty()).then_some(Around {
+            conditions: self.when,
+            before: self.before,
+            after: self.after,
+            memory: self.memory,
         })
     }
 }

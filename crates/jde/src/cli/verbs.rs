@@ -14,7 +14,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Look into what runs",
         &[
-            "apps", "ps", "top", "vars", "get", "watch", "events", "why", "record", "info", "shell",
+            "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "info", "shell",
         ],
     ),
     (

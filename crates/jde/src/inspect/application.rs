@@ -11,7 +11,7 @@ use jde_host::policy_name;
 
 use super::value::{plain, shown};
 use crate::failure;
-use crate::session::Millis;
+use crate::session::{Millis, link_settings};
 use crate::terminal::{FAINT, TITLE, WARN};
 
 /// Tells all of it.
@@ -54,6 +54,10 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
     }
     for instance in apart {
         tell_instance(application, instance, "", 1, words)?;
+    }
+
+    if !application.link.off {
+        super::link::tell(&link_settings(application), words)?;
     }
 
     let contracts = contract(&application.spec());

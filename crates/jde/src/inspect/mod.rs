@@ -1,6 +1,7 @@
 //! What there is before anything runs, in words or as JSON: applications, plugins, and where plugins are found.
 
 mod application;
+mod link;
 mod listing;
 mod plugin;
 mod plugin_data;

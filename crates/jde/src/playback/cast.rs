@@ -158,16 +158,12 @@ impl Hierarchy {
             schemas: schemas
                 .iter()
                 .map(|schema| SchemaInfo {
-                    name: schema.name.clone(),
                     type_name: schema.type_name.clone(),
                     kind: schema.kind.to_string(),
-                    doc: String::new(),
                     father: schema.father.map(name),
                     group: schema.group.map(|group| groups[group].name.clone()),
                     period_s: schema.period as f64 / 1e9,
-                    budget_s: 0.0,
-                    children: Vec::new(),
-                    ports: Vec::new(),
+                    ..unknown(&schema.name)
                 })
                 .collect(),
             groups: groups
@@ -226,6 +222,23 @@ impl Hierarchy {
             .schemas
             .iter_mut()
             .find(|schema| schema.name == name)
+    }
+}
+
+/// A schema of which nothing but the name is known.
+pub(super) fn unknown(name: &str) -> SchemaInfo {
+    SchemaInfo {
+        name: name.to_owned(),
+        type_name: String::new(),
+        kind: Kind::Perceptive.to_string(),
+        doc: String::new(),
+        father: None,
+        group: None,
+        period_s: 0.0,
+        budget_s: 0.0,
+        children: Vec::new(),
+        ports: Vec::new(),
+        panel: false,
     }
 }
 

@@ -33,6 +33,8 @@ pub(super) struct Index {
     pub(super) end: Nanos,
     /// Its variables, by their topics.
     pub(super) variables: BTreeMap<String, Recorded>,
+    /// The schemas whose panels it holds, by their topics.
+    pub(super) panels: BTreeMap<String, String>,
     /// All that was decided and happened, in order.
     pub(super) lines: Vec<(Nanos, Line)>,
     /// Every cycle of every schema, in order.
@@ -72,7 +74,7 @@ pub(super) struct Recorded {
     pub(super) unit: String,
 }
 
-/// A value of a variable.
+/// A value of a variable, or what a panel showed.
 #[derive(Clone)]
 pub(super) struct Value {
     /// Of which topic.
@@ -80,7 +82,7 @@ pub(super) struct Value {
     /// When it was published, and measured.
     pub(super) published: Nanos,
     pub(super) measured: Nanos,
-    /// In CDR.
+    /// In the form of its topic.
     pub(super) message: Vec<u8>,
 }
 
@@ -115,6 +117,7 @@ impl Index {
             .find_map(|channel| Cast::read(&channel.about));
         let mut index = Self {
             variables: variables(&recording),
+            panels: panels(&recording),
             cast,
             start_ns,
             end: 0,
@@ -142,7 +145,7 @@ impl Index {
         let messages = self
             .recording
             .messages_from(self.start_ns.saturating_add(place))?;
-        let topics: Vec<String> = self.variables.keys().cloned().collect();
+        let topics = self.topics();
         let start = self.start_ns;
         let messages = messages.map_while(Result::ok);
         Ok(Box::new(
@@ -171,9 +174,16 @@ impl Index {
         Ok(newest.into_values().collect())
     }
 
+    /// The topics of all that is shown, in order.
+    fn topics(&self) -> Vec<String> {
+        let mut topics: Vec<_> = self.variables.keys().chain(self.panels.keys()).cloned().collect();
+        topics.sort_unstable();
+        topics
+    }
+
     fn scan(&mut self) -> Result<(), Failure> {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
-        let topics: Vec<String> = self.variables.keys().cloned().collect();
+        let topics = self.topics();
         let messages: Messages = self.recording.messages()?;
         // The first that cannot be read is where it is damaged, and that has been told.
         for message in messages.map_while(Result::ok) {
@@ -222,6 +232,15 @@ fn next(message: Message, start: u64, topics: &[String]) -> Option<Next> {
         measured: message.publish_time.saturating_sub(start),
         message: message.data,
     }))
+}
+
+/// Every topic of a panel, with its schema.
+fn panels(recording: &Recording) -> BTreeMap<String, String> {
+    let of = |channel: &Channel| {
+        let schema = jde_log::panel::schema(channel)?;
+        Some((channel.topic.clone(), schema.to_owned()))
+    };
+    recording.channels().filter_map(of).collect()
 }
 
 /// Every topic whose values have a form here; of others nothing can be shown.

@@ -1,6 +1,7 @@
 //! A recording, played as if its application ran: whoever looks into running applications looks into it alike.
 
 mod cast;
+mod gallery;
 mod index;
 mod player;
 mod screen;
@@ -20,6 +21,7 @@ use jde_link::{Events, Link, Settings, as_name};
 use crate::failure::{Failure, shown};
 use crate::interrupt::Interrupts;
 use crate::terminal::{self, FAINT, TITLE, WARN};
+use gallery::Gallery;
 use index::Index;
 use player::{Player, StopOnDrop};
 use stage::Stage;
@@ -58,7 +60,8 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
         writeln!(words, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
     }
     let board = Arc::new(Board::new());
-    let mut stage = Stage::new(&board, &index.variables);
+    let gallery = Gallery::new(index.panels.values());
+    let mut stage = Stage::new(&board, &index, Arc::clone(&gallery));
     let events = Events::told();
     let mut settings = Settings::local(&as_name(&index.application));
     settings.named = how.name.is_some();
@@ -70,6 +73,7 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
     let playing = Arc::new(Playing::new(
         Arc::clone(&player),
         Arc::clone(&board),
+        gallery,
         file.clone(),
     ));
     let link = Link::open(&settings, Arc::clone(&playing) as _, &events)?;

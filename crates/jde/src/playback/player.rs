@@ -211,7 +211,7 @@ impl Player {
             events.tell(line.clone());
         }
         *lock(&self.hierarchy) = hierarchy;
-        stage.clear();
+        stage.clear(place);
         for value in self.index.in_force(place)? {
             stage.publish(&value);
         }

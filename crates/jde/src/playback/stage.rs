@@ -1,4 +1,5 @@
-//! The variables of a recording as shared variables, so that whoever reads those of a running application reads these.
+//! The variables of a recording as shared variables, so that whoever reads those of a running application reads these; and its
+//! panels, so that whoever looks at those looks at these.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,14 +7,18 @@ use std::sync::Arc;
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
 use jde_ros::cdr;
 
-use super::index::{Recorded, Value};
+use super::gallery::Gallery;
+use super::index::{Index, Value};
 
 /// Readers that borrow large values at once: the link, and one more.
 const READERS: usize = 2;
 
-/// The variables, and the right to write them.
+/// The variables, and the right to write them; and the panels.
 pub(super) struct Stage {
     writers: BTreeMap<String, Seat>,
+    /// Schemas by the topics of their panels.
+    panels: BTreeMap<String, String>,
+    gallery: Arc<Gallery>,
 }
 
 enum Seat {
@@ -27,9 +32,9 @@ const PLAYER: u32 = 0;
 
 impl Stage {
     /// Declares the variables of a recording. One that has no name of its own, or one that is another's, is left out.
-    pub(super) fn new(board: &Board, variables: &BTreeMap<String, Recorded>) -> Self {
+    pub(super) fn new(board: &Board, index: &Index, gallery: Arc<Gallery>) -> Self {
         let mut writers = BTreeMap::new();
-        for (topic, recorded) in variables {
+        for (topic, recorded) in &index.variables {
             let Some((owner, name)) = recorded.name.rsplit_once('.') else {
                 continue;
             };
@@ -59,11 +64,20 @@ impl Stage {
             };
             writers.insert(topic.clone(), seat);
         }
-        Self { writers }
+        Self {
+            writers,
+            panels: index.panels.clone(),
+            gallery,
+        }
     }
 
-    /// Publishes a value. One that is of another type than its definition says is left out.
+    /// Publishes a value, or shows a panel. One that is of another type than its definition says is left out.
     pub(super) fn publish(&mut self, value: &Value) {
+        if let Some(schema) = self.panels.get(&value.topic) {
+            let list = jde_log::panel::read(&value.message);
+            let list = list.unwrap_or_else(|broken| Err(format!("it cannot be shown: {broken}")));
+            return self.gallery.show(schema, value.measured, list);
+        }
         let Some(seat) = self.writers.get_mut(&value.topic) else {
             return;
         };
@@ -83,8 +97,9 @@ impl Stage {
         }
     }
 
-    /// Takes back every export: what is shown next is of another time.
-    pub(super) fn clear(&self) {
+    /// Takes back every export and panel: what is shown next is of another time, this one.
+    pub(super) fn clear(&self, time: Nanos) {
+        self.gallery.clear(time);
         for seat in self.writers.values() {
             if let Seat::Export(variable, _) = seat {
                 variable.retract();

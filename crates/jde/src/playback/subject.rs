@@ -7,11 +7,13 @@ use jde_abi::describe::Type;
 use jde_board::value::Value;
 use jde_board::{Access, Board, Declaration, Nanos, Variable};
 use jde_host::snapshot::Snapshot;
-use jde_link::message::{Action, Range, Refusal, Schemas};
+use jde_link::message::{Action, Range, Refusal, SchemaInfo, Schemas};
 use jde_link::value::from_json;
-use jde_link::{Subject, Title};
+use jde_link::{Looking, News, Subject, Title};
 use jde_types::{Flag, Value as _};
 
+use super::cast;
+use super::gallery::Gallery;
 use super::player::Player;
 
 /// The schema by which a recording is steered.
@@ -21,6 +23,7 @@ pub(super) const STEERING: &str = "replay";
 pub(super) struct Playing {
     player: Arc<Player>,
     board: Arc<Board>,
+    gallery: Arc<Gallery>,
     title: Title,
 }
 
@@ -39,7 +42,7 @@ const CONTROLS: [(&str, &str, &str); 5] = [
 
 impl Playing {
     /// Of a player, whose variables are on the board.
-    pub(super) fn new(player: Arc<Player>, board: Arc<Board>, file: String) -> Self {
+    pub(super) fn new(player: Arc<Player>, board: Arc<Board>, gallery: Arc<Gallery>, file: String) -> Self {
         for (name, unit, doc) in CONTROLS {
             let value_type: Arc<Type> = match name {
                 "speed" | "position" => f64::describe(),
@@ -65,7 +68,12 @@ impl Playing {
             executor: "replay".to_owned(),
             speed: player.wanted().speed,
         };
-        Self { player, board, title }
+        Self {
+            player,
+            board,
+            gallery,
+            title,
+        }
     }
 
     /// Shows how it goes on in the variables of [`STEERING`].
@@ -151,7 +159,23 @@ impl Subject for Playing {
     }
 
     fn schemas(&self) -> Schemas {
-        self.player.hierarchy().schemas()
+        let mut schemas = self.player.hierarchy().schemas();
+        for name in self.gallery.schemas() {
+            match schemas.schemas.iter_mut().find(|schema| schema.name == name) {
+                Some(schema) => schema.panel = true,
+                // Neither what it is nor what it decided was recorded, only what it showed.
+                None => schemas.schemas.push(SchemaInfo {
+                    panel: true,
+                    ..cast::unknown(&name)
+                }),
+            }
+        }
+        schemas
+    }
+
+    fn look(&self, schema: &str, _: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
+        let none = || refusal(format!("nothing of a panel of `{schema}` was recorded"));
+        self.gallery.look(schema, news).ok_or_else(none)
     }
 
     fn board(&self) -> &Board {
@@ -188,6 +212,9 @@ impl Subject for Playing {
                 let given = from_json(value).map_err(refusal)?;
                 self.steer(variable, &given)
             }
+            Action::Touch { schema, .. } => Err(refusal(format!(
+                "this is a recording: what the panel of `{schema}` showed can be looked at, and not touched"
+            ))),
             other => Err(refusal(format!(
                 "this is a recording, and what `{}` did cannot be changed; `jde set {STEERING}.paused true` and the other modulations of `{STEERING}` steer how it is played",
                 other.schema()

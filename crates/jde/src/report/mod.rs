@@ -6,4 +6,4 @@ mod words;
 
 pub(crate) use drive::{draw, world};
 pub(crate) use summary::Summary;
-pub(crate) use words::{counted, tell};
+pub(crate) use words::{counted, tell, tell_recording};

@@ -45,7 +45,8 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
+/// Tells what was recorded.
+pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
     let Some(files) = &recorded.files else {
         let Recorded {
             file,

@@ -83,7 +83,7 @@ impl Way {
                     *link.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
                     Ok(())
                 }
-                Err(error) if required => Err(error.into()),
+                Err(error) if required => Err(Box::new(Failure::Link(error))),
                 Err(error) => {
                     tracing::warn!("no tool can look into this run: {error}");
                     Ok(())
@@ -99,8 +99,25 @@ impl Way {
     }
 }
 
+/// How an application is linked, as far as that is known without its secrets.
+pub(crate) fn link_settings(application: &Application) -> Settings {
+    let login = application.link.login.as_ref().map(|login| Login {
+        user: login.user.clone(),
+        password: String::new(),
+    });
+    settings_with(None, application, login)
+}
+
 fn settings(name: Option<String>, application: &Application) -> Result<Settings, Failure> {
     let link = &application.link;
+    if let Some(name) = &name
+        && application.remotes.iter().any(|import| import.peer == *name)
+    {
+        return Err(Failure::usage(
+            format!("it imports from another application called `{name}`, and cannot be called so itself"),
+            "give --name another one",
+        ));
+    }
     let login = match &link.login {
         Some(login) => {
             let file = &login.password_file;
@@ -112,6 +129,11 @@ fn settings(name: Option<String>, application: &Application) -> Result<Settings,
         }
         None => None,
     };
+    Ok(settings_with(name, application, login))
+}
+
+fn settings_with(name: Option<String>, application: &Application, login: Option<Login>) -> Settings {
+    let link = &application.link;
     let tls = link.tls.as_ref().map(|tls| Tls {
         identity: tls
             .identity
@@ -120,7 +142,7 @@ fn settings(name: Option<String>, application: &Application) -> Result<Settings,
         authority: tls.authority.as_deref().map(text),
         clients: tls.clients,
     });
-    Ok(Settings {
+    Settings {
         // A name that somebody chose is kept, or refused.
         named: name.is_some() || link.name != app::Link::local(&application.name).name,
         name: name.unwrap_or_else(|| link.name.clone()),
@@ -135,7 +157,7 @@ fn settings(name: Option<String>, application: &Application) -> Result<Settings,
         tls,
         insecure: link.insecure,
         folder: Folder::of_user(),
-    })
+    }
 }
 
 fn text(path: &Path) -> String {

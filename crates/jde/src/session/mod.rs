@@ -3,6 +3,7 @@
 mod digest;
 mod link;
 mod live;
+mod panels;
 mod progress;
 mod record;
 mod recorder;
@@ -36,10 +37,11 @@ use progress::Progress;
 use record::Recording;
 use recorder::{Recorder, SAMPLE};
 
-pub(crate) use link::Wanted as LinkWanted;
+pub(crate) use link::{Wanted as LinkWanted, link_settings};
 pub(crate) use live::robot;
+pub(crate) use panels::Panels;
 pub(crate) use progress::{Millis, Telling, of};
-pub(crate) use record::{Around, Record, Recorded, RecordedFile, no_recording};
+pub(crate) use record::{Around, Record, Recorded, RecordedFile, no_recording, when};
 pub(crate) use recorder::Kept;
 pub(crate) use sight::{Progress as Mission, Read};
 pub(crate) use trace::{Sample, Trace};
@@ -227,11 +229,11 @@ fn in_real_time(
     Ok((outcome, handle))
 }
 
-/// What kept it from starting may be the link.
+/// What kept it from starting may be the link, or what is to be recorded.
 fn not_started(error: StartError) -> Failure {
     match error {
-        StartError::Hindered(hindrance) => match hindrance.downcast::<jde_link::Error>() {
-            Ok(link) => (*link).into(),
+        StartError::Hindered(hindrance) => match hindrance.downcast::<Failure>() {
+            Ok(failure) => *failure,
             Err(other) => StartError::Hindered(other).into(),
         },
         other => other.into(),

@@ -2,7 +2,7 @@
 //! How values reach the file is the business of `jde-log`.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_core::Nanos;
 use jde_host::app::Application;
@@ -13,6 +13,7 @@ use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Status, When, Written};
 use serde::Serialize;
 
+use super::panels::{Panels, Taking};
 use crate::failure::{Failure, shown};
 
 /// What to record, and where.
@@ -23,6 +24,8 @@ pub(crate) struct Record {
     pub(crate) only: Vec<String>,
     /// Write over what is there.
     pub(crate) overwrite: bool,
+    /// Panels to keep; none keeps none.
+    pub(crate) panels: Option<Panels>,
     /// Write only what is around the moments at which a condition comes true; if not, everything.
     pub(crate) around: Option<Around>,
 }
@@ -88,6 +91,8 @@ pub(crate) struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
     on_turn: Option<OnTurn>,
+    panels: Option<Panels>,
+    taking: Arc<Mutex<Option<Taking>>>,
     file: PathBuf,
     /// Files are written when conditions come true.
     waits: bool,
@@ -118,7 +123,7 @@ impl Recording {
             }),
         };
         let recorder = match &record.around {
-            Some(around) => Recorder::wait(&file, options, when(around, application)?),
+            Some(around) => Recorder::wait(&file, options, when(around, Names::of(application))?),
             None => Recorder::create(&file, options),
         };
         let recorder = recorder.map_err(|error| no_recording(error, &file))?;
@@ -130,6 +135,8 @@ impl Recording {
                 .then(|| jde_log::turns(&recorder, application, lockstep)),
             recorder: Arc::new(recorder),
             selection,
+            panels: record.panels.clone(),
+            taking: Arc::default(),
             file,
             waits: record.around.is_some(),
         })
@@ -148,6 +155,7 @@ impl Recording {
     /// Watches the variables of an application from their first value on.
     pub(crate) fn before_start(&self) -> BeforeStart {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
+        let (panels, taking) = (self.panels.clone(), Arc::clone(&self.taking));
         Box::new(move |handle| {
             for variable in handle.board().list() {
                 let handle = handle.clone();
@@ -158,12 +166,24 @@ impl Recording {
                     recorder.look(&variable, clock);
                 }
             }
+            if let Some(panels) = &panels {
+                let begun = Taking::begin(handle, &recorder, panels).map_err(Box::new)?;
+                *taking.lock().unwrap_or_else(PoisonError::into_inner) = Some(begun);
+            }
             Ok(())
         })
     }
 
     /// Writes the rest, and says what came of it.
     pub(crate) fn finish(&self) -> Recorded {
+        drop(self.taking.lock().unwrap_or_else(PoisonError::into_inner).take());
+        Recorded::of(&self.file, self.waits, self.recorder.finish())
+    }
+}
+
+impl Recorded {
+    /// What came of a recording that is finished; if it waited for conditions, file by file.
+    pub(crate) fn of(file: &Path, waited: bool, status: Status) -> Self {
         let Status {
             kept,
             lost,
@@ -172,10 +192,10 @@ impl Recording {
             files,
             short,
             ..
-        } = self.recorder.finish();
-        Recorded {
-            file: shown(&self.file),
-            files: self.waits.then(|| files.into_iter().map(recorded).collect()),
+        } = status;
+        Self {
+            file: shown(file),
+            files: waited.then(|| files.into_iter().map(recorded).collect()),
             short,
             kept,
             lost,
@@ -186,8 +206,7 @@ impl Recording {
 }
 
 /// Reads the conditions, and says on the log what comes of them.
-fn when(around: &Around, application: &Application) -> Result<When, Failure> {
-    let names = Names::of(application);
+pub(crate) fn when(around: &Around, names: Names) -> Result<When, Failure> {
     let conditions = around.conditions.iter().map(|text| Condition::new(text, &names));
     let conditions = conditions.collect::<Result<_, _>>().map_err(|bad| {
         Failure::usage(

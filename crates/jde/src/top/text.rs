@@ -3,12 +3,18 @@
 //! It refuses to guess: a period without a unit is an error.
 
 use jde_core::Nanos;
+use jde_host::period::{RANGE, check};
 use ratatui::text::Span;
 
-const UNITS: [(&str, f64); 5] = [("ns", 1.0), ("us", 1e3), ("µs", 1e3), ("ms", 1e6), ("s", 1e9)];
-
-/// The longest period that can be typed: a schema slower than once an hour is a typing error.
-const LONGEST_PERIOD: f64 = 3600e9;
+const UNITS: [(&str, f64); 7] = [
+    ("ns", 1.0),
+    ("us", 1e3),
+    ("µs", 1e3),
+    ("ms", 1e6),
+    ("s", 1e9),
+    ("min", 60e9),
+    ("h", 3600e9),
+];
 
 /// Gives a duration in its own unit with three significant digits: "75.0 ms".
 pub(crate) fn span(nanos: Nanos) -> String {
@@ -33,9 +39,9 @@ pub(crate) fn moment(nanos: Nanos) -> String {
     format!("{:.3} s", nanos as f64 / 1e9)
 }
 
-/// Reads a period: a number with ns, us, ms, s or Hz.
+/// Reads a period: a number with ns, us, ms, s, min, h or Hz.
 ///
-/// Errors: no number, no unit, zero or less, longer than an hour; in words for the person who typed it.
+/// Errors: no number, no unit, out of the range of periods; in words for the person who typed it.
 pub(crate) fn period(typed: &str) -> Result<Nanos, String> {
     let typed = typed.trim();
     let split = typed
@@ -51,15 +57,12 @@ pub(crate) fn period(typed: &str) -> Result<Nanos, String> {
         let known = UNITS.iter().find(|(name, _)| *name == unit);
         number
             * known
-                .ok_or_else(|| format!("“{typed}” needs a unit, ns, us, ms, s or Hz: write 75ms or 20Hz"))?
+                .ok_or_else(|| {
+                    format!("“{typed}” needs a unit, ns, us, ms, s, min, h or Hz: write 75ms or 20Hz")
+                })?
                 .1
     };
-    if !(1.0..=LONGEST_PERIOD).contains(&nanos) {
-        return Err(format!(
-            "“{typed}” is out of range: a period lies between 1ns and one hour"
-        ));
-    }
-    Ok(nanos.round() as Nanos)
+    check(nanos.round() as Nanos).map_err(|_| format!("“{typed}” is out of range: a period is {RANGE}"))
 }
 
 /// Cuts or pads a text to a width in columns of the terminal.
@@ -136,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_period_is_read_in_every_unit() {
-        let typed = ["75ms", " 0.5 s ", "20Hz", "20 hz", "300us", "300µs", "5000ns"];
+        let typed = ["75ms", " 0.5 s ", "20Hz", "20 hz", "300us", "300µs", "5000000ns"];
         let nanos = [
             75_000_000,
             500_000_000,
@@ -144,7 +147,7 @@ mod tests {
             50_000_000,
             300_000,
             300_000,
-            5_000,
+            5_000_000,
         ];
         assert_eq!(typed.map(|typed| period(typed).unwrap()), nanos);
     }
@@ -156,7 +159,7 @@ mod tests {
         assert!(period("1.2.3ms").unwrap_err().contains("is not a period"));
         assert!(period("75").unwrap_err().contains("needs a unit"));
         assert!(period("75 parsec").unwrap_err().contains("needs a unit"));
-        for typed in ["0ms", "0Hz", "0.1ns", "2000000s"] {
+        for typed in ["0ms", "0Hz", "99us", "2000000s", "8766h"] {
             assert!(period(typed).unwrap_err().contains("out of range"), "{typed}");
         }
     }

@@ -7,6 +7,15 @@ use super::question::Question;
 /// How far a time that somebody read off and rounded may be from the one that is meant, s.
 const ROUNDED: f64 = 0.1;
 
+/// Of when selections are known, s since the application's start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Known {
+    /// From then on; what was before is forgotten.
+    pub(crate) from: f64,
+    /// Until then; what comes is not known yet, or was not recorded.
+    pub(crate) until: f64,
+}
+
 /// What is answered.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer<'d> {
@@ -25,7 +34,10 @@ pub(crate) enum Answer<'d> {
 
 impl Question {
     /// Finds the selection that is asked for among decisions in the order in which they were made.
-    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision]) -> Answer<'d> {
+    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision], known: Known) -> Answer<'d> {
+        if let Some(reason) = self.beyond(known) {
+            return Answer::None(reason);
+        }
         let found = if self.not {
             self.standing(decisions)
         } else {
@@ -40,6 +52,22 @@ impl Question {
             decision,
             before: decisions[..place].iter().rev().find(of_group),
             after: decisions[place + 1..].iter().find(of_group),
+        }
+    }
+
+    /// That the time asked for is one of which nothing is known.
+    fn beyond(&self, Known { from, until }: Known) -> Option<String> {
+        let at = self.at?;
+        if at > until + ROUNDED {
+            Some(format!(
+                "{at} s lies beyond what is known, which ends at {until:.2} s"
+            ))
+        } else if at < from - ROUNDED {
+            Some(format!(
+                "{at} s lies before what is known, which begins at {from:.2} s"
+            ))
+        } else {
+            None
         }
     }
 

@@ -7,6 +7,6 @@ mod question;
 mod tests;
 mod words;
 
-pub(crate) use answer::Answer;
+pub(crate) use answer::{Answer, Known};
 pub(crate) use question::Question;
 pub(crate) use words::{line, tell};

@@ -2,7 +2,7 @@
 
 use jde_host::story::{Candidate, Decision};
 
-use super::{Answer, Question, tell};
+use super::{Answer, Known, Question, tell};
 
 fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>) -> Decision {
     let candidate = |name: &str| Candidate {
@@ -32,6 +32,11 @@ fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>
     }
 }
 
+const KNOWN: Known = Known {
+    from: 0.0,
+    until: 200.0,
+};
+
 /// goon drives, and twice something is in the way.
 fn drive() -> Vec<Decision> {
     vec![
@@ -54,14 +59,14 @@ fn ask(words: &str) -> Question {
 }
 
 fn found(words: &str) -> u64 {
-    match ask(words).answer(&drive()) {
+    match ask(words).answer(&drive(), KNOWN) {
         Answer::Found { decision, .. } => decision.number,
         Answer::None(reason) => panic!("{reason}"),
     }
 }
 
 fn refused(words: &str) -> String {
-    match ask(words).answer(&drive()) {
+    match ask(words).answer(&drive(), KNOWN) {
         Answer::Found { decision, .. } => panic!("found {}", decision.number),
         Answer::None(reason) => reason,
     }
@@ -95,7 +100,12 @@ fn who_was_not_awake_did_not_win_for_that() {
     last.candidates.retain(|candidate| candidate.name != "goon");
     decisions.push(last);
     let mut words = Vec::new();
-    tell(&ask("not goon").answer(&decisions), Some("goon"), &mut words).unwrap();
+    tell(
+        &ask("not goon").answer(&decisions, KNOWN),
+        Some("goon"),
+        &mut words,
+    )
+    .unwrap();
     let words = anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string();
     assert!(
         words.starts_with("example/base at 32.000 s: nobody -> vff"),
@@ -115,7 +125,7 @@ fn what_never_happened_is_said_with_what_did() {
         "vff never took over from stop, only from goon"
     );
     assert_eq!(
-        ask("vff").answer(&[]),
+        ask("vff").answer(&[], KNOWN),
         Answer::None("no selection has been made yet".to_owned())
     );
 }
@@ -125,7 +135,7 @@ fn an_answer_names_case_decider_cause_and_every_candidate() {
     let decisions = drive();
     let mut words = Vec::new();
     tell(
-        &ask("vff goon 12.4s").answer(&decisions),
+        &ask("vff goon 12.4s").answer(&decisions, KNOWN),
         Some("stop"),
         &mut words,
     )
@@ -145,4 +155,25 @@ example/base at 12.402 s: goon -> vff  (selection 3)
   after        14.000 s  example/base: vff -> goon  only goon is ready, took 0.40 ms
 ";
     assert_eq!(words, expected);
+}
+
+#[test]
+fn of_a_time_that_is_not_known_nothing_is_told() {
+    let known = Known {
+        from: 10.0,
+        until: 32.0,
+    };
+    let asked = |words: &str| match ask(words).answer(&drive(), known) {
+        Answer::Found { decision, .. } => decision.number.to_string(),
+        Answer::None(reason) => reason,
+    };
+    let beyond = "99999 s lies beyond what is known, which ends at 32.00 s";
+    assert_eq!(asked("at 99999s"), beyond);
+    assert_eq!(asked("vff at 99999s"), beyond);
+    assert_eq!(asked("is goon not the winner at 99999s"), beyond);
+    assert_eq!(
+        asked("vff at 3s"),
+        "3 s lies before what is known, which begins at 10.00 s"
+    );
+    assert_eq!(asked("at 32.05s"), "6", "a time that was read off and rounded");
 }

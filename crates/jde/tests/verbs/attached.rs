@@ -31,7 +31,7 @@ impl Place {
     }
 
     /// Starts an application and goes on once tools find it.
-    fn start(&self, application: &str, more: &[&str]) -> Running {
+    pub(crate) fn start(&self, application: &str, more: &[&str]) -> Running {
         self.found(jde_with_plugins(&["run", application, "--plain"]), more)
     }
 
@@ -60,7 +60,7 @@ impl Place {
         running
     }
 
-    fn command(&self, mut command: Command) -> Command {
+    pub(crate) fn command(&self, mut command: Command) -> Command {
         command
             .env("XDG_RUNTIME_DIR", self.folder.path())
             .env("XDG_STATE_HOME", self.folder.path())
@@ -108,7 +108,7 @@ impl Place {
 }
 
 impl Running {
-    fn signal(&self, name: &str) {
+    pub(crate) fn signal(&self, name: &str) {
         let mut kill = Command::new("kill");
         kill.args([&format!("-{name}"), &self.process.id().to_string()]);
         assert!(kill.status().expect("there is a kill").success());
@@ -124,7 +124,7 @@ impl Drop for Running {
 }
 
 /// A robot in the office, driven by four schemas.
-fn navigation(place: &Place) -> Running {
+pub(crate) fn navigation(place: &Place) -> Running {
     place.start("apps/safe-navigation.toml", &[])
 }
 

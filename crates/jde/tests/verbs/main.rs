@@ -3,6 +3,7 @@
 mod attached;
 mod demo;
 mod inspecting;
+mod naming;
 mod new;
 mod playing;
 mod recording;

@@ -48,7 +48,7 @@ pub(crate) struct Events {
 
 impl Events {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let remote = context.by_name(&self.target, self.application.as_deref())?;
         let kinds: &[Kind] = if self.all {
             &Kind::ALL
         } else {

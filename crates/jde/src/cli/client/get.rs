@@ -6,7 +6,7 @@ use jde_link::value::to_json;
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::attached::name::{self, split_application};
+use crate::attached::name;
 use crate::attached::part::Part;
 use crate::cli::print_json;
 use crate::complete;
@@ -34,8 +34,7 @@ impl Get {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let mut out = terminal::out();
         for asked in &self.variables {
-            let (named, asked) = split_application(asked);
-            let remote = context.remote(&self.target, named)?;
+            let (remote, asked) = context.of(&self.target, asked)?;
             let known = remote.variables(false)?;
             let (variable, path) = name::variable(asked, known.iter().map(|known| known.name.as_str()))?;
             let info = remote.variable(variable)?;

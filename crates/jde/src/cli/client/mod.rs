@@ -5,10 +5,11 @@
 mod apps;
 mod events;
 mod get;
+mod named;
 mod operate;
+mod panel;
 mod ps;
 mod record;
-
 mod set;
 mod target;
 mod top;
@@ -33,6 +34,7 @@ pub(crate) enum Client {
     Watch(watch::Watch),
     Events(events::Events),
     Why(why::Why),
+    Panel(panel::Panel),
     Play(operate::Play),
     Stop(operate::Stop),
     Force(operate::Force),
@@ -56,6 +58,7 @@ impl Client {
             Self::Watch(watch) => watch.run(context),
             Self::Events(events) => events.run(context),
             Self::Why(why) => why.run(context),
+            Self::Panel(panel) => panel.run(context),
             Self::Play(play) => play.run(context),
             Self::Stop(stop) => stop.run(context),
             Self::Force(force) => force.run(context),

@@ -27,7 +27,7 @@ pub(crate) struct Ps {
 
 impl Ps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let remote = context.by_name(&self.target, self.application.as_deref())?;
         let snapshot = remote.hierarchy()?;
         if self.json {
             return print_json(&snapshot);

@@ -8,19 +8,22 @@ use std::time::{Duration, Instant, SystemTime};
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
+use jde_abi::describe::Type;
 use jde_core::Nanos;
 use jde_host::story::Kind;
-use jde_link::message::VariableInfo;
+use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Watching};
-use jde_log::{Options, Origin, Recorder, Selection, Stamps};
+use jde_log::trigger::Names;
+use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::cli::quantity;
-use crate::complete;
-use crate::failure::{Failure, shown};
+use crate::cli::recording::{RecordedPanels, Waiting};
+use crate::failure::Failure;
 use crate::interrupt::Interrupts;
-use crate::terminal::{self, BAD, FAINT, TITLE};
+use crate::session::{self, Panels, Recorded};
+use crate::terminal::{self, FAINT};
+use crate::{complete, report};
 
 /// Lines of each kind that happened before and are kept as well: why who acts now was chosen.
 const EARLIER: usize = 1000;
@@ -35,6 +38,8 @@ const TELL: Duration = Duration::from_millis(500);
 #[command(after_help = "Examples:
   jde record drive.mcap
   jde record laser.mcap 'pioneer.laser' '*.mission' --for 60s
+  jde record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
+  jde record drive.mcap --panels=example
   jde record drive.mcap --app robot2 --at tcp/robot2:7447")]
 pub(crate) struct Record {
     /// The file.
@@ -51,148 +56,185 @@ pub(crate) struct Record {
     /// Write over a recording that is there.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    panels: RecordedPanels,
+    #[command(flatten)]
+    waiting: Waiting,
 }
 
 impl Record {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let mut named = None;
-        let patterns = self.only.iter().map(|pattern| {
-            let (application, pattern) = split_application(pattern);
-            named = application.or(named);
-            pattern.to_owned()
-        });
-        let patterns: Vec<_> = patterns.collect();
-        let remote = context.remote(&self.target, named)?;
-        let mut variables = remote.variables(false)?;
+        let (remote, patterns) = context.of_one(&self.target, &self.only)?;
+        let variables = remote.variables(false)?;
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
-        variables.retain(|variable| selection.has(&variable.name));
-        let recorder = Arc::new(self.begin(&remote)?);
+        let options = options(&remote, self.overwrite);
+        let around = self.waiting.wanted();
+        let waits = around.is_some();
+        let recorder = match around {
+            Some(around) => Recorder::wait(
+                &self.file,
+                options,
+                session::when(&around, names_of(&remote, &variables)?)?,
+            ),
+            None => Recorder::create(&self.file, options),
+        };
+        let recorder = recorder.map_err(|error| session::no_recording(error, &self.file))?;
+        let recorder = Arc::new(recorder);
         let mut watching = Vec::with_capacity(variables.len() + 1);
+        let mut kept = 0;
         for variable in &variables {
-            watching.push(watch(&remote, variable, &recorder)?);
+            let topic = if selection.has(&variable.name) {
+                kept += 1;
+                Some(recorder.topic(
+                    &jde_log::topic_name(&variable.name),
+                    value_type(variable)?,
+                    about(variable),
+                ))
+            } else {
+                recorder.topic_to_look_at(&variable.name, value_type(variable)?)
+            };
+            if let Some(topic) = topic {
+                watching.push(watch(&remote, variable, topic)?);
+            }
+        }
+        if let Some(panels) = self.panels.wanted() {
+            watch_panels(&remote, &recorder, &panels, &mut watching)?;
         }
         let story = Arc::clone(&recorder);
+        // The application's clock counts from its start, and the recording begins now.
+        let beginning = remote.hierarchy()?.time;
         watching.push(remote.events(&Kind::ALL, EARLIER, move |happened| {
-            story.line(happened.line);
-        })?);
-        self.wait(&remote, &recorder, variables.len())?;
-        drop(watching);
-        let status = recorder.finish();
-        let mut out = terminal::out();
-        writeln!(
-            out,
-            "recorded {TITLE}{}{TITLE:#}: {} messages, {:.1} MB, {}",
-            shown(&self.file),
-            status.kept,
-            status.bytes as f64 / 1e6,
-            match status.lost {
-                0 => String::from("nothing lost"),
-                lost => format!("{BAD}{lost} lost{BAD:#}"),
+            if happened.line.time() < beginning {
+                story.earlier(happened.line, beginning);
+            } else {
+                story.line(happened.line);
             }
-        )?;
-        for (topic, lost) in &status.lost_of {
+        })?);
+        let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
+        wait(&remote, &recorder, kept, end, waits)?;
+        drop(watching);
+        let recorded = Recorded::of(&self.file, waits, recorder.finish());
+        let mut out = terminal::out();
+        report::tell_recording(&recorded, &mut out)?;
+        for (topic, lost) in recorder.status().lost_of {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
-        match status.trouble {
+        out.flush()?;
+        match recorded.trouble {
             Some(trouble) => Err(Failure::Broken(format!(
                 "{} ends too soon: {trouble}",
-                shown(&self.file)
+                recorded.file
             ))),
             None => Ok(()),
         }
     }
+}
 
-    fn begin(&self, remote: &Remote) -> Result<Recorder, Failure> {
-        let about = remote.about();
-        let options = Options {
-            origin: Origin {
-                application: about.application.clone(),
-                seed: 0,
-                started: SystemTime::UNIX_EPOCH + Duration::from_nanos(about.started_ns),
-                // Its file is on its own machine.
-                folder: None,
-                file: None,
-            },
-            application: None,
-            overwrite: self.overwrite,
-            lossless: false,
-            on_trouble: Box::new(|trouble| tracing::error!("the recording ends here: {trouble}")),
-        };
-        Recorder::create(&self.file, options).map_err(|error| crate::session::no_recording(error, &self.file))
-    }
-
-    /// Goes on until it is to end.
-    fn wait(&self, remote: &Remote, recorder: &Recorder, variables: usize) -> Result<(), Failure> {
-        let (tell, told) = channel();
-        let _interrupts = {
-            let tell = tell.clone();
-            Interrupts::call(move || {
-                let _ = tell.send(());
-            })?
-        };
-        remote.on_gone(move || {
-            let _ = tell.send(());
-        });
-        let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
-        let mut out = terminal::err();
-        let live = terminal::is_interactive();
-        let name = &remote.about().name;
-        writeln!(
-            out,
-            "{FAINT}recording {variables} variables of {name}, until Ctrl-C{FAINT:#}"
-        )?;
-        let start = Instant::now();
-        loop {
-            let left = end.map_or(TELL, |end| {
-                end.saturating_duration_since(Instant::now()).min(TELL)
-            });
-            let status = recorder.status();
-            if left.is_zero() || status.trouble.is_some() {
-                break;
-            }
-            if live {
-                write!(
-                    out,
-                    "\r{FAINT}{:>6.1} s  {} messages  {:.1} MB  {} lost{FAINT:#} ",
-                    start.elapsed().as_secs_f64(),
-                    status.kept,
-                    status.bytes as f64 / 1e6,
-                    status.lost
-                )?;
-                out.flush()?;
-            }
-            match told.recv_timeout(left) {
-                Err(RecvTimeoutError::Timeout) => {}
-                Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
-            }
-        }
-        if live {
-            writeln!(out)?;
-        }
-        if !remote.alive() {
-            writeln!(out, "{name} is gone, and the recording ends with it")?;
-        }
-        Ok(())
+fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
+    let about = remote.about();
+    Options {
+        origin: Origin {
+            application: about.application.clone(),
+            seed: 0,
+            started: SystemTime::UNIX_EPOCH + Duration::from_nanos(about.started_ns),
+            // Its file is on its own machine.
+            folder: None,
+            file: None,
+        },
+        application: None,
+        overwrite,
+        lossless: false,
+        on_trouble: Box::new(|trouble| tracing::error!("the recording ends here: {trouble}")),
     }
 }
 
+/// What conditions may name.
+fn names_of(remote: &Remote, variables: &[VariableInfo]) -> Result<Names, Failure> {
+    let Schemas { schemas, groups } = remote.schemas()?;
+    let types = variables
+        .iter()
+        .map(|variable| Ok((variable.name.clone(), value_type(variable)?)));
+    Ok(Names {
+        schemas: schemas.into_iter().map(|schema| schema.name).collect(),
+        groups: groups.into_iter().map(|group| group.name).collect(),
+        variables: types.collect::<Result<_, Failure>>()?,
+    })
+}
+
+/// Goes on until it is to end.
+fn wait(
+    remote: &Remote,
+    recorder: &Recorder,
+    variables: usize,
+    end: Option<Instant>,
+    waits: bool,
+) -> Result<(), Failure> {
+    let (tell, told) = channel();
+    let _interrupts = {
+        let tell = tell.clone();
+        Interrupts::call(move || {
+            let _ = tell.send(());
+        })?
+    };
+    remote.on_gone(move || {
+        let _ = tell.send(());
+    });
+    let mut out = terminal::err();
+    let live = terminal::is_interactive();
+    let name = &remote.about().name;
+    writeln!(
+        out,
+        "{FAINT}recording {variables} variables of {name}{}, until Ctrl-C{FAINT:#}",
+        if waits { " when a condition comes true" } else { "" }
+    )?;
+    let start = Instant::now();
+    loop {
+        let left = end.map_or(TELL, |end| {
+            end.saturating_duration_since(Instant::now()).min(TELL)
+        });
+        let status = recorder.status();
+        if left.is_zero() || (!waits && status.trouble.is_some()) {
+            break;
+        }
+        if live {
+            write!(
+                out,
+                "\r{FAINT}{:>6.1} s  {} messages  {:.1} MB  {} lost{FAINT:#} ",
+                start.elapsed().as_secs_f64(),
+                status.kept,
+                status.bytes as f64 / 1e6,
+                status.lost
+            )?;
+            out.flush()?;
+        }
+        match told.recv_timeout(left) {
+            Err(RecvTimeoutError::Timeout) => {}
+            Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    if live {
+        writeln!(out)?;
+    }
+    if !remote.alive() {
+        writeln!(out, "{name} is gone, and the recording ends with it")?;
+    }
+    Ok(())
+}
+
 /// Has every value of a variable go to a topic of the recording.
-fn watch(remote: &Remote, variable: &VariableInfo, recorder: &Recorder) -> Result<Watching, Failure> {
-    let value_type = variable.value_type().map_err(|error| {
-        Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name))
-    })?;
-    let about = BTreeMap::from([
-        ("variable".to_owned(), variable.name.clone()),
-        ("access".to_owned(), variable.access.clone()),
-        ("doc".to_owned(), variable.doc.clone()),
-        ("unit".to_owned(), variable.unit.clone()),
-    ]);
-    let topic = recorder.topic(&jde_log::topic_name(&variable.name), Arc::new(value_type), about);
+fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watching, Failure> {
     let mut last = None;
     let watching = remote.watch(&variable.name, Rate::Full, move |sample| {
-        let Some(bytes) = &sample.bytes else { return };
+        let published = sample.time.saturating_add(sample.age);
+        let Some(bytes) = &sample.bytes else {
+            // What never had a value has none to be taken back.
+            if last.is_some() {
+                topic.retract(published);
+            }
+            return;
+        };
         if let Some(last) = last
             && sample.sequence > last + 1
         {
@@ -200,11 +242,55 @@ fn watch(remote: &Remote, variable: &VariableInfo, recorder: &Recorder) -> Resul
         }
         last = Some(sample.sequence);
         let stamps = Stamps {
-            published: sample.time.saturating_add(sample.age),
+            published,
             measured: sample.time,
             sequence: sample.sequence,
         };
         topic.put(bytes, stamps);
     })?;
     Ok(watching)
+}
+
+/// Has panels go to topics of the recording.
+fn watch_panels(
+    remote: &Remote,
+    recorder: &Recorder,
+    panels: &Panels,
+    watching: &mut Vec<Watching>,
+) -> Result<(), Failure> {
+    let schemas = remote.schemas()?.schemas.into_iter();
+    let names: Vec<_> = schemas
+        .filter(|schema| schema.panel)
+        .map(|schema| schema.name)
+        .collect();
+    for place in panels.chosen(&names)? {
+        let topic = recorder.panel(&names[place]);
+        let rate = Rate::at_least(panels.rate);
+        watching.push(remote.watch_panel(&names[place], rate, move |sample| {
+            let stamps = Stamps {
+                published: sample.time.saturating_add(sample.age),
+                measured: sample.time,
+                sequence: sample.sequence,
+            };
+            topic.put_panel(&sample.list, stamps);
+        })?);
+    }
+    Ok(())
+}
+
+fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {
+    let read = variable
+        .value_type()
+        .map_err(|error| Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name)));
+    Ok(Arc::new(read?))
+}
+
+/// What the recording says of a variable.
+fn about(variable: &VariableInfo) -> BTreeMap<String, String> {
+    BTreeMap::from([
+        ("variable".to_owned(), variable.name.clone()),
+        ("access".to_owned(), variable.access.clone()),
+        ("doc".to_owned(), variable.doc.clone()),
+        ("unit".to_owned(), variable.unit.clone()),
+    ])
 }

@@ -6,14 +6,15 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_board::value::Value;
 use jde_host::app::given;
+use jde_host::period::RANGE;
 use jde_link::message::Action;
 use jde_link::value::to_json;
 
 use super::operate::{Lasting, Saying, carry_out};
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::complete;
 use crate::failure::Failure;
+use crate::top;
 
 /// Write a modulation of a schema, with its unit; `period` is one of every schema.
 ///
@@ -55,8 +56,7 @@ impl Set {
                 ));
             }
         };
-        let (named, name) = split_application(name);
-        let remote = context.remote(&self.target, named)?;
+        let (remote, name) = context.of(&self.target, name)?;
         let known = remote.variables(false)?;
         let settable = known.iter().filter(|variable| variable.access == "modulation");
         let Some(info) = known.iter().find(|variable| variable.name == name) else {
@@ -79,8 +79,10 @@ impl Set {
             over: format!("{name} is let go of"),
         };
         if info.variable == "period" {
-            let period = crate::cli::quantity::time(value).map_err(|error| {
-                Failure::usage(error, "a period is a time, such as 75ms, and at least 0.1 ms")
+            // As in an application's file, a bare number counts seconds.
+            let bare = value.parse::<f64>().map(|_| format!("{value}s"));
+            let period = top::text::period(bare.as_deref().unwrap_or(value)).map_err(|error| {
+                Failure::usage(error, format!("a period is a time {RANGE}, or a frequency"))
             })?;
             let action = Action::Period {
                 schema,

@@ -36,7 +36,7 @@ impl Top {
                 "`jde ps` shows the hierarchy once, `jde events` what happens, in a pipe too; over ssh give -t",
             ));
         }
-        let remote = context.remote(&self.target, self.application.as_deref())?;
+        let remote = context.by_name(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
         let live = Live::new(remote)?;
         let asked = Arc::new(AtomicBool::new(false));

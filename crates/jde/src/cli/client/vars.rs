@@ -6,7 +6,6 @@ use jde_link::message::VariableInfo;
 use jde_log::Selection;
 
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::attached::table::{Cell, Side, Table};
 use crate::cli::print_json;
 use crate::complete;
@@ -35,14 +34,7 @@ pub(crate) struct Vars {
 
 impl Vars {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let mut named = None;
-        let mut patterns = Vec::new();
-        for pattern in &self.patterns {
-            let (application, pattern) = split_application(pattern);
-            named = application.or(named);
-            patterns.push(pattern.to_owned());
-        }
-        let remote = context.remote(&self.target, named)?;
+        let (remote, patterns) = context.of_one(&self.target, &self.patterns)?;
         let mut variables = remote.variables(true)?;
         let names: Vec<String> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names).map_err(|unknown| {

@@ -10,9 +10,9 @@ use jde_link::{Rate, Remote, Sample, Watching};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::attached::name::{self, split_application};
+use crate::attached::name;
 use crate::attached::part::Part;
-use crate::cli::print_json;
+use crate::cli::{print_json, quantity};
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
@@ -35,7 +35,7 @@ pub(crate) struct Watch {
     #[command(flatten)]
     target: Target,
     /// At most so many a second of each, the newest; without it every value.
-    #[arg(long, value_name = "HZ", value_parser = hertz)]
+    #[arg(long, value_name = "HZ", value_parser = quantity::rate)]
     rate: Option<f64>,
     /// End after so many.
     #[arg(long, value_name = "N")]
@@ -80,8 +80,7 @@ impl Watch {
         let mut watched = Vec::new();
         let mut watching = Vec::new();
         for asked in &self.variables {
-            let (named, asked) = split_application(asked);
-            let remote = context.remote(&self.target, named)?;
+            let (remote, asked) = context.of(&self.target, asked)?;
             let (one, watch) = self.begin(&remote, asked, watched.len(), rate, &tell)?;
             watched.push(one);
             watching.push(watch);
@@ -254,15 +253,5 @@ impl plot::Source for Incoming<'_> {
 
     fn is_over(&self) -> bool {
         self.interrupted
-    }
-}
-
-fn hertz(text: &str) -> Result<f64, String> {
-    let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();
-    match number.parse::<f64>() {
-        Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(hz),
-        Ok(_) | Err(_) => Err(format!(
-            "`{text}` is no rate; write values a second, such as 2 or 0.5"
-        )),
     }
 }

@@ -11,13 +11,13 @@ use jde_link::Remote;
 use jde_log::Recording;
 use serde::Serialize;
 
+use super::named::one_application;
 use super::{Context, Target};
-use crate::attached::name::split_application;
 use crate::cli::print_json;
 use crate::complete;
 use crate::failure::{Failure, shown};
 use crate::terminal;
-use crate::why::{self, Answer, Question};
+use crate::why::{self, Answer, Known, Question};
 
 /// Selections that are looked at in a running application: all that it keeps.
 const LAST: usize = 1000;
@@ -57,14 +57,8 @@ struct Found<'d> {
 
 impl Why {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let mut named = None;
-        let mut words = Vec::new();
-        for word in &self.question {
-            let (application, word) = split_application(word);
-            named = application.or(named);
-            words.push(word.to_owned());
-        }
-        let (decisions, mut schemas, mut groups) = match &self.recording {
+        let (named, words) = one_application(&self.question)?;
+        let ((decisions, span), mut schemas, mut groups) = match &self.recording {
             Some(file) => (of_recording(file)?, Vec::new(), Vec::new()),
             None => {
                 let remote = context.remote(&self.target, named)?;
@@ -84,12 +78,15 @@ impl Why {
             names.dedup();
         }
         let question = Question::read(&words, &schemas, &groups)?;
-        tell(&question, &decisions, self.json)
+        tell(&question, &decisions, span, self.json)
     }
 }
 
+/// Selections, and of when they are.
+type Selections = (Vec<Decision>, Known);
+
 /// All selections of a recording, up to where it is damaged.
-fn of_recording(file: &Path) -> Result<Vec<Decision>, Failure> {
+fn of_recording(file: &Path) -> Result<Selections, Failure> {
     let recording = Recording::open(file)?;
     if let Some(damage) = recording.damage() {
         writeln!(
@@ -100,9 +97,13 @@ fn of_recording(file: &Path) -> Result<Vec<Decision>, Failure> {
             damage.reason
         )?;
     }
+    let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
+    let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or_default();
+    let mut until = 0;
     let mut decisions = Vec::new();
     for message in recording.messages()? {
         let message = message?;
+        until = message.log_time.saturating_sub(start);
         if message.channel.topic == Kind::Decision.topic()
             && let Ok(Line::Decision(decision)) = Line::read(Kind::Decision, &message.data)
         {
@@ -115,11 +116,15 @@ fn of_recording(file: &Path) -> Result<Vec<Decision>, Failure> {
             "`jde run APP --record FILE` records them",
         ));
     }
-    Ok(decisions)
+    let known = Known {
+        from: decisions[0].time_s,
+        until: until as f64 / 1e9,
+    };
+    Ok((decisions, known))
 }
 
 /// The last selections of a running application.
-fn of_application(remote: &Remote) -> Result<Vec<Decision>, Failure> {
+fn of_application(remote: &Remote) -> Result<Selections, Failure> {
     let (tell, told) = channel();
     let watching = remote.events(&[Kind::Decision], LAST, move |happened| {
         if let Line::Decision(decision) = happened.line {
@@ -129,11 +134,19 @@ fn of_application(remote: &Remote) -> Result<Vec<Decision>, Failure> {
     })?;
     // What was told before has been, when this returns.
     drop(watching);
-    Ok(told.try_iter().collect())
+    let decisions: Vec<Decision> = told.try_iter().collect();
+    let known = Known {
+        from: match decisions.first() {
+            Some(first) if decisions.len() >= LAST => first.time_s,
+            Some(_) | None => 0.0,
+        },
+        until: remote.hierarchy()?.time as f64 / 1e9,
+    };
+    Ok((decisions, known))
 }
 
-fn tell(question: &Question, decisions: &[Decision], json: bool) -> Result<(), Failure> {
-    let answer = question.answer(decisions);
+fn tell(question: &Question, decisions: &[Decision], known: Known, json: bool) -> Result<(), Failure> {
+    let answer = question.answer(decisions, known);
     match &answer {
         Answer::None(reason) => Err(Failure::Unanswered(reason.clone())),
         Answer::Found {

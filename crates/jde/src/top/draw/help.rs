@@ -7,7 +7,7 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use crate::top::paint::Paint;
 
-const TEXT: [&str; 19] = [
+const TEXT: [&str; 20] = [
     "↑ ↓  j k     select a schema",
     "p  space     play it if it sleeps, stop it if it is awake",
     "f            force it to win, or let it go",
@@ -23,7 +23,8 @@ const TEXT: [&str; 19] = [
     "· SLEPT      costs nothing",
     "× faulted    panicked, erred, hung or died",
     "",
-    "P S F        played, stopped, forced by an operator",
+    "P S F U      played, stopped, forced, unloaded by an operator",
+    "R M          given another period, or another modulation",
     "cycle        the period asked for; measured: what it is",
     "▸ name       the winner of a group; how it is chosen;",
     "             worst takeover, of what its contract allows",

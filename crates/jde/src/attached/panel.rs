@@ -1,0 +1,364 @@
+//! A schema's panel in words: what can be read of it without a window, and which of its widgets can be touched. Pictures are
+//! described, not drawn.
+
+use std::io::{self, Write};
+
+use anstyle::Style;
+use jde_panel::{Item, List, Shape, Solid, Trace, Words};
+
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+
+/// Writes a list from top to bottom.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(list: &List, words: &mut dyn Write) -> io::Result<()> {
+    items(&list.items, 0, words)
+}
+
+/// A widget that can be touched, by its id.
+pub(crate) fn find<'l>(items: &'l [Item], id: &str) -> Option<&'l Item> {
+    touchable(items).into_iter().find(|item| id_of(item) == Some(id))
+}
+
+/// All widgets that can be touched.
+pub(crate) fn touchable(items: &[Item]) -> Vec<&Item> {
+    let mut found = Vec::new();
+    for item in items {
+        match item {
+            Item::Row { items } | Item::Group { items, .. } => found.extend(touchable(items)),
+            Item::Text { .. } | Item::Value { .. } | Item::Plot { .. } | Item::Table { .. } => {}
+            Item::Button { .. }
+            | Item::Toggle { .. }
+            | Item::Slider { .. }
+            | Item::Choice { .. }
+            | Item::Image { .. }
+            | Item::Canvas { .. }
+            | Item::Scene { .. } => found.push(item),
+        }
+    }
+    found
+}
+
+/// The id by which gestures name a widget.
+pub(crate) fn id_of(item: &Item) -> Option<&str> {
+    match item {
+        Item::Button { id, .. }
+        | Item::Toggle { id, .. }
+        | Item::Slider { id, .. }
+        | Item::Choice { id, .. }
+        | Item::Image { id, .. }
+        | Item::Plot { id, .. }
+        | Item::Table { id, .. }
+        | Item::Group { id, .. }
+        | Item::Canvas { id, .. }
+        | Item::Scene { id, .. } => Some(id),
+        Item::Text { .. } | Item::Value { .. } | Item::Row { .. } => None,
+    }
+}
+
+fn items(items: &[Item], depth: usize, words: &mut dyn Write) -> io::Result<()> {
+    let indent = "  ".repeat(depth);
+    for item in items {
+        match item {
+            Item::Group {
+                label, items: inner, ..
+            } => {
+                writeln!(words, "{indent}{TITLE}{}{TITLE:#}", shown(label))?;
+                self::items(inner, depth + 1, words)?;
+            }
+            Item::Table { columns, rows, .. } => table(&indent, columns, rows, words)?,
+            Item::Text { text, words: how } => {
+                let style = style(*how);
+                for line in text.lines() {
+                    writeln!(words, "{indent}{style}{}{style:#}", shown(line))?;
+                }
+            }
+            Item::Row { items } => {
+                let parts: Vec<String> = items.iter().map(line).collect();
+                writeln!(words, "{indent}{}", parts.join("   "))?;
+            }
+            item => writeln!(words, "{indent}{}", line(item))?,
+        }
+    }
+    Ok(())
+}
+
+/// A widget in one line.
+fn line(item: &Item) -> String {
+    let id = |id: &str| format!("{FAINT}{}{FAINT:#}", shown(id));
+    match item {
+        Item::Text { text, words } => {
+            let style = style(*words);
+            format!("{style}{}{style:#}", shown(&text.replace('\n', " ")))
+        }
+        Item::Value { label, value, unit } => format!("{} {}", shown(label), number(*value, unit)),
+        Item::Button {
+            id: name,
+            label,
+            enabled,
+        } => {
+            let style = if *enabled { TITLE } else { FAINT };
+            format!("{style}[ {} ]{style:#} {}", shown(label), id(name))
+        }
+        Item::Toggle { id: name, label, on } => {
+            let mark = if *on { "[x]" } else { "[ ]" };
+            format!("{mark} {} {}", shown(label), id(name))
+        }
+        Item::Slider {
+            id: name,
+            label,
+            value,
+            least,
+            greatest,
+            unit,
+        } => format!(
+            "{} {} {FAINT}of {least} to {greatest}{FAINT:#} {}",
+            shown(label),
+            number(*value, unit),
+            id(name)
+        ),
+        Item::Choice {
+            id: name,
+            label,
+            options,
+            chosen,
+        } => {
+            let chosen = options.get(*chosen as usize).map_or("", String::as_str);
+            format!(
+                "{} {} {FAINT}of {}{FAINT:#} {}",
+                shown(label),
+                shown(chosen),
+                shown(&options.join(", ")),
+                id(name)
+            )
+        }
+        Item::Image {
+            id: name,
+            width,
+            height,
+            ..
+        } => format!("image of {width} x {height} {}", id(name)),
+        Item::Plot { label, traces, .. } => {
+            let traces: Vec<String> = traces.iter().map(trace).collect();
+            format!("{}: {}", shown(label), traces.join(", "))
+        }
+        Item::Table { columns, rows, .. } => {
+            format!("table of {}: {} rows", shown(&columns.join(", ")), rows.len())
+        }
+        Item::Row { items } | Item::Group { items, .. } => {
+            items.iter().map(line).collect::<Vec<_>>().join("   ")
+        }
+        Item::Canvas { id: name, shapes, .. } => {
+            let labels = shapes.iter().filter_map(|shape| match shape {
+                Shape::Label { text, .. } => Some(text.as_str()),
+                Shape::Line { .. }
+                | Shape::Points { .. }
+                | Shape::Circle { .. }
+                | Shape::Polygon { .. }
+                | Shape::Arrow { .. }
+                | Shape::Robot { .. } => None,
+            });
+            format!("{} {}", drawn("plane", shapes.len(), labels), id(name))
+        }
+        Item::Scene { id: name, solids, .. } => {
+            let labels = solids.iter().filter_map(|solid| match solid {
+                Solid::Label { text, .. } => Some(text.as_str()),
+                Solid::Line { .. }
+                | Solid::Points { .. }
+                | Solid::Box { .. }
+                | Solid::Sphere { .. }
+                | Solid::Cylinder { .. }
+                | Solid::Arrow { .. }
+                | Solid::Mesh { .. } => None,
+            });
+            format!("{} {}", drawn("space", solids.len(), labels), id(name))
+        }
+    }
+}
+
+/// What is drawn, in words: how much, and what is written in it.
+fn drawn<'l>(where_: &str, count: usize, labels: impl Iterator<Item = &'l str>) -> String {
+    let labels: Vec<_> = labels.map(shown).collect();
+    let shapes = if count == 1 { "shape" } else { "shapes" };
+    match labels.as_slice() {
+        [] => format!("{where_} with {count} {shapes}"),
+        labels => format!("{where_} with {count} {shapes}: {}", labels.join(", ")),
+    }
+}
+
+fn trace(trace: &Trace) -> String {
+    match trace.points.last() {
+        Some([_, last]) => format!("{} {}", shown(&trace.name), number(*last, "")),
+        None => shown(&trace.name),
+    }
+}
+
+fn number(value: f64, unit: &str) -> String {
+    let rounded = (value * 1e4).round() / 1e4;
+    let value = if value.abs() < 1e9 && rounded != 0.0 {
+        rounded
+    } else {
+        value
+    };
+    match unit {
+        "" => value.to_string(),
+        unit => format!("{value} {}", shown(unit)),
+    }
+}
+
+fn table(indent: &str, columns: &[String], rows: &[Vec<String>], words: &mut dyn Write) -> io::Result<()> {
+    let width = |text: &str| ratatui::text::Span::raw(text).width();
+    let shown_rows: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| row.iter().map(|text| shown(text)).collect())
+        .collect();
+    let titles: Vec<String> = columns.iter().map(|title| shown(title)).collect();
+    let widths: Vec<usize> = (0..columns.len())
+        .map(|column| {
+            let cells = std::iter::once(&titles).chain(&shown_rows);
+            cells.map(|row| width(&row[column])).max().unwrap_or(0)
+        })
+        .collect();
+    for (place, row) in std::iter::once(&titles).chain(&shown_rows).enumerate() {
+        let style = if place == 0 { FAINT } else { Style::new() };
+        let mut line = String::from(indent);
+        for (cell, width_of_column) in row.iter().zip(&widths) {
+            line.push_str(cell);
+            line.push_str(&" ".repeat(width_of_column + 2 - width(cell)));
+        }
+        writeln!(words, "{style}{}{style:#}", line.trim_end())?;
+    }
+    Ok(())
+}
+
+fn style(words: Words) -> Style {
+    match words {
+        Words::Plain | Words::Code => Style::new(),
+        Words::Heading => TITLE,
+        Words::Faint => FAINT,
+        Words::Good => GOOD,
+        Words::Warning => WARN,
+        Words::Error => BAD,
+    }
+}
+
+/// A text as a terminal can bear it, wherever it came from.
+fn shown(text: &str) -> String {
+    let bearable = |letter: char| if letter.is_control() { '?' } else { letter };
+    text.chars().map(bearable).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_panel::{Color, Ink, Wants};
+
+    use super::*;
+
+    fn told(items: Vec<Item>) -> String {
+        let mut words = Vec::new();
+        tell(&List { time: 0, items }, &mut words).unwrap();
+        anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string()
+    }
+
+    fn text(text: &str, words: Words) -> Item {
+        Item::Text {
+            text: text.to_owned(),
+            words,
+        }
+    }
+
+    fn value(label: &str, value: f64, unit: &str) -> Item {
+        Item::Value {
+            label: label.to_owned(),
+            value,
+            unit: unit.to_owned(),
+        }
+    }
+
+    fn button(id: &str) -> Item {
+        Item::Button {
+            id: id.to_owned(),
+            label: "Clear target".to_owned(),
+            enabled: true,
+        }
+    }
+
+    #[test]
+    fn texts_values_and_tables_are_told_and_pictures_described() {
+        let table = Item::Table {
+            id: "seen".to_owned(),
+            columns: vec!["what".to_owned(), "how far".to_owned()],
+            rows: vec![
+                vec!["door".to_owned(), "1.5 m".to_owned()],
+                vec!["somebody".to_owned(), "2 m".to_owned()],
+            ],
+        };
+        let canvas = Item::Canvas {
+            id: "field".to_owned(),
+            area: None,
+            forward_up: true,
+            shapes: vec![Shape::Label {
+                at: [0.0, 0.0],
+                text: "target".to_owned(),
+                color: Color::Ink(Ink::Goal),
+            }],
+            wants: Wants::default(),
+        };
+        let group = Item::Group {
+            id: "more".to_owned(),
+            label: "More".to_owned(),
+            open: true,
+            items: vec![
+                Item::Row {
+                    items: vec![value("speed", 0.123_456_7, "m/s"), button("clear")],
+                },
+                table,
+            ],
+        };
+        let expected = "\
+goon
+two
+lines
+More
+  speed 0.1235 m/s   [ Clear target ] clear
+  what      how far
+  door      1.5 m
+  somebody  2 m
+plane with 1 shape: target field
+";
+        let list = vec![
+            text("goon", Words::Heading),
+            text("two\nlines", Words::Plain),
+            group,
+            canvas,
+        ];
+        assert_eq!(told(list), expected);
+    }
+
+    #[test]
+    fn no_text_of_a_schema_commands_the_terminal() {
+        let told = told(vec![
+            text("\u{1b}[2Jgone", Words::Plain),
+            value("a\u{7}", 1.0, ""),
+        ]);
+        assert_eq!(told, "?[2Jgone\na? 1\n");
+    }
+
+    #[test]
+    fn what_can_be_touched_is_found_wherever_it_stands() {
+        let row = Item::Row {
+            items: vec![button("one")],
+        };
+        let group = Item::Group {
+            id: "all".to_owned(),
+            label: String::new(),
+            open: false,
+            items: vec![row, button("two"), value("x", 1.0, "")],
+        };
+        let items = [group];
+        let ids: Vec<_> = touchable(&items).into_iter().filter_map(id_of).collect();
+        assert_eq!(ids, ["one", "two"]);
+        assert!(find(&items, "two").is_some() && find(&items, "all").is_none());
+    }
+}

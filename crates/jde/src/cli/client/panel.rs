@@ -1,0 +1,366 @@
+//! `jde panel`: a schema's own panel in words, and its widgets touched from the command line.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_link::{PanelSample, Rate, Remote};
+use jde_panel::{Button, Gesture, Item, List, Touch};
+use serde_json::json;
+
+use super::{Context, Target};
+use crate::attached::name::split_application;
+use crate::attached::panel;
+use crate::cli::print_json;
+use crate::complete;
+use crate::failure::Failure;
+use crate::terminal::{self, FAINT, GOOD, TITLE};
+
+/// How long a schema may take to draw its panel.
+const DRAWING: Duration = Duration::from_secs(5);
+
+/// Show the panel that a schema draws of itself, in words; or touch what is on it. Without a name, list the schemas that have one.
+///
+/// Behind a widget stands the name by which it is touched. Pictures are described; `jde view` draws them.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde panel
+  jde panel example
+  jde panel example --click field 4.5 2.0
+  jde panel example --touch clear
+  jde panel vff --touch ahead=2.5
+  jde panel robot2:example --json")]
+pub(crate) struct Panel {
+    /// The schema; APP:SCHEMA names the application too.
+    #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::panels))]
+    schema: Option<String>,
+    #[command(flatten)]
+    target: Target,
+    /// Press a button, switch a toggle (on, off, or to the other), move a slider or take a choice.
+    #[arg(long, value_name = "WIDGET[=VALUE]", requires = "schema", conflicts_with_all = ["click", "json"],
+          add = ArgValueCompleter::new(complete::widgets))]
+    touch: Option<String>,
+    /// Click on a plane or a space at a place in metres, or on an image at a pixel.
+    #[arg(long, value_names = ["WIDGET", "X", "Y"], num_args = 3..=4, allow_negative_numbers = true, requires = "schema",
+          conflicts_with = "json", add = ArgValueCompleter::new(complete::widgets))]
+    click: Vec<String>,
+    /// As one line of JSON: the whole list.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Panel {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let Some(schema) = &self.schema else {
+            return self.list(context);
+        };
+        let (named, schema) = split_application(schema);
+        let remote = context.remote(&self.target, named)?;
+        check(&remote, schema)?;
+        let sample = newest(&remote, schema)?;
+        if self.json {
+            return print_json(&json!({
+                "application": remote.about().name,
+                "schema": schema,
+                "number": sample.sequence,
+                "time_s": sample.time as f64 / 1e9,
+                "list": sample.list.as_ref().ok(),
+                "reason": sample.list.as_ref().err(),
+            }));
+        }
+        let nothing = |reason| Failure::Broken(format!("the panel of {schema} shows nothing: {reason}"));
+        let list = sample.list.map_err(nothing)?;
+        let gesture = match (&self.touch, self.click.as_slice()) {
+            (Some(touched), _) => Some(touch(&list, touched)?),
+            (None, [widget, place @ ..]) => Some(click(&list, widget, place)?),
+            (None, []) => None,
+        };
+        let mut out = terminal::out();
+        match gesture {
+            Some(gesture) => {
+                let widget = gesture.widget.clone();
+                remote.touch(&jde_link::operator(), schema, gesture)?;
+                writeln!(out, "{GOOD}{widget} of {schema} is touched{GOOD:#}")?;
+            }
+            None => panel::tell(&list, &mut out)?,
+        }
+        out.flush()?;
+        Ok(())
+    }
+
+    fn list(&self, context: &Context) -> Result<(), Failure> {
+        let remote = context.remote(&self.target, None)?;
+        let mut schemas = remote.schemas()?.schemas;
+        schemas.retain(|schema| schema.panel);
+        if self.json {
+            let names: Vec<_> = schemas.iter().map(|schema| &schema.name).collect();
+            return print_json(&names);
+        }
+        let mut out = terminal::out();
+        if schemas.is_empty() {
+            writeln!(out, "no schema of {} has a panel", remote.about().name)?;
+        }
+        for schema in schemas {
+            let doc = schema.doc.lines().next().unwrap_or_default();
+            writeln!(out, "{TITLE}{}{TITLE:#}  {FAINT}{doc}{FAINT:#}", schema.name)?;
+        }
+        out.flush()?;
+        Ok(())
+    }
+}
+
+/// That the schema has a panel.
+fn check(remote: &Remote, schema: &str) -> Result<(), Failure> {
+    let schemas = remote.schemas()?.schemas;
+    let with = || {
+        let with = schemas.iter().filter(|schema| schema.panel);
+        with.map(|schema| schema.name.as_str())
+    };
+    match schemas.iter().find(|known| known.name == schema) {
+        Some(known) if known.panel => Ok(()),
+        None if with().next().is_some() => Err(Failure::unknown("panel", schema, with())),
+        Some(_) | None => Err(Failure::usage(
+            format!("`{schema}` has no panel of its own"),
+            match with().collect::<Vec<_>>().as_slice() {
+                [] => "no schema of this application has one".to_owned(),
+                with => format!("these have one: {}", with.join(", ")),
+            },
+        )),
+    }
+}
+
+/// What a panel shows now.
+fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
+    let (tell, told) = channel();
+    let gone = tell.clone();
+    remote.on_gone(move || drop(gone.send(None)));
+    let _watching = remote.watch_panel(schema, Rate::Full, move |sample| {
+        // Nobody listens any more after the first.
+        let _ = tell.send(Some(sample));
+    })?;
+    match told.recv_timeout(DRAWING) {
+        Ok(Some(sample)) => Ok(sample),
+        Ok(None) | Err(RecvTimeoutError::Disconnected) => {
+            Err(jde_link::Error::Gone(remote.about().name.clone()).into())
+        }
+        Err(RecvTimeoutError::Timeout) => Err(Failure::Broken(format!(
+            "{schema} drew nothing within {} s",
+            DRAWING.as_secs()
+        ))),
+    }
+}
+
+/// The widget that is meant.
+fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
+    panel::find(&list.items, id).ok_or_else(|| {
+        let touchable = panel::touchable(&list.items);
+        let names = touchable.into_iter().filter_map(panel::id_of);
+        Failure::unknown("widget", id, names)
+    })
+}
+
+/// What `WIDGET` or `WIDGET=VALUE` does.
+fn touch(list: &List, text: &str) -> Result<Gesture, Failure> {
+    let (id, value) = match text.split_once('=') {
+        Some((id, value)) => (id.trim(), Some(value.trim())),
+        None => (text, None),
+    };
+    let wrong = |message: String, help: String| Err(Failure::usage(message, help));
+    let touch = match (widget(list, id)?, value) {
+        (Item::Button { enabled: false, .. }, _) => {
+            return wrong(
+                format!("`{id}` cannot be pressed now"),
+                "the panel says when it can be".to_owned(),
+            );
+        }
+        (Item::Button { .. }, None) => Touch::Pressed,
+        (Item::Button { .. }, Some(_)) => {
+            return wrong(
+                format!("`{id}` is a button and takes no value"),
+                format!("--touch {id}"),
+            );
+        }
+        (Item::Toggle { on, .. }, None) => Touch::Toggled(!on),
+        (Item::Toggle { .. }, Some("on" | "true")) => Touch::Toggled(true),
+        (Item::Toggle { .. }, Some("off" | "false")) => Touch::Toggled(false),
+        (Item::Toggle { .. }, Some(other)) => {
+            return wrong(
+                format!("`{id}` is on or off, not {other}"),
+                format!("--touch {id}=on"),
+            );
+        }
+        (
+            Item::Slider {
+                least,
+                greatest,
+                unit,
+                ..
+            },
+            value,
+        ) => {
+            let number = value.and_then(|value| value.trim_end_matches(unit.as_str()).trim().parse().ok());
+            match number {
+                Some(number) if (*least..=*greatest).contains(&number) => Touch::Moved(number),
+                _ => {
+                    return wrong(
+                        format!("`{id}` takes a number from {least} to {greatest} {unit}"),
+                        format!("--touch {id}={greatest}"),
+                    );
+                }
+            }
+        }
+        (Item::Choice { options, .. }, value) => {
+            let place = options.iter().position(|option| Some(option.as_str()) == value);
+            match place {
+                Some(place) => Touch::Chose(place as u32),
+                None => {
+                    return Err(Failure::unknown(
+                        &format!("choice of `{id}` called"),
+                        value.unwrap_or_default(),
+                        options.iter().map(String::as_str),
+                    ));
+                }
+            }
+        }
+        _ => {
+            return wrong(
+                format!("`{id}` is a picture"),
+                format!("--click {id} X Y clicks on it"),
+            );
+        }
+    };
+    Ok(Gesture {
+        widget: id.to_owned(),
+        touch,
+    })
+}
+
+/// What a click at a place does.
+fn click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failure> {
+    let wants = match widget(list, id)? {
+        Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. } => wants,
+        _ => {
+            return Err(Failure::usage(
+                format!("`{id}` is no picture"),
+                format!("--touch {id} presses, switches or moves it"),
+            ));
+        }
+    };
+    if !wants.clicks {
+        return Err(Failure::usage(
+            format!("`{id}` takes no clicks"),
+            "the panel only shows it",
+        ));
+    }
+    let mut at = [0.0; 3];
+    for (number, text) in at.iter_mut().zip(place) {
+        *number = text
+            .parse()
+            .ok()
+            .filter(|number: &f64| number.is_finite())
+            .ok_or_else(|| {
+                Failure::usage(
+                    format!("`{text}` is no number"),
+                    format!("--click {id} X Y, in metres or pixels"),
+                )
+            })?;
+    }
+    Ok(Gesture {
+        widget: id.to_owned(),
+        touch: Touch::Clicked {
+            at,
+            button: Button::Primary,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_panel::Wants;
+
+    use super::*;
+
+    fn list() -> List {
+        let id = |id: &str| id.to_owned();
+        List {
+            time: 0,
+            items: vec![
+                Item::Button {
+                    id: id("clear"),
+                    label: id("Clear"),
+                    enabled: true,
+                },
+                Item::Button {
+                    id: id("later"),
+                    label: id("Later"),
+                    enabled: false,
+                },
+                Item::Toggle {
+                    id: id("hold"),
+                    label: id("Hold"),
+                    on: true,
+                },
+                Item::Slider {
+                    id: id("ahead"),
+                    label: id("Ahead"),
+                    value: 1.0,
+                    least: 0.0,
+                    greatest: 3.0,
+                    unit: id("m"),
+                },
+                Item::Choice {
+                    id: id("gait"),
+                    label: id("Gait"),
+                    options: vec![id("walk"), id("run")],
+                    chosen: 0,
+                },
+                Item::Canvas {
+                    id: id("field"),
+                    area: None,
+                    forward_up: false,
+                    shapes: Vec::new(),
+                    wants: Wants {
+                        clicks: true,
+                        ..Wants::default()
+                    },
+                },
+            ],
+        }
+    }
+
+    #[test]
+    fn each_widget_is_touched_in_its_own_way() {
+        let touched = |text: &str| touch(&list(), text).map(|gesture| gesture.touch).unwrap();
+        assert_eq!(touched("clear"), Touch::Pressed);
+        assert_eq!(touched("hold"), Touch::Toggled(false), "to the other");
+        assert_eq!(touched("hold=on"), Touch::Toggled(true));
+        assert_eq!(touched("ahead=2.5"), Touch::Moved(2.5));
+        assert_eq!(touched("ahead = 2.5 m"), Touch::Moved(2.5));
+        assert_eq!(touched("gait=run"), Touch::Chose(1));
+        let place = ["-1.5", "2"].map(str::to_owned);
+        let clicked = click(&list(), "field", &place).unwrap();
+        let at = [-1.5, 2.0, 0.0];
+        let button = Button::Primary;
+        assert_eq!(clicked.touch, Touch::Clicked { at, button });
+    }
+
+    #[test]
+    fn what_cannot_be_done_is_said_before_it_is_sent() {
+        let refused = |text: &str| match touch(&list(), text).unwrap_err() {
+            Failure::Use { message, help } => format!("{message}; {help}"),
+            other => other.to_string(),
+        };
+        assert!(refused("claer").contains("did you mean `clear`?"));
+        assert!(refused("later").contains("cannot be pressed now"));
+        assert!(refused("clear=1").contains("takes no value"));
+        assert!(refused("hold=maybe").contains("on or off"));
+        assert!(refused("ahead=4").contains("from 0 to 3 m"));
+        assert!(refused("ahead").contains("from 0 to 3 m"));
+        assert!(refused("gait=rum").contains("did you mean `run`?"));
+        assert!(refused("field").contains("--click"));
+        let places = ["x", "2"].map(str::to_owned);
+        assert!(click(&list(), "field", &places).is_err());
+        assert!(click(&list(), "clear", &places).is_err());
+    }
+}

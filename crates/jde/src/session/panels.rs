@@ -1,0 +1,154 @@
+//! Panels of a run on their way into its recording: drawn because they are recorded, and fetched and written by a thread of their
+//! own, so that no schema waits for it.
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::JoinHandle;
+
+use jde_host::{Handle, Look, StartError};
+use jde_log::{Recorder, Selection, Stamps, Topic};
+
+use crate::failure::Failure;
+
+/// Which panels are recorded, and how often.
+#[derive(Clone, Debug)]
+pub(crate) struct Panels {
+    /// Patterns of the schemas whose panels they are.
+    pub(crate) only: Vec<String>,
+    /// Most drawings a second of each.
+    pub(crate) rate: f64,
+}
+
+/// Panels that are recorded until this is dropped.
+pub(super) struct Taking {
+    looks: Vec<Look>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// One of them.
+struct Taken {
+    schema: usize,
+    topic: Topic,
+    /// Number of the drawing that was written last.
+    last: u64,
+}
+
+impl Panels {
+    /// Those that are meant of the schemas that have one, by their places among these.
+    ///
+    /// # Errors
+    /// There is none like that.
+    pub(crate) fn chosen(&self, names: &[String]) -> Result<Vec<usize>, Failure> {
+        if names.is_empty() {
+            return Err(Failure::usage(
+                "no schema of this application has a panel",
+                "leave --panels out",
+            ));
+        }
+        let selection = Selection::new(self.only.clone(), names).map_err(|unknown| {
+            Failure::unknown("panel", &unknown.pattern, names.iter().map(String::as_str))
+        })?;
+        let places = names.iter().enumerate();
+        Ok(places
+            .filter(|(_, name)| selection.has(name))
+            .map(|(place, _)| place)
+            .collect())
+    }
+}
+
+impl Taking {
+    /// Begins with an application that is about to start.
+    ///
+    /// # Errors
+    /// There is no such panel.
+    pub(super) fn begin(handle: &Handle, recorder: &Recorder, wanted: &Panels) -> Result<Self, Failure> {
+        let places = handle.panels();
+        let name = |place: &usize| handle.application().instances[*place].name.clone();
+        let names: Vec<String> = places.iter().map(name).collect();
+        // One ring is enough for any number of drawings.
+        let (ring, rung) = sync_channel(1);
+        let mut looks = Vec::new();
+        let mut taken = Vec::new();
+        for chosen in wanted.chosen(&names)? {
+            let (schema, ring) = (places[chosen], ring.clone());
+            taken.push(Taken {
+                schema,
+                topic: recorder.panel(&names[chosen]),
+                last: 0,
+            });
+            let look = handle.look(schema, wanted.rate, move || {
+                // A ring that is not heard yet tells of this drawing too.
+                let _ = ring.try_send(());
+            });
+            looks.push(look.map_err(|refusal| Failure::Broken(refusal.to_string()))?);
+        }
+        drop(ring);
+        let handle = handle.clone();
+        let thread = std::thread::Builder::new()
+            .name("recording-panels".to_owned())
+            .spawn(move || take(&handle, &rung, taken))
+            .map_err(StartError::Thread)?;
+        Ok(Self {
+            looks,
+            thread: Some(thread),
+        })
+    }
+}
+
+/// Writes what is drawn until nobody looks any more.
+fn take(handle: &Handle, rung: &Receiver<()>, mut panels: Vec<Taken>) {
+    for () in rung {
+        for panel in &mut panels {
+            let newest = handle.panel(panel.schema);
+            if let Some(drawn) = newest.filter(|drawn| drawn.sequence != panel.last) {
+                panel.last = drawn.sequence;
+                let stamps = Stamps {
+                    published: drawn.time,
+                    measured: drawn.time,
+                    sequence: drawn.sequence,
+                };
+                panel.topic.put_panel(&drawn.list, stamps);
+            }
+        }
+    }
+}
+
+impl Drop for Taking {
+    fn drop(&mut self) {
+        // With the last look goes the last who could ring.
+        self.looks.clear();
+        if let Some(thread) = self.thread.take() {
+            // A panic of it has been told by its hook.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panels_are_chosen_among_those_there_are() {
+        let names = ["example", "goon"].map(str::to_owned);
+        let chosen = |only: &[&str]| {
+            let only = only.iter().map(|name| (*name).to_owned()).collect();
+            let chosen = Panels { only, rate: 5.0 }.chosen(&names);
+            chosen.map_err(|failure| match failure {
+                Failure::Use { message, help } => format!("{message}; {help}"),
+                other => other.to_string(),
+            })
+        };
+        assert_eq!(chosen(&["*"]), Ok(vec![0, 1]));
+        assert_eq!(chosen(&["go*"]), Ok(vec![1]));
+        assert_eq!(
+            chosen(&["gon"]),
+            Err("there is no panel `gon`; did you mean `goon`?".to_owned())
+        );
+        let all = Panels {
+            only: vec!["*".to_owned()],
+            rate: 5.0,
+        };
+        let none = all.chosen(&[]).unwrap_err().to_string();
+        assert_eq!(none, "no schema of this application has a panel");
+    }
+}
