@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use jde_log::{Options, Origin, Recorder, Recording, Stamps};
+use jde_panel::List;
 use jde_types::Value;
 
 /// Where the process that is to be killed records; set in that one only.
@@ -30,6 +31,7 @@ fn record_until_killed(file: &Path) {
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());
+    let panel = recorder.panel("victim");
     let mut told = 0;
     for number in 1.. {
         let stamps = Stamps {
@@ -38,6 +40,11 @@ fn record_until_killed(file: &Path) {
             sequence: number,
         };
         topic.put(&number.to_ne_bytes(), stamps);
+        let list = List {
+            time: number,
+            items: Vec::new(),
+        };
+        panel.put_panel(&Ok(list), stamps);
         let kept = recorder.status().kept;
         if kept > told {
             told = kept;
@@ -79,7 +86,16 @@ fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
     assert_eq!(recording.metadata("jde").unwrap()["application"], "victim");
     let messages: Vec<_> = recording.messages().unwrap().map(Result::unwrap).collect();
     assert!(messages.len() as u64 >= kept, "{} of {kept}", messages.len());
-    for (place, message) in messages.iter().enumerate() {
+    let (values, panels): (Vec<_>, Vec<_>) = messages
+        .iter()
+        .partition(|message| message.channel.topic == "/victim/count");
+    for (place, message) in values.iter().enumerate() {
         assert_eq!(message.log_time, place as u64 + 1, "and none is missing before");
     }
+    for (place, message) in panels.iter().enumerate() {
+        assert_eq!(jde_log::panel::schema(&message.channel), Some("victim"));
+        let list = jde_log::panel::read(&message.data).unwrap().unwrap();
+        assert_eq!(list.time, place as u64 + 1);
+    }
+    assert!(panels.len().abs_diff(values.len()) <= 1);
 }

@@ -67,9 +67,7 @@ impl PanelLane {
         }
         self.due = None;
         let newest = self.looking.newest();
-        let Some(newest) = newest.filter(|newest| self.sent != Some(newest.sequence)) else {
-            return None;
-        };
+        let newest = newest.filter(|newest| self.sent != Some(newest.sequence))?;
         if now < self.soonest {
             self.due = Some(self.soonest);
             return self.due;

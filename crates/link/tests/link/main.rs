@@ -2,6 +2,7 @@
 
 mod common;
 mod cut;
+mod driving;
 mod hostile;
 mod imports;
 mod local;

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Access, Client, Error, Events, Link, Login, Rate, Reach, Settings, Tls};
+use jde_panel::{Gesture, Touch};
 use zenoh::Wait;
 
 use crate::common::{Home, SOON, Stage, number, stranger, watch, write};
@@ -85,6 +86,12 @@ fn clients_from_the_network_look_and_operate_only_if_they_may() {
                 assert_eq!(link.about().network, Network::Read);
                 let error = remote.operate(&play()).err().unwrap().to_string();
                 assert!(error.contains("may only look"), "{error}");
+                let gesture = Gesture {
+                    widget: "field".to_owned(),
+                    touch: Touch::Pressed,
+                };
+                let touched = remote.touch("ana", "goon", gesture);
+                assert!(touched.err().unwrap().to_string().contains("may only look"));
                 assert_eq!(stage.acts(), []);
                 // The same user on the same machine may.
                 home.remote().operate(&play()).unwrap();

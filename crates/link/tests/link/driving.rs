@@ -1,0 +1,214 @@
+//! A schema that runs while people look at its panel and touch it: they see what it did and do what they may, and it does not
+//! notice them otherwise.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use jde_host::app::{self, Application};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Handle, Lockstep, Options, Running};
+use jde_link::{Events, Link, Rate, Title};
+use jde_panel::{Button, Item, List, Touch};
+use jde_schema::prelude::*;
+
+use crate::common::{Home, until};
+use crate::processes::Actor;
+
+/// Counts, and shows how far.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Painter {
+    /// How far.
+    #[export]
+    count: Export<u64>,
+    counted: u64,
+    target: Option<[f64; 3]>,
+}
+
+impl Schema for Painter {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.counted += 1;
+        self.count.write(cx, self.counted);
+        Ok(())
+    }
+}
+
+impl Panel for Painter {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        pen.value("counted", self.counted as f64, "");
+        if let Some([x, y, _]) = self.target {
+            pen.text(format!("target {x}, {y}"));
+        }
+        pen.canvas("field").wants_clicks().show(|plane| {
+            plane.disc([0.0, 0.0], 0.3);
+        });
+    }
+
+    fn touched(&mut self, _: &Context, gesture: &Gesture) -> Result {
+        if gesture.widget == "field"
+            && let Touch::Clicked { at, .. } = gesture.touch
+        {
+            self.target = Some(at);
+        }
+        Ok(())
+    }
+}
+
+static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels of a test.", [Painter]);
+
+fn application() -> (Plugins, Application) {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&PAINTERS).unwrap();
+    // Called as the stage of the other tests, so that their actors find its panel.
+    let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
+    let application = app::parse(text, Path::new("painters.toml"), &[], &plugins).unwrap();
+    (plugins, application)
+}
+
+/// Options of a run with a link, and the link once it has begun.
+fn linked(home: &Home, application: &Application) -> (Options, Arc<Mutex<Option<Link>>>) {
+    let events = Events::of(application);
+    let title = Title::new(application, 1.0);
+    let settings = home.settings("robot");
+    let link = Arc::new(Mutex::new(None));
+    let opened = Arc::clone(&link);
+    let observer = events.observer();
+    let options = Options {
+        observers: vec![observer],
+        before_start: Some(Box::new(move |handle: &Handle| {
+            let subject = Arc::new(jde_link::Running::new(handle.clone(), title));
+            *opened.lock().unwrap() = Some(Link::open(&settings, subject, &events)?);
+            Ok(())
+        })),
+        ..Options::default()
+    };
+    (options, link)
+}
+
+fn click(widget: &str) -> jde_panel::Gesture {
+    jde_panel::Gesture {
+        widget: widget.to_owned(),
+        touch: Touch::Clicked {
+            at: [1.5, -2.0, 0.0],
+            button: Button::Primary,
+        },
+    }
+}
+
+fn counted(list: &List) -> f64 {
+    let value = list.items.iter().find_map(|item| match item {
+        Item::Value { label, value, .. } if label == "counted" => Some(*value),
+        _ => None,
+    });
+    value.unwrap()
+}
+
+#[test]
+fn r10_what_is_done_to_a_panel_shows_in_it_and_is_told_as_who_did_it() {
+    let home = Home::new();
+    let (plugins, application) = application();
+    let (options, link) = linked(&home, &application);
+    let running = Running::start(application, &plugins, options).unwrap();
+    let remote = home.remote();
+    let schemas = remote.schemas().unwrap().schemas;
+    assert!(schemas.iter().all(|schema| schema.panel && schema.name == "goon"));
+    let shown = Arc::new(Mutex::new(List::default()));
+    let newest = Arc::clone(&shown);
+    let _watching = remote
+        .watch_panel("goon", Rate::Full, move |panel| {
+            *newest.lock().unwrap() = panel.list.unwrap();
+        })
+        .unwrap();
+    until("it counts", || {
+        shown.lock().unwrap().items.len() == 2 && counted(&shown.lock().unwrap()) > 3.0
+    });
+    remote.touch("ana@laptop", "goon", click("field")).unwrap();
+    let target = |list: &List| {
+        let mut items = list.items.iter();
+        items.any(|item| matches!(item, Item::Text { text, .. } if text == "target 1.5, -2"))
+    };
+    until("it has its target", || target(&shown.lock().unwrap()));
+    let told = Arc::new(Mutex::new(String::new()));
+    let heard = Arc::clone(&told);
+    let _events = remote
+        .events(&[jde_host::story::Kind::Happening], 100, move |happened| {
+            if let jde_host::story::Line::Happening(line) = happened.line {
+                heard
+                    .lock()
+                    .unwrap()
+                    .push_str(&format!("{:?} {}\n", line.by, line.text));
+            }
+        })
+        .unwrap();
+    until("R14: it is told who did it", || {
+        let told = told.lock().unwrap();
+        told.lines()
+            .any(|line| line.contains("ana@laptop") && line.contains("field"))
+    });
+    let health = running.handle().snapshot().schemas[0].health.clone();
+    assert_eq!(health, jde_core::Health::Ok);
+    drop(link.lock().unwrap().take());
+    drop(running);
+}
+
+/// What the schema did at each tenth of a second of virtual time.
+fn trace(lockstep: &mut Lockstep, tenth: u64, trace: &mut Vec<(u64, u64)>) {
+    lockstep.run_until(tenth * 100_000_000);
+    let handle = lockstep.handle();
+    let count = handle.board().find("goon.count").unwrap();
+    let iterations = handle.snapshot().schemas[0].iterations;
+    trace.push((count.newest(), iterations));
+}
+
+#[test]
+fn r16_a_schema_does_the_same_whoever_looks_floods_and_dies() {
+    let home = Home::new();
+    let (plugins, watched) = application();
+    let (options, link) = linked(&home, &watched);
+    let mut lockstep = Lockstep::start(watched, &plugins, options).unwrap();
+    let (seen, done) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+    let (lists, over) = (Arc::clone(&seen), Arc::clone(&done));
+    let folder = home.folder.clone();
+    let flood = std::thread::spawn(move || {
+        let client = jde_link::Client::connect(&jde_link::Reach::Local(folder)).unwrap();
+        let remote = client.application(None).unwrap();
+        let _watching = remote.watch_panel("goon", Rate::Full, move |panel| {
+            lists.fetch_add(u64::from(panel.list.is_ok()), Ordering::Relaxed);
+        });
+        let mut handed = 0_u64;
+        while !over.load(Ordering::Relaxed) {
+            // What is too much is refused.
+            handed += u64::from(remote.touch("eva", "goon", click("nothing")).is_ok());
+        }
+        handed
+    });
+    let mut disturbed = Vec::new();
+    let mut tenth = 0;
+    let mut killed = 0;
+    while killed < 2 || seen.load(Ordering::Relaxed) < 20 {
+        if killed < 2 {
+            let viewer = Actor::start("viewer", &home);
+            tenth += 1;
+            trace(&mut lockstep, tenth, &mut disturbed);
+            drop(viewer);
+            killed += 1;
+        }
+        tenth += 1;
+        trace(&mut lockstep, tenth, &mut disturbed);
+    }
+    done.store(true, Ordering::Relaxed);
+    let handed = flood.join().unwrap();
+    assert!(handed > 0, "there was a flood");
+    drop(link.lock().unwrap().take());
+    drop(lockstep);
+
+    let (plugins, alone) = application();
+    let mut lockstep = Lockstep::start(alone, &plugins, Options::default()).unwrap();
+    let mut undisturbed = Vec::new();
+    for tenth in 1..=tenth {
+        trace(&mut lockstep, tenth, &mut undisturbed);
+    }
+    assert_eq!(disturbed, undisturbed);
+    assert!(undisturbed.last().unwrap().1 >= 10, "it did something");
+}
