@@ -2,6 +2,8 @@
 
 #[path = "../../crates/p2os/tests/common/checks.rs"]
 mod checks;
+#[path = "../../crates/panel/tests/common/checks.rs"]
+mod panel;
 
 /// Streams of bytes for the receiver of packets.
 pub fn receiver(data: &[u8]) {
@@ -26,4 +28,14 @@ pub fn session(data: &[u8]) {
 /// Streams of bytes for the reader of the camera's frames.
 pub fn head(data: &[u8]) {
     checks::head(data);
+}
+
+/// Bytes for the reader of panels.
+pub fn list(data: &[u8]) {
+    panel::list(data);
+}
+
+/// Bytes for the reader of what people do to panels.
+pub fn gesture(data: &[u8]) {
+    panel::gesture(data);
 }

@@ -137,8 +137,9 @@ impl Checker {
                 if !matches!(channels, 1 | 3 | 4) {
                     return wrong(id, "a pixel has 1, 3 or 4 bytes");
                 }
-                let bytes = u64::from(*width) * u64::from(*height) * u64::from(*channels);
-                if bytes != pixels.len() as u64 || bytes == 0 {
+                let size = [*width, *height, u32::from(*channels)].map(u128::from);
+                let bytes: u128 = size.into_iter().product();
+                if bytes != pixels.len() as u128 || bytes == 0 {
                     return wrong(id, "it has not as many pixels as its width and height say");
                 }
                 self.bytes(pixels.len())

@@ -26,6 +26,14 @@ const PLACES: &[(&str, &str)] = &[
         "crates/schema/tests/",
         "the conformance of plugins is tried through the bare tables",
     ),
+    (
+        "crates/panel/src/boundary/",
+        "lists are built from the tables that plugins fill, and gestures lent as tables",
+    ),
+    (
+        "crates/panel/tests/",
+        "the mistakes that plugins can make with a pen are made with one",
+    ),
     ("crates/board/src/", "the cells of variables"),
     (
         "crates/board/tests/",

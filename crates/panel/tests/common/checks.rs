@@ -1,0 +1,22 @@
+//! What must hold for any bytes; the fuzz targets run the same functions.
+
+use jde_panel::{Gesture, List, check, decode, encode};
+
+/// A list that passes its check is the same after a journey.
+pub(crate) fn list(data: &[u8]) {
+    if let Ok(list) = decode::<List>(data)
+        && check(&list).is_ok()
+    {
+        assert_eq!(decode(&encode(&list)), Ok(list));
+    }
+}
+
+/// A gesture that passes its check is the same after a journey, and has words.
+pub(crate) fn gesture(data: &[u8]) {
+    if let Ok(gesture) = decode::<Gesture>(data)
+        && gesture.check().is_ok()
+    {
+        assert!(!gesture.words("somebody").is_empty());
+        assert_eq!(decode(&encode(&gesture)), Ok(gesture));
+    }
+}
