@@ -93,3 +93,252 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
     host->fail(context, reason, strlen(reason));
     return JDE_FAILED;
 }
+
+/*
+ * Panels. A schema gives its jde_panel from jde_schema.ability:
+ *
+ *     static const jde_panel panel = {(uint32_t)sizeof(jde_panel), 0u, draw, touch};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_PANEL) == 0 ? &panel : NULL; }
+ *
+ * The functions below answer as those of jde_pen do. Whoever draws need not look: what is wrong is shown in the panel.
+ */
+
+/** A widget of a kind, all else 0. */
+static inline jde_widget jde_widget_of(uint32_t kind)
+{
+    jde_widget widget;
+    memset(&widget, 0, sizeof widget);
+    widget.size = (uint32_t)sizeof widget;
+    widget.kind = kind;
+    return widget;
+}
+
+/** A shape of a kind in a color, all else 0. */
+static inline jde_shape jde_shape_of(uint32_t kind, uint32_t color)
+{
+    jde_shape shape;
+    memset(&shape, 0, sizeof shape);
+    shape.size = (uint32_t)sizeof shape;
+    shape.kind = kind;
+    shape.color = color;
+    return shape;
+}
+
+/** Adds a widget. */
+static inline int32_t jde_add(const jde_pen *pen, const jde_widget *widget)
+{
+    return pen->add(pen->drawing, widget);
+}
+
+/** Adds a shape. */
+static inline int32_t jde_draw(const jde_pen *pen, const jde_shape *shape)
+{
+    return pen->shape(pen->drawing, shape);
+}
+
+/** Ends the row, group, plot, canvas or scene that was begun last. */
+static inline int32_t jde_end(const jde_pen *pen)
+{
+    return pen->end(pen->drawing);
+}
+
+/** A text that matters as `words` say. */
+static inline int32_t jde_add_text(const jde_pen *pen, uint32_t words, const char *text)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_TEXT);
+    widget.label = text;
+    widget.number = words;
+    return jde_add(pen, &widget);
+}
+
+/** A number with its name and unit. */
+static inline int32_t jde_add_value(const jde_pen *pen, const char *label, double value, const char *unit)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_VALUE);
+    widget.label = label;
+    widget.value = value;
+    widget.unit = unit;
+    return jde_add(pen, &widget);
+}
+
+/** Something to press; `flags` are 0 or JDE_DISABLED. */
+static inline int32_t jde_add_button(const jde_pen *pen, const char *id, const char *label, uint32_t flags)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_BUTTON);
+    widget.id = id;
+    widget.label = label;
+    widget.flags = flags;
+    return jde_add(pen, &widget);
+}
+
+/** Something that is on (1) or off (0). */
+static inline int32_t jde_add_toggle(const jde_pen *pen, const char *id, const char *label, uint32_t on)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_TOGGLE);
+    widget.id = id;
+    widget.label = label;
+    widget.number = on;
+    return jde_add(pen, &widget);
+}
+
+/** A number to move. */
+static inline int32_t jde_add_slider(const jde_pen *pen, const char *id, const char *label, double value, double least,
+                                     double greatest, const char *unit)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_SLIDER);
+    widget.id = id;
+    widget.label = label;
+    widget.value = value;
+    widget.least = least;
+    widget.greatest = greatest;
+    widget.unit = unit;
+    return jde_add(pen, &widget);
+}
+
+/** One of several texts; `chosen` is the place of the present one. */
+static inline int32_t jde_add_choice(const jde_pen *pen, const char *id, const char *label, const char *const *texts,
+                                     uint32_t count, uint32_t chosen)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_CHOICE);
+    widget.id = id;
+    widget.label = label;
+    widget.texts = texts;
+    widget.text_count = count;
+    widget.number = chosen;
+    return jde_add(pen, &widget);
+}
+
+/** Texts in rows below the heads of `columns`: heads first, `count` in all. */
+static inline int32_t jde_add_table(const jde_pen *pen, const char *id, const char *const *texts, uint32_t count,
+                                    uint32_t columns)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_TABLE);
+    widget.id = id;
+    widget.texts = texts;
+    widget.text_count = count;
+    widget.number = columns;
+    return jde_add(pen, &widget);
+}
+
+/** Pixels in rows from the top, without gaps. */
+static inline int32_t jde_add_image(const jde_pen *pen, const char *id, const uint8_t *pixels, uint32_t width,
+                                    uint32_t height, uint32_t channels)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_IMAGE);
+    widget.id = id;
+    widget.pixels = pixels;
+    widget.width = width;
+    widget.height = height;
+    widget.channels = channels;
+    return jde_add(pen, &widget);
+}
+
+/** Widgets beside each other, up to jde_end. */
+static inline int32_t jde_begin_row(const jde_pen *pen)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_ROW);
+    return jde_add(pen, &widget);
+}
+
+/** Widgets below a heading, up to jde_end; `flags` are 0 or JDE_FOLDED. */
+static inline int32_t jde_begin_group(const jde_pen *pen, const char *id, const char *label, uint32_t flags)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_GROUP);
+    widget.id = id;
+    widget.label = label;
+    widget.flags = flags;
+    return jde_add(pen, &widget);
+}
+
+/** Curves, up to jde_end; `axes` are two texts, across and up. */
+static inline int32_t jde_begin_plot(const jde_pen *pen, const char *id, const char *label, const char *const *axes)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_PLOT);
+    widget.id = id;
+    widget.label = label;
+    widget.texts = axes;
+    widget.text_count = 2u;
+    return jde_add(pen, &widget);
+}
+
+/** A plane in metres, up to jde_end. */
+static inline int32_t jde_begin_canvas(const jde_pen *pen, const char *id, uint32_t flags)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_CANVAS);
+    widget.id = id;
+    widget.flags = flags;
+    return jde_add(pen, &widget);
+}
+
+/** A space in metres in a frame of REP-105, up to jde_end. */
+static inline int32_t jde_begin_scene(const jde_pen *pen, const char *id, const char *frame, uint32_t flags)
+{
+    jde_widget widget = jde_widget_of(JDE_WIDGET_SCENE);
+    widget.id = id;
+    widget.label = frame;
+    widget.flags = flags;
+    return jde_add(pen, &widget);
+}
+
+/** A shape of `count` points in a color: JDE_SHAPE_LINE, JDE_SHAPE_POINTS, JDE_SHAPE_ARROW, JDE_SHAPE_POLYGON or JDE_SHAPE_MESH. */
+static inline int32_t jde_draw_points(const jde_pen *pen, uint32_t kind, const double *points, uint32_t count,
+                                      uint32_t color, uint32_t flags)
+{
+    jde_shape shape = jde_shape_of(kind, color);
+    shape.points = points;
+    shape.point_count = count;
+    shape.flags = flags;
+    return jde_draw(pen, &shape);
+}
+
+/** A text at a point. */
+static inline int32_t jde_draw_label(const jde_pen *pen, const double *at, const char *text, uint32_t color)
+{
+    jde_shape shape = jde_shape_of(JDE_SHAPE_LABEL, color);
+    shape.points = at;
+    shape.point_count = 1u;
+    shape.text = text;
+    return jde_draw(pen, &shape);
+}
+
+/** A curve of a plot, with its name. */
+static inline int32_t jde_draw_curve(const jde_pen *pen, const char *name, const double *points, uint32_t count,
+                                     uint32_t color)
+{
+    jde_shape shape = jde_shape_of(JDE_SHAPE_LINE, color);
+    shape.points = points;
+    shape.point_count = count;
+    shape.text = name;
+    return jde_draw(pen, &shape);
+}
+
+/** JDE_SHAPE_CIRCLE or JDE_SHAPE_SPHERE about a point. */
+static inline int32_t jde_draw_round(const jde_pen *pen, uint32_t kind, const double *center, double radius,
+                                     uint32_t color, uint32_t flags)
+{
+    jde_shape shape = jde_shape_of(kind, color);
+    shape.points = center;
+    shape.point_count = 1u;
+    shape.radius = radius;
+    shape.flags = flags;
+    return jde_draw(pen, &shape);
+}
+
+/** The outline of the robot that the application drives. */
+static inline int32_t jde_draw_robot(const jde_pen *pen, double x, double y, double theta)
+{
+    jde_shape shape = jde_shape_of(JDE_SHAPE_ROBOT, JDE_INK_PLAIN);
+    double at[2];
+    at[0] = x;
+    at[1] = y;
+    shape.points = at;
+    shape.point_count = 1u;
+    shape.turned[2] = theta;
+    return jde_draw(pen, &shape);
+}
+
+/** Whether a gesture is of a kind, on a widget. */
+static inline int jde_touched(const jde_gesture *gesture, uint32_t kind, const char *id)
+{
+    return gesture->kind == kind && gesture->widget != NULL && strcmp(gesture->widget, id) == 0;
+}

@@ -10,6 +10,7 @@ use std::process::Command;
 
 use jde_abi::{raw, read};
 use jde_schema::bench::{Bench, Foreign};
+use jde_schema::panel::{Button, Color, Shape, Touch};
 use jde_schema::prelude::*;
 
 /// Brakes the base while an obstacle stands in a very close area ahead.
@@ -84,6 +85,147 @@ fn the_example_in_c_counts() {
     two.iterate().expect("no fault");
     assert_eq!(one.exported("count"), Some(11_u32));
     assert_eq!(two.exported("count"), Some(1_u32), "instances are apart");
+}
+
+/// The same as `examples/c/gauge.c`.
+#[derive(Describe)]
+#[schema(perceptive, period = "100ms")]
+struct Gauge {
+    /// How full it is.
+    #[export]
+    level: Export<f64>,
+    height: f64,
+    off: bool,
+    mode: usize,
+    mark: [f64; 2],
+}
+
+impl Schema for Gauge {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.level.write(cx, if self.off { 0.0 } else { self.height });
+        Ok(())
+    }
+}
+
+impl Panel for Gauge {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        pen.heading("Gauge");
+        pen.value("level", self.height, "m");
+        pen.row(|pen| {
+            pen.button("empty", "Empty").enabled(self.height > 0.0);
+            pen.toggle("on", "On", !self.off);
+        });
+        pen.slider("level", "Level", self.height, 0.0..=1.0, "m");
+        pen.choice("mode", "Mode", ["slow", "fast"], self.mode);
+        pen.table("table", ["what", "value"], [["level", "half"]]);
+        // SAFETY: of a value every pattern of bits is one; it is too large for the stack of a test.
+        let mut image = unsafe { Box::<Image>::new_zeroed().assume_init() };
+        (image.width, image.height, image.step) = (2, 2, 3);
+        image.encoding = Text::new("mono8");
+        image
+            .data
+            .extend_from_slice(&[0, 128, 9, 255, 64, 9])
+            .expect("they fit");
+        pen.image("image", &image);
+        pen.plot("plot", "Level").axes("time, s", "level").show(|curves| {
+            curves
+                .curve("level", [(0.0, 0.0), (1.0, 0.5), (2.0, 0.25)])
+                .ink(Ink::Accent);
+        });
+        pen.folded("more", "More", |pen| {
+            pen.canvas("plane").forward_up().wants_clicks().show(|plane| {
+                plane.rectangle((0.0, 0.0), (1.0, 1.0)).ink(Ink::Good);
+                plane.arrow((0.0, 0.0), (1.0, 2.0)).ink(Ink::Bad);
+                plane.disc(self.mark, 0.25).ink(Ink::Goal);
+                plane.label(self.mark, "mark").ink(Ink::Goal);
+                plane.robot(&Pose2D::new(1.0, 2.0, 0.5));
+            });
+        });
+        pen.scene("space", "base_link").show(|space| {
+            space
+                .cuboid((0.0, 0.0, 0.5), [0.0, 0.0, 0.25], [1.0, 2.0, 3.0])
+                .color(Color::Exact([0xff, 0x80, 0, 0x80]));
+        });
+    }
+
+    fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
+        if gesture.pressed("empty") {
+            self.height = 0.0;
+        } else if let Some(on) = gesture.toggled("on") {
+            self.off = !on;
+        } else if let Some(height) = gesture.moved("level") {
+            self.height = height;
+        } else if let Some(mode) = gesture.chose("mode") {
+            self.mode = mode;
+        } else if let Some([x, y, _]) = gesture.clicked("plane") {
+            self.mark = [x, y];
+            info!(cx, "{}", gesture.by());
+        } else if matches!(gesture.touch, Touch::Key { .. }) {
+            return Err("no key does anything here".into());
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_panel_in_c_is_the_one_in_rust() {
+    // SAFETY: the table of a plugin that stays loaded.
+    let mut in_c = unsafe { Bench::foreign(load("examples/c/gauge.c")) }.expect("an instance");
+    let mut in_rust = Bench::<Gauge>::new();
+    let at = [0.5, -1.5, 0.0];
+    let button = Button::Primary;
+    let key = "a".to_owned();
+    let touches = [
+        ("level", Touch::Moved(0.75)),
+        ("mode", Touch::Chose(1)),
+        ("plane", Touch::Clicked { at, button }),
+        ("on", Touch::Toggled(false)),
+        ("empty", Touch::Pressed),
+        ("nothing", Touch::Pressed),
+        ("plane", Touch::Key { key, down: true }),
+    ];
+    let mut seen = Vec::new();
+    for (widget, touch) in touches {
+        let said = in_rust.touch(widget, touch.clone());
+        assert_eq!(in_c.touch(widget, touch), said, "{widget}");
+        in_c.iterate().expect("no fault");
+        in_rust.iterate().expect("no fault");
+        assert_eq!(in_c.exported::<f64>("level"), in_rust.exported("level"));
+        let drawn = in_c.draw().expect("it shows");
+        assert_eq!(drawn, in_rust.draw().expect("it shows"), "{widget}");
+        seen.push((drawn, said.is_ok()));
+    }
+    assert_eq!(in_c.log(), in_rust.log());
+    assert_eq!(seen[0].0.slider("level"), 0.75);
+    assert_eq!(seen[1].0.chosen("mode"), "fast");
+    assert!(!seen[3].0.is_on("on") && seen[3].0.can_press("empty"));
+    assert!(!seen[4].0.can_press("empty"));
+    let (shapes, ok) = (seen[6].0.shapes("plane"), seen[6].1);
+    assert!(shapes.iter().any(|shape| matches!(
+        shape,
+        Shape::Circle {
+            center: [0.5, -1.5],
+            ..
+        }
+    )));
+    assert!(!ok, "what fails is told");
+}
+
+#[test]
+fn a_panel_in_c_is_cplusplus_too() {
+    run(Command::new("c++")
+        .args([
+            "-std=c++11",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+            "-fsyntax-only",
+        ])
+        .arg("-I")
+        .arg(include())
+        .args(["-x", "c++"])
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/c/gauge.c")));
 }
 
 #[test]

@@ -1,9 +1,13 @@
-//! A panel that was drawn on the bench, to be looked at widget by widget. Widgets that are not there panic in words: they are
+//! A panel on the bench: drawn, touched, and looked at widget by widget. Widgets that are not there panic in words: they are
 //! mistakes of the test, or of the schema.
 
-use jde_panel::{Item, List, Shape, Solid, Trace};
+#![allow(unsafe_code)]
+
+use jde_abi::raw;
+use jde_panel::{Item, List, Shape, Solid, Touch, Trace};
 
 use super::names::unknown;
+use super::{Bench, Failure};
 
 /// What a panel shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,11 +15,79 @@ pub struct Drawn {
     list: List,
 }
 
-impl Drawn {
-    pub(super) fn new(list: List) -> Self {
-        Self { list }
+/// The schema's own panel.
+impl<S> Bench<S> {
+    /// Draws the panel, as if somebody looked.
+    ///
+    /// # Errors
+    /// What the panel would show in place of itself: the schema panics, writes, or draws what cannot be shown.
+    ///
+    /// # Panics
+    /// If the schema has no panel.
+    pub fn draw(&mut self) -> Result<Drawn, Failure> {
+        let draw = self.panel().draw;
+        let Some(draw) = draw else {
+            panic!(
+                "the panel of `{}` cannot be drawn: its `draw` is null",
+                self.about.name
+            )
+        };
+        self.place.drawing = Some(Vec::new());
+        let time = u64::try_from(self.place.now.as_nanos()).unwrap_or(u64::MAX);
+        let (drawn, list) = jde_panel::lend_pen(time, |pen| {
+            // SAFETY: the table's own function, instance and context, and a pen that lives until it returns.
+            self.call(|instance, cx| unsafe { draw(instance, cx, pen) })
+        });
+        let wrote = self.place.drawing.take().unwrap_or_default();
+        let refused = |reason| Failure {
+            code: raw::REFUSED,
+            reason,
+        };
+        if let Some(what) = wrote.first() {
+            return Err(refused(format!("it tried to {what} while its panel was drawn")));
+        }
+        drawn?;
+        list.map(|list| Drawn { list })
+            .map_err(|broken| refused(broken.to_string()))
     }
 
+    /// Does something to a widget, as "ana@laptop".
+    ///
+    /// # Errors
+    /// As the schema says.
+    ///
+    /// # Panics
+    /// If the schema has no panel, or one that cannot be touched.
+    pub fn touch(&mut self, widget: &str, touch: Touch) -> Result<(), Failure> {
+        let Some(call) = self.panel().touch else {
+            panic!(
+                "the panel of `{}` cannot be touched: its `touch` is null",
+                self.about.name
+            )
+        };
+        let gesture = jde_panel::Gesture {
+            widget: widget.to_owned(),
+            touch,
+        };
+        jde_panel::lend_gesture("ana@laptop", &gesture, |gesture| {
+            // SAFETY: the table's own function, instance and context, and a gesture that lives until it returns.
+            self.call(|instance, cx| unsafe { call(instance, cx, gesture) })
+        })
+    }
+
+    fn panel(&self) -> &'static raw::Panel {
+        let id = std::ffi::CString::new(raw::ABILITY_PANEL).unwrap_or_default();
+        // SAFETY: the table's own function.
+        let panel = self.table.ability.map(|ability| unsafe { ability(id.as_ptr()) });
+        // SAFETY: what it gives for that id is such a table, and lives as long as the process.
+        match panel.and_then(|panel| unsafe { panel.cast::<raw::Panel>().as_ref() }) {
+            Some(panel) => panel,
+            None => panic!("`{}` has no panel: `impl Panel` gives it one", self.about.name),
+        }
+    }
+}
+
+impl Drawn {
     /// All of it.
     #[must_use]
     pub fn list(&self) -> &List {

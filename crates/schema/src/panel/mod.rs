@@ -59,7 +59,7 @@ mod widget;
 use core::ops::Deref;
 
 pub use at::At;
-pub use jde_panel::{Button, Color, Ink, Touch, Words};
+pub use jde_panel::{Button, Color, Ink, Item, List, Shape, Solid, Stroke, Touch, Trace, Words};
 pub use mark::Mark;
 pub use pen::Pen;
 pub(crate) use pen::of as pen_of;
