@@ -294,3 +294,43 @@ fn is_move(gesture: &Gesture) -> bool {
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn a_panel_is_drawn_on_the_grid_of_its_rate() {
+        let (start, every) = (Instant::now(), 100 * MS);
+        let mut pace = Pace::default();
+        assert_eq!(pace.wait(start), None, "at once, the first time");
+        pace.drew(start, MS, every);
+        assert_eq!(pace.wait(start + 30 * MS), Some(70 * MS));
+        // A turn of 75 ms each: the one at 150 comes late, and the one at 225 is on time again.
+        assert_eq!(pace.wait(start + 150 * MS), None);
+        pace.drew(start + 150 * MS, MS, every);
+        assert_eq!(pace.wait(start + 225 * MS), None);
+        pace.drew(start + 225 * MS, MS, every);
+        assert_eq!(pace.wait(start + 225 * MS), Some(75 * MS));
+    }
+
+    #[test]
+    fn who_was_held_up_is_not_drawn_twice_in_a_row() {
+        let (start, every) = (Instant::now(), 100 * MS);
+        let mut pace = Pace::default();
+        pace.drew(start, MS, every);
+        let late = start + 1000 * MS;
+        pace.drew(late, MS, every);
+        assert_eq!(pace.wait(late), Some(50 * MS));
+    }
+
+    #[test]
+    fn a_drawing_has_a_twentieth_of_the_time() {
+        let (start, every) = (Instant::now(), 100 * MS);
+        let mut pace = Pace::default();
+        pace.drew(start, 50 * MS, every);
+        assert_eq!(pace.wait(start), Some(1000 * MS));
+    }
+}

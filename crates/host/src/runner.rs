@@ -4,6 +4,7 @@
 
 mod again;
 mod panel;
+mod time;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -13,7 +14,6 @@ use jde_abi::raw;
 use jde_core::{Answer, Check, GroupId, Level, Nanos};
 
 use crate::engine::Engine;
-use crate::event::Event;
 use crate::inbox::Inbox;
 use crate::instance::{self, Instance, Ports};
 use crate::panels::Pace;
@@ -191,7 +191,7 @@ impl Runner {
         }
         let end = self.engine.clock.now();
         self.engine.meters[self.number].cycle(start, end - start);
-        let (next, missed) = next_due(due, self.period, end);
+        let (next, missed) = time::next_due(due, self.period, end);
         if let Life::Awake { due, .. } = &mut self.life {
             *due = next;
         }
@@ -437,71 +437,5 @@ impl Runner {
             Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
             other => other,
         };
-    }
-
-    /// The next iteration comes by the new period, counted from the last.
-    fn retime(&mut self) {
-        let Some(period) = self
-            .engine
-            .period_of(self.number)
-            .filter(|period| *period != self.period)
-        else {
-            return;
-        };
-        if let Life::Awake { due, .. } = &mut self.life {
-            // What would be over by the new period is due now, and not late.
-            let next = due.saturating_sub(self.period).saturating_add(period);
-            *due = next.max(self.engine.clock.now());
-        }
-        self.period = period;
-        self.engine.retimed(self.number, period);
-    }
-
-    fn judge(&mut self, took: Nanos, missed: bool) {
-        let budget = self.engine.application.instances[self.number].budget_ns;
-        let late = missed || took > budget;
-        if late {
-            self.engine.meters[self.number].overruns.fetch_add(1, Relaxed);
-        }
-        if late != self.late {
-            self.late = late;
-            self.engine.deadline(self.number, !late);
-            if late {
-                let time = self.engine.clock.now();
-                self.engine.report(&Event::Overrun {
-                    time,
-                    schema: self.number,
-                    took,
-                    budget,
-                });
-            }
-        }
-    }
-}
-
-/// The first deadline after `now` on the grid of `due` and `period` (R11), and whether others were missed before it.
-fn next_due(due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
-    let next = due.saturating_add(period);
-    if next > now {
-        return (next, false);
-    }
-    let skipped = (now - next) / period + 1;
-    (next + skipped * period, true)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::next_due;
-
-    #[test]
-    fn r11_deadlines_are_absolute() {
-        assert_eq!(next_due(100, 75, 130), (175, false));
-        assert_eq!(next_due(175, 75, 249), (250, false));
-    }
-
-    #[test]
-    fn r11_a_late_schema_skips_and_stays_on_its_grid() {
-        assert_eq!(next_due(100, 75, 175), (250, true));
-        assert_eq!(next_due(100, 75, 500), (550, true));
     }
 }

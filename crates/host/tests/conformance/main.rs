@@ -5,9 +5,11 @@ mod common;
 
 mod arbitration;
 mod faults;
+mod gestures;
 mod hangs;
 mod operators;
 mod panels;
+mod panels_in_time;
 mod records;
 mod remote;
 mod selection;

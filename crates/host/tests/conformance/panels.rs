@@ -1,14 +1,11 @@
-//! Panels: drawn only while somebody looks, on the schema's own turn, changing nothing; touched between iterations, as an
-//! operator's doing (R14).
+//! Panels: drawn only while somebody looks, on the schema's own turn, changing nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, Instant};
 
 use jde_core::Health;
-use jde_host::event::{Event, OperatorAction};
 use jde_host::{Drawn, Look, Refusal};
-use jde_panel::{Button, Gesture, Item, Touch};
+use jde_panel::{Gesture, Item, Touch};
 use jde_schema::types::Twist;
 
 use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
@@ -21,26 +18,11 @@ on_every_executor!(
     a_panel_that_panics_shows_why_and_leaves_its_schema_running,
     a_panel_that_cannot_be_shows_why,
     a_panel_that_writes_is_refused_and_says_what,
-    r10_gestures_are_handed_in_between_iterations_in_their_order_and_once,
-    r14_a_gesture_is_told_as_an_operators_doing,
-    a_drag_that_moved_on_is_told_where_it_is,
-    gestures_that_nobody_takes_up_are_refused_after_some,
-    a_gesture_that_fails_is_a_fault_like_any_other,
     the_panel_of_an_instance_that_is_gone_says_so,
     several_may_look_and_the_most_wanted_rate_counts,
 );
 
-/// Where calls take time.
-mod real {
-    use super::{a_panel_is_drawn_no_more_often_than_is_wanted, a_slow_panel_takes_a_twentieth_of_the_time};
-
-    crate::common::in_real_time!(
-        a_slow_panel_takes_a_twentieth_of_the_time,
-        a_panel_is_drawn_no_more_often_than_is_wanted,
-    );
-}
-
-const APP: &str = r#"
+pub(crate) const APP: &str = r#"
     roots = ["easel"]
     [schemas.easel]
     type = "test/easel"
@@ -64,18 +46,18 @@ const TWO: &str = r#"
 "#;
 
 /// Looks as often as may be; each drawing is something that happened.
-fn look(rig: &Rig, name: &str) -> Look {
+pub(crate) fn look(rig: &Rig, name: &str) -> Look {
     let stage = Arc::clone(&rig.stage);
     let look = rig.handle.look(rig.place(name), 1000.0, move || stage.stir());
     look.expect("it has a panel")
 }
 
-fn drawn(rig: &Rig, name: &str) -> Option<Arc<Drawn>> {
+pub(crate) fn drawn(rig: &Rig, name: &str) -> Option<Arc<Drawn>> {
     rig.handle.panel(rig.place(name))
 }
 
 /// Goes on until it shows this text, or the reason why it shows nothing has it.
-fn until_shown(rig: &mut Rig, name: &str, text: &str) -> Arc<Drawn> {
+pub(crate) fn until_shown(rig: &mut Rig, name: &str, text: &str) -> Arc<Drawn> {
     rig.patiently(|rig| drawn(rig, name).is_some_and(|drawn| says(&drawn).contains(text)));
     drawn(rig, name).expect("it was there")
 }
@@ -94,7 +76,7 @@ fn says(drawn: &Drawn) -> String {
     }
 }
 
-fn touch(rig: &Rig, widget: &str, touch: Touch) -> Result<(), Refusal> {
+pub(crate) fn touch(rig: &Rig, widget: &str, touch: Touch) -> Result<(), Refusal> {
     let gesture = Gesture {
         widget: widget.to_owned(),
         touch,
@@ -291,153 +273,6 @@ fn a_panel_that_writes_is_refused_and_says_what(executor: Executor) {
     rig.stop();
 }
 
-fn r10_gestures_are_handed_in_between_iterations_in_their_order_and_once(executor: Executor) {
-    let stage = Stage::new();
-    let mut rig = Rig::start(executor, &stage, APP);
-    rig.until_did("easel iterate");
-    for number in 0..5 {
-        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
-    }
-    touch(&rig, "ready", Touch::Toggled(false)).expect("it takes it");
-    rig.until_did("ana@laptop switched `ready` of easel off");
-    rig.until(|rig| rig.see("easel").state == jde_core::State::Checking);
-    let lines = stage.lines();
-    let pressed: Vec<_> = lines.iter().filter(|line| line.contains("pressed")).collect();
-    let wanted = [0, 1, 2, 3, 4].map(|number| format!("ana@laptop pressed `button-{number}` of easel"));
-    assert_eq!(pressed, wanted.iter().collect::<Vec<_>>());
-    let last = stage.last("easel iterate");
-    assert!(
-        last < stage.first("ana@laptop switched `ready` of easel off"),
-        "what was touched counts at the next check"
-    );
-    rig.stop();
-}
-
-fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
-    let stage = Stage::new();
-    let mut rig = Rig::start(executor, &stage, APP);
-    rig.until_did("easel iterate");
-    let clicked = Touch::Clicked {
-        at: [1.2, 3.4, 0.0],
-        button: Button::Primary,
-    };
-    touch(&rig, "field", clicked).expect("it takes it");
-    rig.until_did("ana@laptop clicked `field` of easel at (1.20, 3.40)");
-    let told = |wanted: &str| {
-        rig.stage.count_events(|event| match event {
-            Event::Operator { by, action, .. } => {
-                matches!(action, OperatorAction::Touch { number: 1, .. })
-                    && format!("{by} {}", action.words("easel")) == wanted
-            }
-            _ => false,
-        })
-    };
-    assert_eq!(told("ana@laptop clicked `field` of easel at (1.20, 3.40)"), 1);
-    rig.stop();
-}
-
-/// Holds the easel inside a drawing, or in lockstep nowhere: there nothing is taken up until time goes on.
-fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<Look>, Arc<AtomicBool>) {
-    let hold = Arc::new(AtomicBool::new(true));
-    let holds = Arc::clone(&hold);
-    let weak = Arc::downgrade(stage);
-    stage.paints("easel", move |_, _, _| {
-        if let Some(stage) = weak.upgrade() {
-            stage.note(|| "it is held".to_owned());
-            stage.wait_until(|| !holds.load(Ordering::SeqCst));
-        }
-    });
-    let mut rig = Rig::start(executor, stage, APP);
-    rig.until_did("easel iterate");
-    if executor == Executor::Lockstep {
-        return (rig, None, hold);
-    }
-    let looks = look(&rig, "easel");
-    rig.until_did("it is held");
-    (rig, Some(looks), hold)
-}
-
-fn release(stage: &Stage, hold: &AtomicBool) {
-    hold.store(false, Ordering::SeqCst);
-    stage.stir();
-}
-
-fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
-    let drag = |widget: &str, to: f64, ended: bool| {
-        let dragged = Touch::Dragged {
-            from: [0.0; 3],
-            to: [to, 0.0, 0.0],
-            button: Button::Primary,
-            ended,
-        };
-        touch(&rig, widget, dragged).expect("it takes them");
-    };
-    for step in 0..200 {
-        drag("field", f64::from(step), false);
-        drag("other", f64::from(step), false);
-    }
-    drag("field", 200.0, true);
-    drag("field", 7.0, true);
-    release(&stage, &hold);
-    rig.until_did("ana@laptop dragged `field` of easel from (0.00, 0.00) to (7.00, 0.00)");
-    let lines = stage.lines();
-    let dragged = lines
-        .iter()
-        .filter_map(|line| line.strip_prefix("ana@laptop dragged "));
-    let dragged: Vec<_> = dragged.collect();
-    assert_eq!(
-        dragged,
-        [
-            "`other` of easel from (0.00, 0.00) to (199.00, 0.00)",
-            "`field` of easel from (0.00, 0.00) to (200.00, 0.00)",
-            "`field` of easel from (0.00, 0.00) to (7.00, 0.00)",
-        ]
-    );
-    drop(looks);
-    rig.stop();
-}
-
-fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
-    let stage = Stage::new();
-    let (mut rig, looks, hold) = held(executor, &stage);
-    for number in 0..64 {
-        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes so many");
-    }
-    let refused = touch(&rig, "go", Touch::Pressed).expect_err("that is too many");
-    assert_eq!(refused, Refusal::Busy("easel".to_owned()));
-    assert_eq!(
-        refused.to_string(),
-        "`easel` has 64 gestures to take up yet; try again"
-    );
-    release(&stage, &hold);
-    rig.until_did("ana@laptop pressed `button-63` of easel");
-    touch(&rig, "go", Touch::Pressed).expect("it took them up");
-    rig.until_did("ana@laptop pressed `go` of easel");
-    let nonsense = touch(&rig, "speed", Touch::Moved(f64::INFINITY)).expect_err("it is no number");
-    assert!(matches!(nonsense, Refusal::Wrong(_)), "{nonsense}");
-    drop(looks);
-    rig.stop();
-}
-
-fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
-    for (widget, reason) in [
-        ("fail", "somebody pressed `fail`"),
-        ("panic", "panicked in touch: "),
-    ] {
-        let stage = Stage::new();
-        let mut rig = Rig::start(executor, &stage, APP);
-        rig.until_did("easel iterate");
-        touch(&rig, widget, Touch::Pressed).expect("it takes it");
-        rig.until(|rig| rig.see("easel").faults == 1);
-        assert!(stage.told(
-            |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason))
-        ));
-        rig.stop();
-    }
-}
-
 fn the_panel_of_an_instance_that_is_gone_says_so(executor: Executor) {
     let stage = Stage::new();
     stage.paints("easel", |_, _, pen| pen.text("all is well"));
@@ -475,54 +310,6 @@ fn several_may_look_and_the_most_wanted_rate_counts(executor: Executor) {
     assert!(now <= shown + 1, "{shown} became {now}");
     drop(seldom);
     assert_eq!(drawn(&rig, "easel"), None);
-    rig.stop();
-}
-
-fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
-    const SLOW: Duration = Duration::from_millis(20);
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| {
-        let start = Instant::now();
-        while start.elapsed() < SLOW {
-            std::hint::spin_loop();
-        }
-        pen.text("at last");
-    });
-    let mut rig = Rig::start(executor, &stage, APP);
-    let _look = look(&rig, "easel");
-    let first = until_shown(&mut rig, "easel", "at last");
-    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence > first.sequence));
-    let second = drawn(&rig, "easel").expect("it was there");
-    assert!(first.took >= SLOW);
-    let apart = Duration::from_nanos(second.time - first.time);
-    // Both times are those of the ends of drawings.
-    assert!(
-        apart + second.took >= 19 * first.took,
-        "{apart:?} after {:?}",
-        first.took
-    );
-    rig.stop();
-}
-
-fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
-    let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| pen.text("all is well"));
-    let mut rig = Rig::start(executor, &stage, APP);
-    let stirs = Arc::clone(&stage);
-    let _look = rig
-        .handle
-        .look(rig.place("easel"), 20.0, move || stirs.stir())
-        .expect("it has a panel");
-    let first = until_shown(&mut rig, "easel", "all is well");
-    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
-    let last = drawn(&rig, "easel").expect("it was there");
-    let drawings = last.sequence - first.sequence;
-    // One may have been late, so that the next came early.
-    assert!(
-        last.time - first.time >= (drawings - 1) * 50 * MS,
-        "{drawings} in {} ms",
-        (last.time - first.time) / MS
-    );
     rig.stop();
 }
 

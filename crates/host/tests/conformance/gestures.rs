@@ -1,0 +1,167 @@
+//! What people do to panels is handed in between iterations (R10), as an operator's doing (R14).
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use jde_core::Health;
+use jde_host::event::{Event, OperatorAction};
+use jde_host::{Look, Refusal};
+use jde_panel::{Button, Touch};
+
+use crate::common::{Executor, Rig, Stage, on_every_executor};
+use crate::panels::{APP, look, touch};
+
+on_every_executor!(
+    r10_gestures_are_handed_in_between_iterations_in_their_order_and_once,
+    r14_a_gesture_is_told_as_an_operators_doing,
+    a_drag_that_moved_on_is_told_where_it_is,
+    gestures_that_nobody_takes_up_are_refused_after_some,
+    a_gesture_that_fails_is_a_fault_like_any_other,
+);
+
+fn r10_gestures_are_handed_in_between_iterations_in_their_order_and_once(executor: Executor) {
+    let stage = Stage::new();
+    let mut rig = Rig::start(executor, &stage, APP);
+    rig.until_did("easel iterate");
+    for number in 0..5 {
+        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+    }
+    touch(&rig, "ready", Touch::Toggled(false)).expect("it takes it");
+    rig.until_did("ana@laptop switched `ready` of easel off");
+    rig.until(|rig| rig.see("easel").state == jde_core::State::Checking);
+    let lines = stage.lines();
+    let pressed: Vec<_> = lines.iter().filter(|line| line.contains("pressed")).collect();
+    let wanted = [0, 1, 2, 3, 4].map(|number| format!("ana@laptop pressed `button-{number}` of easel"));
+    assert_eq!(pressed, wanted.iter().collect::<Vec<_>>());
+    let last = stage.last("easel iterate");
+    assert!(
+        last < stage.first("ana@laptop switched `ready` of easel off"),
+        "what was touched counts at the next check"
+    );
+    rig.stop();
+}
+
+fn r14_a_gesture_is_told_as_an_operators_doing(executor: Executor) {
+    let stage = Stage::new();
+    let mut rig = Rig::start(executor, &stage, APP);
+    rig.until_did("easel iterate");
+    let clicked = Touch::Clicked {
+        at: [1.2, 3.4, 0.0],
+        button: Button::Primary,
+    };
+    touch(&rig, "field", clicked).expect("it takes it");
+    rig.until_did("ana@laptop clicked `field` of easel at (1.20, 3.40)");
+    let told = |wanted: &str| {
+        rig.stage.count_events(|event| match event {
+            Event::Operator { by, action, .. } => {
+                matches!(action, OperatorAction::Touch { number: 1, .. })
+                    && format!("{by} {}", action.words("easel")) == wanted
+            }
+            _ => false,
+        })
+    };
+    assert_eq!(told("ana@laptop clicked `field` of easel at (1.20, 3.40)"), 1);
+    rig.stop();
+}
+
+/// Holds the easel inside a drawing, or in lockstep nowhere: there nothing is taken up until time goes on.
+pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<Look>, Arc<AtomicBool>) {
+    let hold = Arc::new(AtomicBool::new(true));
+    let holds = Arc::clone(&hold);
+    let weak = Arc::downgrade(stage);
+    stage.paints("easel", move |_, _, _| {
+        if let Some(stage) = weak.upgrade() {
+            stage.note(|| "it is held".to_owned());
+            stage.wait_until(|| !holds.load(Ordering::SeqCst));
+        }
+    });
+    let mut rig = Rig::start(executor, stage, APP);
+    rig.until_did("easel iterate");
+    if executor == Executor::Lockstep {
+        return (rig, None, hold);
+    }
+    let looks = look(&rig, "easel");
+    rig.until_did("it is held");
+    (rig, Some(looks), hold)
+}
+
+pub(crate) fn release(stage: &Stage, hold: &AtomicBool) {
+    hold.store(false, Ordering::SeqCst);
+    stage.stir();
+}
+
+fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
+    let stage = Stage::new();
+    let (mut rig, looks, hold) = held(executor, &stage);
+    let drag = |widget: &str, to: f64, ended: bool| {
+        let dragged = Touch::Dragged {
+            from: [0.0; 3],
+            to: [to, 0.0, 0.0],
+            button: Button::Primary,
+            ended,
+        };
+        touch(&rig, widget, dragged).expect("it takes them");
+    };
+    for step in 0..200 {
+        drag("field", f64::from(step), false);
+        drag("other", f64::from(step), false);
+    }
+    drag("field", 200.0, true);
+    drag("field", 7.0, true);
+    release(&stage, &hold);
+    rig.until_did("ana@laptop dragged `field` of easel from (0.00, 0.00) to (7.00, 0.00)");
+    let lines = stage.lines();
+    let dragged = lines
+        .iter()
+        .filter_map(|line| line.strip_prefix("ana@laptop dragged "));
+    let dragged: Vec<_> = dragged.collect();
+    assert_eq!(
+        dragged,
+        [
+            "`other` of easel from (0.00, 0.00) to (199.00, 0.00)",
+            "`field` of easel from (0.00, 0.00) to (200.00, 0.00)",
+            "`field` of easel from (0.00, 0.00) to (7.00, 0.00)",
+        ]
+    );
+    drop(looks);
+    rig.stop();
+}
+
+fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
+    let stage = Stage::new();
+    let (mut rig, looks, hold) = held(executor, &stage);
+    for number in 0..64 {
+        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes so many");
+    }
+    let refused = touch(&rig, "go", Touch::Pressed).expect_err("that is too many");
+    assert_eq!(refused, Refusal::Busy("easel".to_owned()));
+    assert_eq!(
+        refused.to_string(),
+        "`easel` has 64 gestures to take up yet; try again"
+    );
+    release(&stage, &hold);
+    rig.until_did("ana@laptop pressed `button-63` of easel");
+    touch(&rig, "go", Touch::Pressed).expect("it took them up");
+    rig.until_did("ana@laptop pressed `go` of easel");
+    let nonsense = touch(&rig, "speed", Touch::Moved(f64::INFINITY)).expect_err("it is no number");
+    assert!(matches!(nonsense, Refusal::Wrong(_)), "{nonsense}");
+    drop(looks);
+    rig.stop();
+}
+
+fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
+    for (widget, reason) in [
+        ("fail", "somebody pressed `fail`"),
+        ("panic", "panicked in touch: "),
+    ] {
+        let stage = Stage::new();
+        let mut rig = Rig::start(executor, &stage, APP);
+        rig.until_did("easel iterate");
+        touch(&rig, widget, Touch::Pressed).expect("it takes it");
+        rig.until(|rig| rig.see("easel").faults == 1);
+        assert!(stage.told(
+            |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason))
+        ));
+        rig.stop();
+    }
+}

@@ -1,0 +1,79 @@
+//! What panels cost, where calls take time: a share of their schema's, and no more often than is wanted; one that never returns is
+//! a call that hangs.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use jde_core::Health;
+use jde_host::event::Event;
+
+use crate::common::{Executor, MS, Rig, Stage, in_real_time};
+use crate::gestures::{held, release};
+use crate::panels::{APP, drawn, look, until_shown};
+
+in_real_time!(
+    a_slow_panel_takes_a_twentieth_of_the_time,
+    a_panel_is_drawn_no_more_often_than_is_wanted,
+    a_panel_that_hangs_is_a_schema_that_hangs,
+);
+
+fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
+    const SLOW: Duration = Duration::from_millis(20);
+    let stage = Stage::new();
+    stage.paints("easel", |_, _, pen| {
+        let start = Instant::now();
+        while start.elapsed() < SLOW {
+            std::hint::spin_loop();
+        }
+        pen.text("at last");
+    });
+    let mut rig = Rig::start(executor, &stage, APP);
+    let _look = look(&rig, "easel");
+    let first = until_shown(&mut rig, "easel", "at last");
+    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence > first.sequence));
+    let second = drawn(&rig, "easel").expect("it was there");
+    assert!(first.took >= SLOW);
+    let apart = Duration::from_nanos(second.time - first.time);
+    // Both times are those of the ends of drawings.
+    assert!(
+        apart + second.took >= 19 * first.took,
+        "{apart:?} after {:?}",
+        first.took
+    );
+    rig.stop();
+}
+
+fn a_panel_is_drawn_no_more_often_than_is_wanted(executor: Executor) {
+    let stage = Stage::new();
+    stage.paints("easel", |_, _, pen| pen.text("all is well"));
+    let mut rig = Rig::start(executor, &stage, APP);
+    let stirs = Arc::clone(&stage);
+    let _look = rig
+        .handle
+        .look(rig.place("easel"), 20.0, move || stirs.stir())
+        .expect("it has a panel");
+    let first = until_shown(&mut rig, "easel", "all is well");
+    rig.patiently(|rig| drawn(rig, "easel").is_some_and(|drawn| drawn.sequence >= first.sequence + 6));
+    let last = drawn(&rig, "easel").expect("it was there");
+    let drawings = last.sequence - first.sequence;
+    // One may have been late, so that the next came early.
+    assert!(
+        last.time - first.time >= (drawings - 1) * 50 * MS,
+        "{drawings} in {} ms",
+        (last.time - first.time) / MS
+    );
+    rig.stop();
+}
+
+fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
+    let stage = Stage::new();
+    let (mut rig, looks, hold) = held(executor, &stage);
+    rig.until(|rig| rig.see("easel").faults == 1);
+    assert!(stage.told(|event| matches!(event, Event::Hung { .. })));
+    assert!(stage.told(
+        |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.contains("has not returned"))
+    ));
+    release(&stage, &hold);
+    drop(looks);
+    rig.stop();
+}
