@@ -131,7 +131,7 @@ impl Recorder {
         triggers: Option<Triggers>,
         application: Option<&Application>,
     ) -> Result<Self, Failed> {
-        let story = application.map(Story::new);
+        let story = application.map(Story::whole);
         let named = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
         let named = named.into_iter().map(str::to_owned).collect();
         let scribe = Scribe::new(&shared, sink, triggers, story, told);

@@ -357,9 +357,8 @@ impl Scribe {
             let line = Line::Happening(Happening {
                 time_s: firing.time as f64 / 1e9,
                 kind: "trigger".to_owned(),
-                schema: None,
-                by: None,
                 text,
+                ..Happening::default()
             });
             self.line(&line, None);
             let triggers = self.triggers.as_ref();

@@ -45,8 +45,8 @@ fn happened(time_s: f64, kind: &str, text: &str) -> Line {
         time_s,
         kind: kind.to_owned(),
         schema: Some("goon".to_owned()),
-        by: None,
         text: text.to_owned(),
+        ..Happening::default()
     })
 }
 

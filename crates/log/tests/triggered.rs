@@ -212,6 +212,7 @@ fn files_follow_each_other_and_a_firing_meanwhile_prolongs_one() {
                 schema: Some("goon".to_owned()),
                 by: Some("ana".to_owned()),
                 text: "played".to_owned(),
+                ..Happening::default()
             })),
             _ => {}
         }

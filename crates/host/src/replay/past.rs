@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use jde_core::Nanos;
+use jde_panel::Gesture;
 
 use crate::turn::{Call, Moment, Turn};
 
@@ -19,6 +20,9 @@ pub trait Past: Send {
 
     /// The bytes of a modulation's or period's value of that number.
     fn written(&mut self, variable: &str, number: u32) -> Option<Vec<u8>>;
+
+    /// The gesture of that number, and whose it was.
+    fn touched(&mut self, number: u64) -> Option<(String, Gesture)>;
 }
 
 /// A value of the past.

@@ -257,6 +257,21 @@ impl Player {
                     engine.answered(group, ticket, answer);
                 }
             }
+            (Turn::TOUCHED, Part::Looked) => match self.past.touched(turn.detail) {
+                Some((by, gesture)) => {
+                    seat.runner.recall(Some(turn));
+                    seat.touched = seat.runner.touch_again(&by, &gesture).err();
+                    seat.runner.recall(None);
+                    if turn.failed.order == 0 {
+                        seat.fail();
+                    }
+                }
+                None => drop(
+                    self.unknown
+                        .insert(format!("the panel of {}", engine.name(number))),
+                ),
+            },
+            (Turn::TOUCHED, Part::Failed) => seat.fail(),
             (Turn::CYCLED, part) => {
                 if seat.told {
                     seat.cycle(engine, part, &step.turn);

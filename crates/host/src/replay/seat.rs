@@ -34,6 +34,8 @@ pub(super) struct Seat {
     pub(super) acted: Option<Result<(), String>>,
     /// What it answered, and the rules have yet to be told.
     pub(super) answer: Option<(GroupId, u64, Answer)>,
+    /// Why it failed when it was touched, and the rules have yet to be told.
+    pub(super) touched: Option<String>,
     /// What it saw at its last check.
     pub(super) saw: Vec<Shown>,
 }
@@ -60,6 +62,7 @@ impl Seat {
             leads: Vec::new(),
             acted: None,
             answer: None,
+            touched: None,
             saw: Vec::new(),
         }
     }
@@ -115,6 +118,13 @@ impl Seat {
         } in std::mem::take(&mut self.asked)
         {
             self.runner.arbitrate_now(group, ticket, &level);
+        }
+    }
+
+    /// Tells the rules that it failed when it was touched, if it did.
+    pub(super) fn fail(&mut self) {
+        if let Some(reason) = self.touched.take() {
+            self.runner.fault_now(reason);
         }
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use jde_board::Reader;
 use jde_core::{Answer, GroupId, Level, Nanos};
+use jde_panel::Gesture;
 
 use super::{Life, Runner};
 use crate::history::History;
@@ -64,6 +65,19 @@ impl Runner {
     /// Tells the rules how that iteration ended.
     pub(crate) fn acted_again(&mut self, result: Result<(), String>) {
         self.iterated(result);
+    }
+
+    /// What somebody did to its panel.
+    pub(crate) fn touch_again(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
+        match &mut self.life {
+            Life::Slept(instance) | Life::Awake { instance, .. } => instance.touch(by, gesture),
+            Life::Absent(_) | Life::Changing => Ok(()),
+        }
+    }
+
+    /// A call of it failed.
+    pub(crate) fn fault_now(&mut self, reason: String) {
+        self.fault(reason);
     }
 
     /// The father's own function.

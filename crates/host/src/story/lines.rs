@@ -1,5 +1,6 @@
 //! The messages of a story: what programs write, send, keep and read back. Data only.
 
+use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
 /// A selection with its why-record (R15).
@@ -59,11 +60,12 @@ pub struct Change {
 }
 
 /// Whatever else happened.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Happening {
     /// When, s since the application's start.
     pub time_s: f64,
-    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `refused`, `operator`, `retracted`, `trigger`, `ended`.
+    /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `refused`, `operator`, `drag`, `retracted`, `trigger`,
+    /// `ended`.
     pub kind: String,
     /// Whom it is about, if anybody.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -73,4 +75,17 @@ pub struct Happening {
     pub by: Option<String>,
     /// What happened, in words.
     pub text: String,
+    /// What was done to the panel of a schema, if that is what happened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub touched: Option<Touched>,
+}
+
+/// What somebody did to a panel, exactly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Touched {
+    /// Counts the gestures of the run that were handed in, from 1.
+    pub number: u64,
+    /// What.
+    #[serde(flatten)]
+    pub gesture: Gesture,
 }

@@ -7,9 +7,9 @@ mod lines;
 use jde_core::{Health, Nanos};
 
 use crate::app::Application;
-use crate::event::Event;
+use crate::event::{Event, OperatorAction};
 pub use decided::{Decided, state_name};
-pub use lines::{Candidate, Change, Decision, Happening};
+pub use lines::{Candidate, Change, Decision, Happening, Touched};
 
 /// One message of a story.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub enum Kind {
 pub struct Story {
     schemas: Vec<String>,
     decided: Decided,
+    /// Tells also of drags that go on.
+    whole: bool,
 }
 
 impl Kind {
@@ -75,6 +77,16 @@ impl Story {
                 .map(|instance| instance.name.clone())
                 .collect(),
             decided: Decided::new(application),
+            whole: false,
+        }
+    }
+
+    /// Of an application, with every place of every drag: what it takes to have all turns taken again.
+    #[must_use]
+    pub fn whole(application: &Application) -> Self {
+        Self {
+            whole: true,
+            ..Self::new(application)
         }
     }
 
@@ -134,13 +146,31 @@ impl Story {
                 happening(*time, "hung", name(schema), text)
             }
             Event::Refused { time, schema, what } => happening(*time, "refused", name(schema), what.clone()),
-            Event::Operator { time, by, action } => Line::Happening(Happening {
-                time_s: seconds(*time),
-                kind: "operator".to_owned(),
-                schema: name(&action.schema()),
-                by: Some(by.clone()),
-                text: format!("{by} {}", action.words(&self.schemas[action.schema()])),
-            }),
+            Event::Operator { time, by, action } => {
+                let touched = match action {
+                    OperatorAction::Touch { number, gesture, .. } => Some(Touched {
+                        number: *number,
+                        gesture: gesture.clone(),
+                    }),
+                    OperatorAction::Hierarchy(_)
+                    | OperatorAction::Unload { .. }
+                    | OperatorAction::Load { .. }
+                    | OperatorAction::Period { .. }
+                    | OperatorAction::Modulate { .. } => None,
+                };
+                let goes_on = touched.as_ref().is_some_and(|touched| touched.gesture.goes_on());
+                if goes_on && !self.whole {
+                    return None;
+                }
+                Line::Happening(Happening {
+                    time_s: seconds(*time),
+                    kind: if goes_on { "drag" } else { "operator" }.to_owned(),
+                    schema: name(&action.schema()),
+                    by: Some(by.clone()),
+                    text: format!("{by} {}", action.words(&self.schemas[action.schema()])),
+                    touched,
+                })
+            }
             Event::Ended { time, outcome } => happening(*time, "ended", None, outcome.words().to_owned()),
         })
     }
@@ -151,8 +181,8 @@ fn happening(time: Nanos, kind: &str, schema: Option<String>, text: String) -> L
         time_s: seconds(time),
         kind: kind.to_owned(),
         schema,
-        by: None,
         text,
+        ..Happening::default()
     })
 }
 

@@ -8,8 +8,9 @@ use jde_abi::describe::Type;
 use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::replay::{Old, Past, Source, Step};
-use jde_host::story::{Decision, Kind, Line};
+use jde_host::story::{Decision, Kind, Line, Touched};
 use jde_host::turn::Turn;
+use jde_panel::Gesture;
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 
@@ -47,6 +48,8 @@ struct Inner {
     sources: Vec<Lane>,
     source_of: BTreeMap<String, usize>,
     written: BTreeMap<String, Written>,
+    /// What people did to panels and is not taken up again yet, by its number: who, and what.
+    touches: BTreeMap<u64, (String, Gesture)>,
     decisions: Vec<Decision>,
 }
 
@@ -141,6 +144,7 @@ impl Tape {
                         last: 0,
                     })
                     .collect(),
+                touches: BTreeMap::new(),
                 decisions: Vec::new(),
             })),
         })
@@ -201,6 +205,19 @@ impl Past for Tape {
         inner.sources[source]
             .waiting
             .pop_front_if(|old| old.number == number || before(old.number, number))
+    }
+
+    fn touched(&mut self, number: u64) -> Option<(String, Gesture)> {
+        let mut inner = self.lock();
+        let limit = inner.time.saturating_add(LATE);
+        loop {
+            if let Some(touch) = inner.touches.remove(&number) {
+                return Some(touch);
+            }
+            if inner.read > limit || !inner.read_one() {
+                return None;
+            }
+        }
     }
 
     fn written(&mut self, variable: &str, number: u32) -> Option<Vec<u8>> {
@@ -294,6 +311,11 @@ impl Inner {
         let Ok(Line::Happening(happening)) = Line::read(Kind::Happening, data) else {
             return;
         };
+        if let (Some(Touched { number, gesture }), by) = (&happening.touched, &happening.by) {
+            let by = by.clone().unwrap_or_default();
+            self.touches.insert(*number, (by, gesture.clone()));
+            return;
+        }
         let variable = Line::Happening(happening.clone());
         let Some(name) = variable.retracted_variable() else {
             return;

@@ -324,8 +324,8 @@ fn happened(time_s: f64, kind: &str, schema: &str) -> Line {
         time_s,
         kind: kind.to_owned(),
         schema: Some(schema.to_owned()),
-        by: None,
         text: "why".to_owned(),
+        ..Happening::default()
     })
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::story::{Kind, Line};
 use jde_host::{BeforeStart, Handle, Lockstep, Options, Running};
 use jde_log::{Origin, Recorder, Recording, Selection};
 
@@ -95,6 +96,20 @@ impl Scene {
         messages
             .filter(|message| message.as_ref().unwrap().channel.topic == "/jde/decisions")
             .count() as u64
+    }
+
+    /// What was told of that kind, in words.
+    pub(crate) fn told(&self, kind: &str) -> Vec<String> {
+        let recording = Recording::open(&self.file).unwrap();
+        let messages = recording.messages().unwrap().map(Result::unwrap);
+        let lines = messages
+            .filter(|message| message.channel.topic == Kind::Happening.topic())
+            .map(|message| Line::read(Kind::Happening, &message.data).unwrap());
+        let told = lines.filter_map(|line| match line {
+            Line::Happening(happening) if happening.kind == kind => Some(happening.text),
+            Line::Happening(_) | Line::Decision(_) | Line::Change(_) => None,
+        });
+        told.collect()
     }
 
     fn recorder(&self, application: &Application, lossless: bool) -> Arc<Recorder> {

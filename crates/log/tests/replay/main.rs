@@ -6,6 +6,7 @@ mod troupe;
 use jde_board::value::Value;
 use jde_host::{Handle, Operating};
 use jde_log::replay::{Drive, ReplayError, Span, Verdict, decide};
+use jde_panel::{Button, Gesture, Touch};
 
 use drives::{SECOND, Scene};
 
@@ -165,4 +166,48 @@ fn a_recording_without_what_schemas_import_is_refused() {
         panic!("{lacks:?}");
     };
     assert!(what.starts_with("`pioneer.laser` is not in it"), "{what}");
+}
+
+#[test]
+fn r14_what_people_did_to_panels_is_done_again() {
+    fn touch(handle: &Handle, widget: &str, touch: Touch) {
+        let example = handle.application().instance("example").unwrap();
+        let gesture = Gesture {
+            widget: widget.to_owned(),
+            touch,
+        };
+        handle.touch("ana", example, gesture).unwrap();
+    }
+    fn click(handle: &Handle, x: f64, y: f64) {
+        let at = [x, y, 0.0];
+        let button = Button::Primary;
+        touch(handle, "field", Touch::Clicked { at, button });
+    }
+    let scene = Scene::operated(
+        "touched.mcap",
+        30 * SECOND,
+        &[
+            // Numbers that no decimal fraction of few digits tells exactly.
+            (2 * SECOND, |handle| click(handle, 0.1 + 0.2, 2.0_f64.sqrt())),
+            (9 * SECOND, |handle| touch(handle, "clear", Touch::Pressed)),
+            (15 * SECOND, |handle| click(handle, 5.0, 7.1)),
+        ],
+    );
+    let verdict = again(&scene, &[]);
+    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert_eq!(
+        verdict.comparison.same,
+        scene.decisions(),
+        "every selection is compared"
+    );
+    assert_eq!((verdict.missed, verdict.unknown), (Vec::new(), Vec::new()));
+    let told = scene.told("operator");
+    assert_eq!(
+        told,
+        [
+            "ana clicked `field` of example at (0.30, 1.41)",
+            "ana pressed `clear` of example",
+            "ana clicked `field` of example at (5.00, 7.10)",
+        ]
+    );
 }
