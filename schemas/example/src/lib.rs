@@ -1,5 +1,7 @@
 //! The father of safe navigation (the paper, section 5): it has no precondition, gives its children one target after another,
-//! and arbitrates between them. It commands no actuator itself.
+//! and arbitrates between them. It commands no actuator itself. A target clicked on its panel comes before the others.
+
+mod panel;
 
 use jde_schema::prelude::*;
 
@@ -13,6 +15,21 @@ pub struct Example {
     /// Where the robot believes it is.
     #[import]
     pose: Import<Odometry>,
+    /// What the laser sees, for its panel alone.
+    #[import(optional)]
+    laser: Import<LaserScan>,
+    /// How far ahead the area of `avoid` reaches, for its panel alone; so for the three below.
+    #[import(optional, unit = "m")]
+    avoid_ahead: Import<f64>,
+    /// Half the width of that area.
+    #[import(optional, unit = "m")]
+    avoid_half_width: Import<f64>,
+    /// How far ahead the area of `brake` reaches.
+    #[import(optional, unit = "m")]
+    brake_ahead: Import<f64>,
+    /// Half the width of that area.
+    #[import(optional, unit = "m")]
+    brake_half_width: Import<f64>,
     /// The targets, one after another, in the frame of the odometry.
     #[modulation(default = Route::EMPTY)]
     route: Modulation<Route>,
@@ -44,6 +61,14 @@ pub struct Example {
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Target>,
     reached: u32,
+    /// A place that somebody wants it to go to first, and who.
+    wish: Option<Wish>,
+}
+
+/// A target that somebody set on the panel.
+struct Wish {
+    at: Pose2D,
+    by: String,
 }
 
 impl Schema for Example {
@@ -54,30 +79,18 @@ impl Schema for Example {
         let Some(pose) = self.pose.get(cx).map(|odometry| odometry.pose2d()) else {
             return Ok(());
         };
-        let route = self.route.sample(cx);
-        let targets = route.poses.as_slice();
-        let rounds = self.rounds.get(cx);
-        let total = (targets.len() as u32).saturating_mul(rounds);
-        let next = |reached: u32| {
-            let goes_on = rounds == 0 || reached < total;
-            targets
-                .get(reached as usize % targets.len().max(1))
-                .filter(|_| goes_on)
-        };
-        if let Some(target) = next(self.reached)
-            && pose.distance_to(target) < self.tolerance.get(cx)
+        let target = self.target(cx);
+        if let Some(target) = target
+            && pose.distance_to(&target) < self.tolerance.get(cx)
         {
-            self.reached += 1;
-            info!(
-                cx,
-                "reached target {} at {:.2}, {:.2}", self.reached, target.x, target.y
-            );
+            self.arrive(cx, target);
         }
-        let target = next(self.reached);
-        let wanted = target.map_or(Target::NONE, |target| Target::at(*target));
+        let target = self.target(cx);
+        let wanted = target.map_or(Target::NONE, Target::at);
         self.avoid_target.set(cx, wanted);
         self.cruise_target.set(cx, wanted);
-        let done = target.is_none() && !targets.is_empty();
+        let total = self.total(cx);
+        let done = target.is_none() && !self.route.sample(cx).poses.is_empty();
         self.mission.write(
             cx,
             Mission {
@@ -85,11 +98,42 @@ impl Schema for Example {
                 reached: self.reached,
                 total,
                 target: wanted.pose,
-                distance: target.map_or(0.0, |target| pose.distance_to(target)),
+                distance: target.map_or(0.0, |target| pose.distance_to(&target)),
                 ..Mission::default()
             },
         );
         Ok(())
+    }
+}
+
+impl Example {
+    /// Where to go: what somebody wishes, or else the next target of the route.
+    fn target(&self, cx: &Context) -> Option<Pose2D> {
+        self.wish.as_ref().map(|wish| wish.at).or_else(|| self.next(cx))
+    }
+
+    /// The next target of the route.
+    fn next(&self, cx: &Context) -> Option<Pose2D> {
+        let route = self.route.sample(cx);
+        let goes_on = self.rounds.get(cx) == 0 || self.reached < self.total(cx);
+        let place = self.reached as usize % route.poses.len().max(1);
+        route.poses.get(place).copied().filter(|_| goes_on)
+    }
+
+    /// Targets of all rounds; 0 if they go on for ever.
+    fn total(&self, cx: &Context) -> u32 {
+        let targets = self.route.sample(cx).poses.len() as u32;
+        targets.saturating_mul(self.rounds.get(cx))
+    }
+
+    fn arrive(&mut self, cx: &Context, target: Pose2D) {
+        let Pose2D { x, y, .. } = target;
+        if let Some(Wish { by, .. }) = self.wish.take() {
+            info!(cx, "reached the target of {by} at {x:.2}, {y:.2}");
+        } else {
+            self.reached += 1;
+            info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
+        }
     }
 }
 

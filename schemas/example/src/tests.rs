@@ -1,6 +1,7 @@
 //! The father on the bench: whom it wakes, where it sends them, when the mission is done, and whom it prefers and why.
 
 use jde_schema::bench::{Bench, Decision};
+use jde_schema::panel::{Button, Item, Shape, Touch};
 
 use super::*;
 
@@ -228,4 +229,146 @@ fn r7_it_commands_no_actuator_itself() {
         .iter()
         .filter(|port| port.name == "base");
     assert_eq!(actuators.count(), 0);
+}
+
+/// Clicks on the field.
+fn click(bench: &mut Bench<Example>, x: f64, y: f64) {
+    let at = [x, y, 0.0];
+    let button = Button::Primary;
+    bench
+        .touch("field", Touch::Clicked { at, button })
+        .expect("it takes clicks");
+}
+
+#[test]
+fn a_target_that_was_clicked_comes_before_the_rest_of_the_route() {
+    let mut bench = father();
+    stand(&mut bench, 0.0, 0.0);
+    click(&mut bench, -1.0, 0.5);
+    let mission = stand(&mut bench, 0.0, 0.5);
+    let wish = Pose2D::new(-1.0, 0.5, 0.0);
+    assert_eq!((mission.target, mission.distance), (wish, 1.0));
+    assert_eq!(target(&bench), Some(wish));
+    let mission = stand(&mut bench, -0.9, 0.5);
+    assert_eq!(
+        (mission.target, mission.reached),
+        (CORNERS[0], 0),
+        "it is none of the route"
+    );
+    assert_eq!(target(&bench), Some(CORNERS[0]), "and then on along the route");
+    let said: Vec<_> = bench.log().iter().map(|(_, text)| &**text).collect();
+    assert_eq!(
+        said,
+        [
+            "ana@laptop sends the robot to -1.00, 0.50 first",
+            "reached the target of ana@laptop at -1.00, 0.50",
+        ]
+    );
+}
+
+#[test]
+fn a_target_that_was_clicked_can_be_cleared() {
+    let mut bench = father();
+    stand(&mut bench, 0.0, 0.0);
+    assert!(!bench.draw().expect("it shows").can_press("clear"));
+    click(&mut bench, -1.0, 0.5);
+    assert!(bench.draw().expect("it shows").can_press("clear"));
+    bench.touch("clear", Touch::Pressed).expect("it can be");
+    stand(&mut bench, 0.0, 0.0);
+    assert_eq!(target(&bench), Some(CORNERS[0]));
+}
+
+#[test]
+fn the_mission_is_not_done_before_the_target_that_was_clicked_is_reached() {
+    let mut bench = father();
+    for corner in &CORNERS[..2] {
+        stand(&mut bench, corner.x, corner.y);
+    }
+    click(&mut bench, 5.0, 5.0);
+    assert_eq!(stand(&mut bench, 0.0, 1.0).reached, 2, "the last comes after it");
+    let mission = stand(&mut bench, 5.0, 5.0);
+    assert_eq!((mission.state, mission.target), (Mission::RUNNING, CORNERS[2]));
+    assert_eq!(stand(&mut bench, 0.0, 1.0).state, Mission::DONE);
+}
+
+#[test]
+fn its_panel_shows_the_field_as_the_robot_sees_it() {
+    let mut bench = father();
+    bench.import(
+        "laser",
+        &LaserScan {
+            angle_increment: 0.1,
+            range_max: 8.0,
+            ranges: Seq::from_slice(&[2.0]).expect("one fits"),
+            ..LaserScan::default()
+        },
+    );
+    for (port, value) in [
+        ("avoid_ahead", 3.0),
+        ("avoid_half_width", 1.0),
+        ("brake_ahead", 0.6),
+        ("brake_half_width", 0.3),
+    ] {
+        bench.import(port, &value);
+    }
+    let pose = Pose2D::new(1.0, 0.0, core::f64::consts::FRAC_PI_2);
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+    bench.set_child("cruise", State::Winner);
+    bench.iterate().expect("it leads");
+    let panel = bench.draw().expect("it shows");
+    assert_eq!(panel.texts()[1], "To target 1 of 3, 1.00 m away");
+
+    let near = |[x, y]: [f64; 2], wanted: [f64; 2]| (x - wanted[0]).hypot(y - wanted[1]) < 1e-6;
+    let shapes = panel.shapes("field");
+    let robot = shapes.iter().any(|shape| match shape {
+        Shape::Robot { pose: [x, y, theta] } => {
+            near([*x, *y], [1.0, 0.0]) && (theta - pose.theta).abs() < 1e-6
+        }
+        _ => false,
+    });
+    assert!(robot, "{shapes:#?}");
+    let hit = shapes.iter().any(|shape| match shape {
+        Shape::Points { points, .. } => points.len() == 1 && near(points[0], [1.0, 2.0]),
+        _ => false,
+    });
+    assert!(hit, "2 m ahead of a robot that looks along y: {shapes:#?}");
+    let areas = shapes.iter().filter_map(|shape| match shape {
+        Shape::Line {
+            points, closed: true, ..
+        } => Some(points[1]),
+        _ => None,
+    });
+    let corners: Vec<_> = areas.collect();
+    assert!(
+        near(corners[0], [2.0, 3.0]) && near(corners[1], [1.3, 0.6]),
+        "{corners:?}"
+    );
+    let Item::Table { rows, .. } = panel.widget("children") else {
+        panic!("a table")
+    };
+    let rows: Vec<_> = rows.iter().map(|row| row.join(" ")).collect();
+    // It woke those that slept.
+    assert_eq!(rows, ["brake checking", "avoid checking", "cruise winner"]);
+}
+
+#[test]
+fn its_panel_shows_what_there_is_before_anything_is_known() {
+    let mut bench = Bench::<Example>::new();
+    for port in [
+        "laser",
+        "avoid_ahead",
+        "avoid_half_width",
+        "brake_ahead",
+        "brake_half_width",
+    ] {
+        bench.unbind(port);
+    }
+    let panel = bench.draw().expect("it shows");
+    assert_eq!(panel.texts()[1], "No target");
+    assert!(
+        !panel
+            .shapes("field")
+            .iter()
+            .any(|shape| matches!(shape, Shape::Robot { .. }))
+    );
 }

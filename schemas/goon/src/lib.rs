@@ -1,5 +1,7 @@
 //! Drives straight to the target while the way is free (the paper, section 5). It avoids nothing.
 
+mod panel;
+
 use jde_schema::prelude::*;
 
 /// Drives the base toward the target at high speed while the area ahead is free.
@@ -43,15 +45,21 @@ pub struct Goon {
     base: Actuator<Twist>,
 }
 
+/// What it does about a heading error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Band {
+    /// Straight and fast.
+    Straight,
+    /// Turns on the move.
+    Veer,
+    /// Turns on the spot.
+    Turn,
+}
+
 impl Schema for Goon {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let (Some(laser), Some(_), Some(_)) =
-            (self.laser.get(cx), self.pose.get(cx), self.target.get(cx).get())
-        else {
-            return Ok(false.into());
-        };
-        let nearest = laser.nearest_ahead(self.half_width.get(cx));
-        Ok(nearest.is_none_or(|ahead| ahead > self.ahead.get(cx)).into())
+        let knows = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
+        Ok((knows && self.is_free(cx)).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -61,15 +69,38 @@ impl Schema for Goon {
         };
         let error = self.pose.require(cx)?.pose2d().bearing_to(&target);
         let turn = self.turn.get(cx).copysign(error);
-        let twist = if error.abs() < self.straight.get(cx) {
-            Twist::planar(self.fast.get(cx), 0.0)
-        } else if error.abs() < self.veer.get(cx) {
-            Twist::planar(self.slow.get(cx), turn)
-        } else {
-            Twist::planar(0.0, turn)
+        let twist = match self.band(cx, error) {
+            Band::Straight => Twist::planar(self.fast.get(cx), 0.0),
+            Band::Veer => Twist::planar(self.slow.get(cx), turn),
+            Band::Turn => Twist::planar(0.0, turn),
         };
         self.base.command(cx, twist);
         Ok(())
+    }
+}
+
+impl Goon {
+    /// Whether nothing stands in the area ahead, as far as the laser sees.
+    fn is_free(&self, cx: &Context) -> bool {
+        let laser = self.laser.get(cx);
+        let nearest = laser.and_then(|laser| laser.nearest_ahead(self.half_width.get(cx)));
+        nearest.is_none_or(|nearest| nearest > self.ahead.get(cx))
+    }
+
+    /// The target as the robot sees it.
+    fn local_target(&self, cx: &Context) -> Option<Pose2D> {
+        let target = self.target.get(cx).get()?;
+        Some(self.pose.get(cx)?.pose2d().localize(&target))
+    }
+
+    fn band(&self, cx: &Context, error: f64) -> Band {
+        if error.abs() < self.straight.get(cx) {
+            Band::Straight
+        } else if error.abs() < self.veer.get(cx) {
+            Band::Veer
+        } else {
+            Band::Turn
+        }
     }
 }
 

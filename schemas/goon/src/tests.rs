@@ -1,6 +1,7 @@
 //! The bands and speeds of 2007, and when the way counts as free.
 
 use jde_schema::bench::Bench;
+use jde_schema::panel::{Color, Shape};
 
 use super::*;
 
@@ -154,4 +155,44 @@ fn speeds_and_bands_are_modulated() {
             "heading {heading}"
         );
     }
+}
+
+#[test]
+fn its_panel_says_what_it_does_about_the_heading_error() {
+    for (degrees, words) in [
+        (5.0, "straight and fast"),
+        (-20.0, "slowly while turning"),
+        (90.0, "turns on the spot"),
+    ] {
+        let mut bench = free();
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        bench.set(
+            "target",
+            Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
+        );
+        let panel = bench.draw().expect("it shows");
+        assert_eq!(panel.texts(), [words], "at {degrees}°");
+        assert!((panel.value("heading error") - degrees.to_radians()).abs() < 1e-9);
+        assert!((panel.value("target ahead") - 4.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn its_panel_shows_whether_its_area_is_free() {
+    let mut bench = free();
+    for (obstacle, ink) in [(None, Ink::Good), (Some((2.0, 0.5)), Ink::Bad)] {
+        bench.import("laser", &scan(obstacle));
+        let panel = bench.draw().expect("it shows");
+        let area = panel.shapes("area").iter().find_map(|shape| match shape {
+            Shape::Line {
+                points,
+                closed: true,
+                stroke,
+            } => Some((points[2], stroke.color)),
+            _ => None,
+        });
+        assert_eq!(area, Some(([3.0, 1.0], Color::Ink(ink))));
+    }
+    bench.set("target", Target::NONE);
+    assert_eq!(bench.draw().expect("it shows").texts(), ["No target, or no pose"]);
 }

@@ -23,16 +23,45 @@ pub struct Stop {
 
 impl Schema for Stop {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let Some(laser) = self.laser.get(cx) else {
-            return Ok(false.into());
-        };
-        let nearest = laser.nearest_ahead(self.half_width.get(cx));
-        Ok(nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx)).into())
+        let ahead = self.ahead.get(cx);
+        Ok(self.nearest(cx).is_some_and(|nearest| nearest <= ahead).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.base.command(cx, Twist::ZERO);
         Ok(())
+    }
+}
+
+impl Stop {
+    /// How far ahead the nearest obstacle is that stands in the way, m.
+    fn nearest(&self, cx: &Context) -> Option<f64> {
+        self.laser.get(cx)?.nearest_ahead(self.half_width.get(cx))
+    }
+}
+
+impl Panel for Stop {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
+        let nearest = self.nearest(cx);
+        let near = nearest.is_some_and(|nearest| nearest <= ahead);
+        match nearest {
+            Some(nearest) => pen.value("nearest ahead", nearest, "m"),
+            None => pen.text("nothing ahead"),
+        }
+        let canvas = pen.canvas("area").forward_up();
+        canvas.area((-0.5, -1.5), (2.5, 1.5)).show(|area| {
+            area.rectangle((0.0, -side), (ahead, side))
+                .ink(if near { Ink::Bad } else { Ink::Good })
+                .width(2.0);
+            if let Some(laser) = self.laser.get(cx) {
+                area.points(laser.points()).ink(Ink::Seen).width(2.5);
+            }
+            if let Some(nearest) = nearest {
+                area.line([(nearest, -side), (nearest, side)]).ink(Ink::Warn);
+            }
+            area.robot(&Pose2D::ORIGIN);
+        });
     }
 }
 

@@ -1,6 +1,7 @@
 //! The watched area to its edges, and what it makes of readings that are no distances.
 
 use jde_schema::bench::Bench;
+use jde_schema::panel::{Color, Shape};
 
 use super::*;
 
@@ -104,4 +105,32 @@ fn r7_without_authority_its_command_is_refused_and_no_fault() {
     bench.set_authority(false);
     bench.iterate().expect("a refusal is not a fault");
     assert_eq!(bench.commanded::<Twist>("base"), None);
+}
+
+#[test]
+fn its_panel_shows_its_area_and_the_nearest_obstacle_in_it() {
+    let mut bench = Bench::<Stop>::new();
+    let area = |bench: &mut Bench<Stop>| {
+        let panel = bench.draw().expect("it shows");
+        let areas = panel.shapes("area").iter().find_map(|shape| match shape {
+            Shape::Line {
+                points,
+                closed: true,
+                stroke,
+            } => Some((points[2], stroke.color)),
+            _ => None,
+        });
+        (areas.expect("an area"), panel)
+    };
+    let ((corner, color), panel) = area(&mut bench);
+    assert_eq!((corner, color), ([0.6, 0.3], Color::Ink(Ink::Good)));
+    assert_eq!(panel.texts(), ["nothing ahead"]);
+    bench.import("laser", &scan(&[(0.5, 0.0), (2.0, 1.0)]));
+    assert!(bench.check().expect("it checks").ready);
+    let ((_, color), panel) = area(&mut bench);
+    assert_eq!(color, Color::Ink(Ink::Bad));
+    assert!((panel.value("nearest ahead") - 0.5).abs() < 1e-6);
+    bench.set("ahead", 0.4);
+    let ((corner, color), _) = area(&mut bench);
+    assert_eq!((corner, color), ([0.4, 0.3], Color::Ink(Ink::Good)));
 }

@@ -27,9 +27,25 @@ pub(crate) struct Field {
     pub(crate) reach: f64,
 }
 
+/// What pulls and what pushes, in the robot's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Forces {
+    /// The target's pull.
+    pub(crate) pull: (f64, f64),
+    /// The obstacles' push.
+    pub(crate) push: (f64, f64),
+}
+
+impl Forces {
+    /// Both together.
+    pub(crate) fn sum(&self) -> (f64, f64) {
+        (self.pull.0 + self.push.0, self.pull.1 + self.push.1)
+    }
+}
+
 impl Field {
-    /// The sum of pull and push in the robot's frame, for a target in that frame.
-    pub(crate) fn force(&self, target: &Pose2D, laser: &LaserScan) -> (f64, f64) {
+    /// Pull and push in the robot's frame, for a target in that frame.
+    pub(crate) fn forces(&self, target: &Pose2D, laser: &LaserScan) -> Forces {
         let distance = target.x.hypot(target.y);
         let pull = if distance > 0.0 {
             self.attraction * distance.min(self.cap) / distance
@@ -43,7 +59,10 @@ impl Field {
             let push = weight * self.push(point.range);
             (x + push * point.angle.cos(), y + push * point.angle.sin())
         });
-        (pull * target.x - x, pull * target.y - y)
+        Forces {
+            pull: (pull * target.x, pull * target.y),
+            push: (-x, -y),
+        }
     }
 
     fn push(&self, range: f64) -> f64 {

@@ -2,10 +2,11 @@
 //! "Real-time obstacle avoidance for fast mobile robots", 1989). It knows no map and can be caught in a corner.
 
 mod force;
+mod panel;
 
 use jde_schema::prelude::*;
 
-use force::Field;
+use force::{Field, Forces};
 
 /// Drives the base around an obstacle in the area ahead while approaching the target.
 ///
@@ -74,7 +75,7 @@ impl Schema for Vff {
         let (Some(laser), Some(heading)) = (self.laser.get(cx), self.heading(cx)) else {
             return Ok(false.into());
         };
-        let margin = if self.obstacle { self.margin.get(cx) } else { 0.0 };
+        let margin = self.grown(cx);
         let nearest = laser.nearest_ahead(self.half_width.get(cx) + margin);
         self.obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx) + margin);
         Ok(Precondition::from(self.obstacle).urgency(heading.abs()))
@@ -97,16 +98,29 @@ impl Schema for Vff {
 impl Vff {
     /// By how much to turn left to face where the forces point, rad; `None` without a target, a pose or a scan.
     fn heading(&self, cx: &Context) -> Option<f64> {
-        let target = self.target.get(cx).get()?;
-        let local = self.pose.get(cx)?.pose2d().localize(&target);
+        let (x, y) = self.forces(cx)?.sum();
+        Some(y.atan2(x))
+    }
+
+    fn forces(&self, cx: &Context) -> Option<Forces> {
         let field = Field {
             attraction: self.attraction.get(cx),
             repulsion: self.repulsion.get(cx),
             cap: self.cap.get(cx),
             reach: self.reach.get(cx),
         };
-        let (x, y) = field.force(&local, self.laser.get(cx)?.value());
-        Some(y.atan2(x))
+        Some(field.forces(&self.local_target(cx)?, self.laser.get(cx)?.value()))
+    }
+
+    /// The target as the robot sees it.
+    fn local_target(&self, cx: &Context) -> Option<Pose2D> {
+        let target = self.target.get(cx).get()?;
+        Some(self.pose.get(cx)?.pose2d().localize(&target))
+    }
+
+    /// By how much the area is larger at present.
+    fn grown(&self, cx: &Context) -> f64 {
+        if self.obstacle { self.margin.get(cx) } else { 0.0 }
     }
 }
 

@@ -3,6 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use jde_schema::bench::Bench;
+use jde_schema::panel::{Color, Shape};
 
 use super::*;
 
@@ -41,7 +42,9 @@ fn near(is: (f64, f64), wanted: (f64, f64), tolerance: f64) {
 
 /// The force of a target at (x, y) in the robot's frame and returns a degree wide.
 fn force(target: (f64, f64), returns: &[(i32, f32)]) -> (f64, f64) {
-    FIELD.force(&Pose2D::new(target.0, target.1, 0.0), &scan(1, returns))
+    FIELD
+        .forces(&Pose2D::new(target.0, target.1, 0.0), &scan(1, returns))
+        .sum()
 }
 
 #[test]
@@ -94,8 +97,8 @@ fn pushes_add_up_as_vectors() {
 fn a_wall_pushes_as_hard_through_more_beams() {
     let wall: Vec<(i32, f32)> = (20..70).map(|degrees| (degrees, 0.6)).collect();
     let target = Pose2D::new(3.0, 1.0, 0.0);
-    let coarse = FIELD.force(&target, &scan(1, &wall));
-    let fine = FIELD.force(&target, &scan(4, &wall));
+    let coarse = FIELD.forces(&target, &scan(1, &wall)).sum();
+    let fine = FIELD.forces(&target, &scan(4, &wall)).sum();
     // The finer beams lie up to 0.75 degrees farther to the left.
     near(fine, coarse, 0.01);
     assert!(coarse.1 < -0.1, "it does push: {coarse:?}");
@@ -110,8 +113,8 @@ fn a_scanner_mounted_upside_down_pushes_the_same() {
     turned.angle_increment = -upright.angle_increment;
     let target = Pose2D::new(3.0, 1.0, 0.0);
     near(
-        FIELD.force(&target, &turned),
-        FIELD.force(&target, &upright),
+        FIELD.forces(&target, &turned).sum(),
+        FIELD.forces(&target, &upright).sum(),
         1e-5,
     );
 }
@@ -119,7 +122,7 @@ fn a_scanner_mounted_upside_down_pushes_the_same() {
 #[test]
 fn reach_stretches_the_distances_of_the_table() {
     let field = Field { reach: 0.4, ..FIELD };
-    let push = |range| field.force(&Pose2D::ORIGIN, &scan(1, &[(0, range)])).0;
+    let push = |range| field.forces(&Pose2D::ORIGIN, &scan(1, &[(0, range)])).sum().0;
     assert!((push(0.39) + 0.3 * 1.0 / 20.0).abs() < 1e-6);
     assert!((push(1.19) + 0.3 * 0.2 / 20.0).abs() < 1e-6);
     assert_eq!(push(1.21), 0.0);
@@ -278,4 +281,63 @@ fn the_target_is_seen_from_where_the_robot_looks() {
         bench.check().expect("it checks").urgency < 1e-6,
         "the target at 4, 0 lies straight ahead"
     );
+}
+
+#[test]
+fn its_panel_shows_the_forces_that_it_follows() {
+    let mut bench = bench(0.0, &[(90, 0.4), (89, 0.4)]);
+    bench.iterate().expect("it drives");
+    let panel = bench.draw().expect("it shows");
+    assert!((panel.value("attraction") - 0.7).abs() < 1e-9);
+    let push = 2.0 * 0.3 * 1.5 / 20.0 * 0.5_f64.to_radians().cos();
+    assert!((panel.value("repulsion") - push).abs() < 1e-6);
+    let tips: Vec<_> = panel
+        .shapes("area")
+        .iter()
+        .filter_map(|shape| match shape {
+            Shape::Arrow { from, to, stroke } => {
+                assert_eq!(*from, [0.0, 0.0]);
+                Some((*to, stroke.color))
+            }
+            _ => None,
+        })
+        .collect();
+    let [(pull, _), (pushed, _), (both, color)] = tips[..] else {
+        panic!("three forces: {tips:?}")
+    };
+    assert!(pushed[1] < 0.0, "away from the wall on the left");
+    near(
+        (both[0], both[1]),
+        (pull[0] + pushed[0], pull[1] + pushed[1]),
+        1e-9,
+    );
+    assert_eq!(color, Color::Ink(Ink::Accent));
+    let error = both[1].atan2(both[0]);
+    assert!((panel.value("heading error") - error).abs() < 1e-9);
+}
+
+#[test]
+fn its_panel_shows_its_area_as_it_has_grown() {
+    let mut bench = bench(0.0, &[]);
+    bench.set("margin", 0.2);
+    for (range, wanted) in [
+        (3.1, ([3.0, 1.0], Ink::Good)),
+        (2.9, ([3.2, 1.2], Ink::Warn)),
+        (3.1, ([3.2, 1.2], Ink::Warn)),
+        (3.3, ([3.0, 1.0], Ink::Good)),
+    ] {
+        bench.import("laser", &scan(1, &[(0, range)]));
+        bench.check().expect("it checks");
+        let panel = bench.draw().expect("it shows");
+        let area = panel.shapes("area").iter().find_map(|shape| match shape {
+            Shape::Line {
+                points,
+                closed: true,
+                stroke,
+            } => Some((points[2], stroke.color)),
+            _ => None,
+        });
+        let (corner, ink) = wanted;
+        assert_eq!(area, Some((corner, Color::Ink(ink))), "at {range} m");
+    }
 }

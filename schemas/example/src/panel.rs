@@ -1,0 +1,111 @@
+//! What the father shows (the paper, figure 7): the field with the robot, what the laser sees, the areas of its children and the
+//! targets. A click on the field sets the target. It decides nothing.
+
+use jde_schema::prelude::*;
+
+use super::{Example, Wish};
+
+impl Panel for Example {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        pen.heading("Safe navigation");
+        pen.text(self.says(cx));
+        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        pen.canvas("field").wants_clicks().show(|field| {
+            let route = self.route.sample(cx);
+            field.line(route.poses.as_slice()).ink(Ink::Faint);
+            field.points(route.poses.as_slice()).ink(Ink::Faint).width(5.0);
+            if let Some(pose) = pose {
+                self.draw_around(cx, field, &pose);
+            }
+            if let Some(target) = self.target(cx) {
+                // The circle in which it counts as reached, and a cross.
+                field.circle(target, self.tolerance.get(cx)).ink(Ink::Goal);
+                let Pose2D { x, y, .. } = target;
+                for (dx, dy) in [(0.2, 0.2), (0.2, -0.2)] {
+                    field
+                        .line([(x - dx, y - dy), (x + dx, y + dy)])
+                        .ink(Ink::Goal)
+                        .width(3.0);
+                }
+            }
+        });
+        pen.row(|pen| {
+            pen.button("clear", "Clear target").enabled(self.wish.is_some());
+            pen.text("Click on the field to send the robot there first.");
+        });
+        let children = [
+            ("brake", &self.brake),
+            ("avoid", &self.avoid),
+            ("cruise", &self.cruise),
+        ];
+        let rows = children.map(|(role, child)| [role.to_owned(), state(child, cx).to_owned()]);
+        pen.table("children", ["child", "state"], rows);
+    }
+
+    fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
+        if let Some([x, y, _]) = gesture.clicked("field") {
+            info!(cx, "{} sends the robot to {x:.2}, {y:.2} first", gesture.by());
+            self.wish = Some(Wish {
+                at: Pose2D::new(x, y, 0.0),
+                by: gesture.by().to_owned(),
+            });
+        } else if gesture.pressed("clear") && self.wish.take().is_some() {
+            info!(cx, "{} cleared the target; on along the route", gesture.by());
+        }
+        Ok(())
+    }
+}
+
+impl Example {
+    /// How far it is, in words.
+    fn says(&self, cx: &Context) -> String {
+        let away = |target: Pose2D| match self.pose.get(cx) {
+            Some(pose) => format!("{:.2} m away", pose.pose2d().distance_to(&target)),
+            None => "and where the robot is nobody knows".to_owned(),
+        };
+        let of = match self.total(cx) {
+            0 => String::new(),
+            total => format!(" of {total}"),
+        };
+        match (&self.wish, self.next(cx)) {
+            (Some(wish), _) => format!("To the target of {}, {}", wish.by, away(wish.at)),
+            (None, Some(next)) => format!("To target {}{of}, {}", self.reached + 1, away(next)),
+            (None, None) if self.reached > 0 => "All targets are reached".to_owned(),
+            (None, None) => "No target".to_owned(),
+        }
+    }
+
+    /// The robot, what its laser sees, and the two areas as long as they are known. The scanner is taken to sit in the middle of
+    /// the robot: the schemas that use it do the same.
+    fn draw_around(&self, cx: &Context, field: &mut jde_schema::panel::Plane, pose: &Pose2D) {
+        let there = |x, y| pose.transform(&Pose2D::new(x, y, 0.0));
+        let area = |ahead: &Import<f64>, half_width: &Import<f64>| {
+            let (ahead, side) = (*ahead.get(cx)?.value(), *half_width.get(cx)?.value());
+            Some([(0.0, -side), (ahead, -side), (ahead, side), (0.0, side)].map(|(x, y)| there(x, y)))
+        };
+        if let Some(area) = area(&self.avoid_ahead, &self.avoid_half_width) {
+            field.outline(area).ink(Ink::Warn);
+        }
+        if let Some(area) = area(&self.brake_ahead, &self.brake_half_width) {
+            field.outline(area).ink(Ink::Bad);
+        }
+        if let Some(laser) = self.laser.get(cx) {
+            let points = laser.points().map(|point| there(point.x, point.y));
+            field.points(points).ink(Ink::Seen).width(2.5);
+        }
+        field.robot(pose);
+    }
+}
+
+fn state(child: &Child, cx: &Context) -> &'static str {
+    match child.status(cx) {
+        None => "not there",
+        Some(status) if status.faulted => "faulted",
+        Some(status) => match status.state {
+            State::Slept => "slept",
+            State::Checking => "checking",
+            State::Ready => "ready",
+            State::Winner => "winner",
+        },
+    }
+}
