@@ -42,6 +42,21 @@ impl Schema for __Name__ {
     }
 }
 
+/// What it shows to whoever looks; nothing here changes what it does.
+impl Panel for __Name__ {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        let distance = self.distance.get(cx);
+        pen.value("distance", distance, "m");
+        pen.canvas("ahead").forward_up().show(|ahead| {
+            if let Some(laser) = self.laser.get(cx) {
+                ahead.points(laser.points()).ink(Ink::Seen);
+            }
+            ahead.line([(distance, -HALF_WIDTH), (distance, HALF_WIDTH)]).ink(Ink::Goal);
+            ahead.robot(&Pose2D::ORIGIN);
+        });
+    }
+}
+
 jde_schema::export!("__name__", "Drives up to what is ahead.", [__Name__]);
 
 #[cfg(test)]
@@ -75,5 +90,12 @@ mod tests {
         assert!(speed_at(1.0) < 0.4);
         assert_eq!(speed_at(0.5), 0.0);
         assert_eq!(speed_at(0.2), 0.0);
+    }
+
+    #[test]
+    fn its_panel_shows_where_it_stops() {
+        let mut bench = Bench::<__Name__>::new();
+        bench.set("distance", 0.8);
+        assert_eq!(bench.draw().unwrap().value("distance"), 0.8);
     }
 }
