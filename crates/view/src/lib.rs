@@ -7,6 +7,7 @@
 #![allow(dead_code)]
 
 mod app;
+mod canvas;
 mod layout;
 mod look;
 mod session;

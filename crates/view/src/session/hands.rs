@@ -1,14 +1,15 @@
 //! Carries orders to the application and keeps its answers: on a thread of its own, in the order in which they were given.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_link::Remote;
 use jde_link::message::{Action, Request};
+use jde_panel::Touch;
 
 use super::{Notice, lock};
 
@@ -26,8 +27,19 @@ pub(super) struct Hands {
     notices: Arc<Mutex<Vec<Notice>>>,
 }
 
+/// What came of an order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outcome(Arc<OnceLock<Result<(), String>>>);
+
+impl Outcome {
+    /// It, or nothing while the order is under way.
+    pub(crate) fn get(&self) -> Option<&Result<(), String>> {
+        self.0.get()
+    }
+}
+
 enum Order {
-    Act(Action),
+    Act(Action, Outcome),
     Hold(Action),
     LetGo(String),
 }
@@ -60,22 +72,28 @@ impl Hands {
     }
 
     pub(super) fn act(&self, action: Action) {
-        self.order(Order::Act(action));
+        self.order(action);
+    }
+
+    pub(super) fn order(&self, action: Action) -> Outcome {
+        let outcome = Outcome::default();
+        self.send(Order::Act(action, outcome.clone()));
+        outcome
     }
 
     pub(super) fn hold(&self, action: Action) {
-        self.order(Order::Hold(action));
+        self.send(Order::Hold(action));
     }
 
     pub(super) fn let_go(&self, schema: &str) {
-        self.order(Order::LetGo(schema.to_owned()));
+        self.send(Order::LetGo(schema.to_owned()));
     }
 
     pub(super) fn notices(&self) -> Vec<Notice> {
         lock(&self.notices).clone()
     }
 
-    fn order(&self, order: Order) {
+    fn send(&self, order: Order) {
         if self.orders.send(order).is_err() {
             let text = "orders cannot be carried any more: close this window and open it again".to_owned();
             note(&self.notices, text, true);
@@ -109,9 +127,17 @@ impl Worker {
                 None => orders.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
             match order {
-                Ok(Order::Act(action)) => self.act(action),
-                Ok(Order::Hold(action)) => self.hold(action),
-                Ok(Order::LetGo(schema)) => self.let_go(&schema),
+                Ok(order) => {
+                    let mut waiting: VecDeque<_> = [order].into_iter().chain(orders.try_iter()).collect();
+                    while let Some(order) = waiting.pop_front() {
+                        match order {
+                            Order::Act(action, _) if overtaken(&action, &waiting) => {}
+                            Order::Act(action, outcome) => self.act(action, &outcome),
+                            Order::Hold(action) => self.hold(action),
+                            Order::LetGo(schema) => self.let_go(&schema),
+                        }
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -131,8 +157,11 @@ impl Worker {
         self.held.values().map(|held| held.asked + PATIENCE).min()
     }
 
-    fn act(&mut self, action: Action) {
-        self.ask(jde_link::operator(), action, None);
+    fn act(&mut self, action: Action, outcome: &Outcome) {
+        let came = self.ask(jde_link::operator(), action, None);
+        // Nobody else answers for it.
+        let _ = outcome.0.set(came);
+        self.repaint.request_repaint();
     }
 
     /// What changed is sent, what stays is renewed.
@@ -151,7 +180,7 @@ impl Worker {
             }
             Some(_) | None => action.clone(),
         };
-        if self.ask(self.holder.clone(), order, Some(LEASE)) {
+        if self.ask(self.holder.clone(), order, Some(LEASE)).is_ok() {
             let held = Held {
                 action,
                 asked: now,
@@ -166,27 +195,63 @@ impl Worker {
     fn let_go(&mut self, schema: &str) {
         if self.held.remove(schema).is_some() {
             let schema = schema.to_owned();
-            self.ask(self.holder.clone(), Action::LetGo { schema }, None);
+            // What came of it is among the notices.
+            let _ = self.ask(self.holder.clone(), Action::LetGo { schema }, None);
         }
     }
 
-    fn ask(&self, by: String, action: Action, lease: Option<Duration>) -> bool {
+    fn ask(&self, by: String, action: Action, lease: Option<Duration>) -> Result<(), String> {
         let request = Request {
             by,
             action,
             lease_ms: lease.map(|lease| lease.as_millis() as u64),
         };
-        let answer = self.remote.operate(&request);
+        let answer = self.remote.operate(&request).map_err(|error| error.to_string());
         if let Err(error) = &answer {
-            note(&self.notices, error.to_string(), true);
+            note(&self.notices, error.clone(), true);
         }
         self.repaint.request_repaint();
-        answer.is_ok()
+        answer
+    }
+}
+
+/// Whether a slider or drag under way is followed by a newer one of the same: only the newest counts.
+fn overtaken(action: &Action, later: &VecDeque<Order>) -> bool {
+    let Action::Touch { schema, gesture } = action else {
+        return false;
+    };
+    let next = later.iter().find_map(|order| match order {
+        Order::Act(
+            Action::Touch {
+                schema: of,
+                gesture: next,
+            },
+            _,
+        ) => (of == schema && next.widget == gesture.widget).then_some(&next.touch),
+        Order::Act(..) | Order::Hold(_) | Order::LetGo(_) => None,
+    });
+    match (&gesture.touch, next) {
+        (Touch::Moved(_), Some(Touch::Moved(_))) => true,
+        (
+            Touch::Dragged {
+                from, ended: false, ..
+            },
+            Some(Touch::Dragged { from: same, .. }),
+        ) => from == same,
+        _ => false,
     }
 }
 
 fn note(notices: &Mutex<Vec<Notice>>, text: String, failed: bool) {
     let mut notices = lock(notices);
+    // Said once, however often it is so.
+    if let Some(last) = notices.last_mut()
+        && last.text == text
+        && last.failed == failed
+    {
+        last.at = Instant::now();
+        return;
+    }
     if notices.len() == KEPT {
         notices.remove(0);
     }

@@ -5,6 +5,7 @@
 
 mod hands;
 mod notice;
+mod panels;
 mod past;
 mod watched;
 
@@ -17,10 +18,14 @@ use jde_host::snapshot::{SchemaView, Snapshot};
 use jde_host::story::{Kind, Line};
 use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
 use jde_link::{Error, Rate, Remote, Sample, Watching};
+use jde_panel::Gesture;
 use jde_types::Value;
 
 use hands::Hands;
+pub(crate) use hands::Outcome;
 pub(crate) use notice::Notice;
+use panels::Panels;
+pub(crate) use panels::Picture;
 pub(crate) use past::{Band, Past};
 use watched::Watched;
 
@@ -36,6 +41,7 @@ pub(crate) struct Session {
     snapshot: Arc<Snapshot>,
     past: Past,
     watched: RefCell<Watched>,
+    panels: RefCell<Panels>,
     hands: Hands,
     gone: bool,
     _watching: Vec<Watching>,
@@ -91,6 +97,7 @@ impl Session {
             told,
             past: Past::new(),
             watched: RefCell::new(Watched::new(remote.clone(), repaint.clone())),
+            panels: RefCell::new(Panels::new(remote.clone(), repaint.clone())),
             hands: Hands::new(remote.clone(), repaint),
             snapshot: Arc::new(snapshot),
             gone: false,
@@ -114,6 +121,7 @@ impl Session {
         }
         self.gone = !self.remote.alive();
         self.watched.get_mut().tidy();
+        self.panels.get_mut().tidy();
     }
 
     /// What it is.
@@ -197,9 +205,26 @@ impl Session {
         self.watched.borrow().trouble(name)
     }
 
+    /// The newest list of a schema's own panel, or why it has none to show; nothing while none came yet. To be asked for in every
+    /// frame, as [`Self::value`].
+    pub(crate) fn panel(&self, schema: &str, rate: Rate) -> Option<Picture> {
+        self.panels.borrow_mut().newest(schema, rate)
+    }
+
+    /// Hands a schema what a person did to its panel. A slider or drag under way that a newer one overtakes is left out.
+    pub(crate) fn touch(&self, schema: &str, gesture: Gesture) -> Outcome {
+        let schema = schema.to_owned();
+        self.order(Action::Touch { schema, gesture })
+    }
+
     /// Asks for something as an operator (R14). What comes of it is among [`Self::notices`].
     pub(crate) fn act(&self, action: Action) {
         self.hands.act(action);
+    }
+
+    /// As [`Self::act`], for those who want to know what came of just this.
+    pub(crate) fn order(&self, action: Action) -> Outcome {
+        self.hands.order(action)
     }
 
     /// As [`Self::act`], held by a lease for as long as it is asked for again at least every half second: what a person lets go

@@ -2,3 +2,6 @@
 
 mod common;
 mod frame;
+mod painter;
+mod panel;
+mod values;

@@ -1,27 +1,244 @@
-//! The panel that a schema draws of itself.
+//! The panel that a schema draws of itself: its newest list, and what hands do to it, handed back. It shows what it is given and
+//! when it was drawn; it never makes up what a schema did not say.
 
-use eframe::egui;
+mod board;
+mod field;
+mod image;
+mod kept;
+mod plot;
+mod table;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, RichText, ScrollArea, Ui};
+use jde_core::State;
+use jde_host::snapshot::HoldKind;
+use jde_link::Rate;
+use jde_link::message::Action;
+use jde_panel::{Gesture, Ink, List};
 
 use super::Window;
-use crate::look::Look;
-use crate::session::Session;
+use crate::look::{self, Look};
+use crate::session::{Outcome, Session};
+use board::Board;
+use kept::Kept;
+
+/// How often lists are asked for: smooth to the eye, and cheap for the schema.
+const RATE: Rate = Rate::Hz(20);
+/// A list that is older than this is said to be old.
+const OLD: Duration = Duration::from_millis(1500);
+
+/// How visible a panel is that nobody answers for any more.
+const FADED: f32 = 0.55;
 
 /// The window.
 pub(crate) struct Panel {
     schema: String,
+    kept: Kept,
+    /// The newest list, and when it came.
+    newest: Option<(Arc<List>, Instant)>,
+    /// What came of the last gesture.
+    outcome: Outcome,
+}
+
+/// What there is to show.
+enum News<'a> {
+    /// Nothing came yet.
+    Waiting,
+    /// Something else came than a list that can be shown.
+    Refused(&'a str),
+    /// A list.
+    Shown(&'a Arc<List>),
 }
 
 impl Panel {
     /// Of a schema, with what one kept before.
-    pub(crate) fn open(schema: &str, _kept: &serde_json::Value) -> Self {
+    pub(crate) fn open(schema: &str, kept: &serde_json::Value) -> Self {
         Self {
             schema: schema.to_owned(),
+            kept: Kept::read(kept),
+            newest: None,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// What its schema is doing, and why it is not drawn, if so. Answers whether it can be touched.
+    fn head(&self, ui: &mut Ui, session: &Session, look: &Look) -> bool {
+        let Some(view) = session.view(&self.schema) else {
+            ui.label(faint(
+                look,
+                &format!("There is no schema {} in this application.", self.schema),
+            ));
+            return false;
+        };
+        let unloaded = view
+            .operator
+            .as_ref()
+            .is_some_and(|hold| hold.kind == HoldKind::Unloaded);
+        ui.horizontal(|ui| {
+            let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
+            ui.painter()
+                .circle_filled(spot.center(), 4.5, look::state(view.state, look));
+            let word = if unloaded { "unloaded" } else { word(view.state) };
+            ui.label(word).on_hover_text(
+                session
+                    .schema(&self.schema)
+                    .map_or("", |schema| schema.doc.as_str()),
+            );
+            if session.is_gone() {
+                ui.label(colored(
+                    look,
+                    Ink::Bad,
+                    "the application is gone: this is the last it showed",
+                ));
+            } else if unloaded {
+                ui.label(faint(look, "it draws nothing until it is loaded again"));
+            } else if view.state == State::Slept {
+                ui.label(faint(look, "it is asleep"));
+                let play = ui
+                    .small_button("Play")
+                    .on_hover_text("Wake it as its father would (R14)");
+                if play.clicked() {
+                    let schema = self.schema.clone();
+                    session.act(Action::Play { schema });
+                }
+            }
+            if let Some((_, came)) = &self.newest
+                && came.elapsed() > OLD
+                && !session.is_gone()
+            {
+                let age = came.elapsed().as_secs_f64();
+                ui.label(colored(look, Ink::Warn, &format!("drawn {age:.0} s ago")))
+                    .on_hover_text("No newer picture came. One that draws nothing new may be at rest");
+                ui.ctx().request_repaint_after(Duration::from_secs(1));
+            }
+        });
+        if let Some(Err(reason)) = self.outcome.get() {
+            ui.label(colored(
+                look,
+                Ink::Bad,
+                &format!("What you did was refused: {reason}"),
+            ));
+        }
+        !session.is_gone() && !unloaded && !session.is_recording()
+    }
+
+    /// Draws what there is; answers with what was done.
+    fn body(&mut self, ui: &mut Ui, look: &Look, news: &News<'_>, alive: bool) -> Vec<Gesture> {
+        match news {
+            News::Waiting => {
+                ui.centered_and_justified(|ui| ui.label(faint(look, "waiting for the first picture")));
+                Vec::new()
+            }
+            News::Refused(reason) => {
+                ui.add_space(8.0);
+                ui.label(colored(look, Ink::Bad, "This panel cannot be shown:"));
+                ui.label(*reason);
+                Vec::new()
+            }
+            News::Shown(list) => {
+                let mut gestures = Vec::new();
+                let kept = &mut self.kept;
+                kept.take(list);
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    if !alive {
+                        ui.multiply_opacity(FADED);
+                    }
+                    gestures = Board::new(look, kept, alive).show(ui, list);
+                });
+                gestures
+            }
         }
     }
 }
 
 impl Window for Panel {
-    fn show(&mut self, ui: &mut egui::Ui, _session: &Session, _look: &Look) {
-        ui.label(&self.schema);
+    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+        let alive = self.head(ui, session, look);
+        if session.view(&self.schema).is_none() {
+            return;
+        }
+        let refused = match session.panel(&self.schema, RATE) {
+            None => None,
+            Some(Ok(list)) => {
+                let new = self
+                    .newest
+                    .as_ref()
+                    .is_none_or(|(old, _)| !Arc::ptr_eq(old, &list));
+                if new {
+                    self.newest = Some((list, Instant::now()));
+                }
+                None
+            }
+            Some(Err(reason)) => Some(reason),
+        };
+        let newest = self.newest.as_ref().map(|(list, _)| Arc::clone(list));
+        let news = match (&refused, &newest) {
+            (Some(reason), _) => News::Refused(reason),
+            (None, Some(list)) => News::Shown(list),
+            (None, None) => News::Waiting,
+        };
+        for gesture in self.body(ui, look, &news, alive) {
+            self.outcome = session.touch(&self.schema, gesture);
+        }
+    }
+
+    fn keep(&self) -> serde_json::Value {
+        self.kept.write()
+    }
+}
+
+fn word(state: State) -> &'static str {
+    match state {
+        State::Slept => "slept",
+        State::Checking => "checking",
+        State::Ready => "ready",
+        State::Winner => "winner",
+    }
+}
+
+fn faint(look: &Look, text: &str) -> RichText {
+    colored(look, Ink::Faint, text)
+}
+
+fn colored(look: &Look, ink: Ink, text: &str) -> RichText {
+    RichText::new(text).color(look::ink(ink, look))
+}
+
+#[cfg(test)]
+pub(crate) mod bench {
+    //! A board alone, for tests: lists in, gestures out.
+
+    use super::*;
+
+    /// A board and what it keeps.
+    #[derive(Default)]
+    pub(crate) struct Bench {
+        kept: Kept,
+        /// What is shown.
+        pub(crate) list: Arc<List>,
+        /// What was done so far.
+        pub(crate) gestures: Vec<Gesture>,
+    }
+
+    impl Bench {
+        /// One that shows a list.
+        pub(crate) fn of(list: List) -> Self {
+            Self {
+                list: Arc::new(list),
+                ..Self::default()
+            }
+        }
+
+        /// A frame.
+        pub(crate) fn show(&mut self, ui: &mut Ui, look: &Look) {
+            let list = Arc::clone(&self.list);
+            self.kept.take(&list);
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                self.gestures
+                    .extend(Board::new(look, &mut self.kept, true).show(ui, &list));
+            });
+        }
     }
 }

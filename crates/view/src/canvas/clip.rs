@@ -1,0 +1,104 @@
+//! Cuts lines and convex polygons to what is seen, in full precision: zoomed in far, coordinates on the screen grow beyond what
+//! graphics can take.
+
+/// A rectangle of the screen: least and greatest x and y.
+pub(super) type Bounds = [[f64; 2]; 2];
+
+/// The part of a line between two places that is within; none if it passes by.
+pub(super) fn segment(from: [f64; 2], to: [f64; 2], [least, greatest]: Bounds) -> Option<[[f64; 2]; 2]> {
+    // Liang and Barsky, 1984: the shares of the way at which it enters and leaves.
+    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (start, way) = (from[axis], to[axis] - from[axis]);
+        if way == 0.0 {
+            if start < least[axis] || start > greatest[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (one, other) = ((least[axis] - start) / way, (greatest[axis] - start) / way);
+        enters = enters.max(one.min(other));
+        leaves = leaves.min(one.max(other));
+    }
+    if enters > leaves {
+        return None;
+    }
+    let at = |share: f64| {
+        [
+            from[0] + share * (to[0] - from[0]),
+            from[1] + share * (to[1] - from[1]),
+        ]
+    };
+    Some([
+        if enters == 0.0 { from } else { at(enters) },
+        if leaves == 1.0 { to } else { at(leaves) },
+    ])
+}
+
+/// The part of a convex polygon that is within; empty if none is.
+pub(super) fn polygon(corners: Vec<[f64; 2]>, [least, greatest]: Bounds) -> Vec<[f64; 2]> {
+    // Sutherland and Hodgman, 1974: one side of the rectangle after the other.
+    let mut corners = corners;
+    for (axis, limit, sign) in [
+        (0, least[0], 1.0),
+        (0, greatest[0], -1.0),
+        (1, least[1], 1.0),
+        (1, greatest[1], -1.0),
+    ] {
+        let inside = |corner: &[f64; 2]| sign * (corner[axis] - limit) >= 0.0;
+        if corners.iter().all(inside) {
+            continue;
+        }
+        let mut kept = Vec::with_capacity(corners.len() + 1);
+        for (place, corner) in corners.iter().enumerate() {
+            let before = &corners[(place + corners.len() - 1) % corners.len()];
+            if inside(corner) != inside(before) {
+                let share = (limit - before[axis]) / (corner[axis] - before[axis]);
+                kept.push([
+                    before[0] + share * (corner[0] - before[0]),
+                    before[1] + share * (corner[1] - before[1]),
+                ]);
+            }
+            if inside(corner) {
+                kept.push(*corner);
+            }
+        }
+        corners = kept;
+    }
+    corners
+}
+
+/// Whether any of what lies between two corners is within.
+pub(super) fn meets(low: [f64; 2], high: [f64; 2], [least, greatest]: Bounds) -> bool {
+    (0..2).all(|axis| high[axis] >= least[axis] && low[axis] <= greatest[axis])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Bounds = [[0.0, 0.0], [10.0, 5.0]];
+
+    #[test]
+    fn a_line_is_cut_where_it_enters_and_leaves() {
+        assert_eq!(
+            segment([-10.0, 2.0], [20.0, 2.0], BOUNDS),
+            Some([[0.0, 2.0], [10.0, 2.0]])
+        );
+        assert_eq!(
+            segment([1.0, 1.0], [2.0, 3.0], BOUNDS),
+            Some([[1.0, 1.0], [2.0, 3.0]])
+        );
+        assert_eq!(segment([-1.0, 1.0], [-1.0, 3.0], BOUNDS), None);
+        assert_eq!(segment([-4.0, 4.0], [4.0, 12.0], BOUNDS), None);
+    }
+
+    #[test]
+    fn a_polygon_around_all_that_is_seen_becomes_just_that() {
+        let huge = vec![[-1e9, -1e9], [1e9, -1e9], [1e9, 1e9], [-1e9, 1e9]];
+        let mut cut = polygon(huge, BOUNDS);
+        cut.sort_by(|one, other| one.partial_cmp(other).unwrap());
+        assert_eq!(cut, [[0.0, 0.0], [0.0, 5.0], [10.0, 0.0], [10.0, 5.0]]);
+        assert!(polygon(vec![[20.0, 0.0], [30.0, 0.0], [30.0, 4.0]], BOUNDS).is_empty());
+    }
+}

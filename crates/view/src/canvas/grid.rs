@@ -1,0 +1,171 @@
+//! The grid of a plane: lines at round distances, their numbers at the edges, a scale, and the place under the pointer.
+
+use eframe::egui::{Align2, FontId, Painter, Pos2, Stroke, pos2, vec2};
+use jde_panel::Ink;
+
+use super::Transform;
+use crate::look::{self, Look};
+
+/// Numbers stand no closer, points of the screen.
+const NUMBERS: f64 = 56.0;
+/// Lines are no closer.
+const LINES: f64 = 11.0;
+const FONT: f32 = 10.0;
+
+/// Draws it over all that is seen.
+pub(super) fn draw(painter: &Painter, transform: &Transform, look: &Look) {
+    let ink = look::ink(Ink::Faint, look);
+    let coarse = step(NUMBERS / transform.scale());
+    let fine = [coarse / 10.0, coarse / 5.0, coarse / 2.0]
+        .into_iter()
+        .find(|fine| fine * transform.scale() >= LINES);
+    if let Some(fine) = fine {
+        lines(
+            painter,
+            transform,
+            fine,
+            Stroke::new(1.0, ink.gamma_multiply(0.13)),
+        );
+    }
+    lines(
+        painter,
+        transform,
+        coarse,
+        Stroke::new(1.0, ink.gamma_multiply(0.28)),
+    );
+    let origin = transform.screen([0.0, 0.0]);
+    let rect = transform.rect();
+    let axis = Stroke::new(1.0, ink.gamma_multiply(0.7));
+    painter.vline(origin.x, rect.y_range(), axis);
+    painter.hline(rect.x_range(), origin.y, axis);
+    numbers(painter, transform, coarse, look);
+    scale(painter, transform, coarse, look);
+}
+
+/// The place under the pointer, in the lower left corner.
+pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, look: &Look) {
+    let [x, y] = transform.plane(pointer);
+    let (x, unit) = look.units.convert(x, "m");
+    let (y, _) = look.units.convert(y, "m");
+    let digits = if unit == "m" { 2 } else { 0 };
+    let text = format!("x {x:.digits$} {unit}   y {y:.digits$} {unit}");
+    let at = transform.rect().left_bottom() + vec2(30.0, -18.0);
+    words(painter, at, Align2::LEFT_BOTTOM, &text, look, Ink::Plain);
+}
+
+/// 1, 2 or 5 times a power of ten, no less than asked for.
+fn step(least: f64) -> f64 {
+    let power = 10_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|times| times * power)
+        .find(|step| *step >= least * 0.999_999)
+        .unwrap_or(10.0 * power)
+}
+
+/// Multiples of a step along an axis of the plane that are seen.
+fn multiples(transform: &Transform, axis: usize, step: f64) -> impl Iterator<Item = f64> {
+    let area = transform.area();
+    let (first, last) = (
+        (area.least[axis] / step).ceil(),
+        (area.greatest[axis] / step).floor(),
+    );
+    // A screen has fewer lines than this, or it is no screen.
+    let count = (last - first).clamp(-1.0, 2000.0) as i64;
+    (0..=count).map(move |number| (first + number as f64) * step)
+}
+
+fn lines(painter: &Painter, transform: &Transform, step: f64, stroke: Stroke) {
+    let rect = transform.rect();
+    for axis in 0..2 {
+        for at in multiples(transform, axis, step) {
+            let mut place = [0.0, 0.0];
+            place[axis] = at;
+            let screen = transform.screen(place);
+            if (axis == 0) == transform.forward_up() {
+                painter.hline(rect.x_range(), screen.y, stroke);
+            } else {
+                painter.vline(screen.x, rect.y_range(), stroke);
+            }
+        }
+    }
+}
+
+fn numbers(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
+    let rect = transform.rect();
+    for axis in 0..2 {
+        for at in multiples(transform, axis, step) {
+            let mut place = [0.0, 0.0];
+            place[axis] = at;
+            let screen = transform.screen(place);
+            let text = number(at, step, look);
+            let (at, align) = if (axis == 0) == transform.forward_up() {
+                (pos2(rect.left() + 4.0, screen.y), Align2::LEFT_CENTER)
+            } else {
+                (pos2(screen.x, rect.bottom() - 3.0), Align2::CENTER_BOTTOM)
+            };
+            // The corner and the place of the scale stay free.
+            let room = rect.shrink2(vec2(0.0, 16.0));
+            let free = match align {
+                Align2::LEFT_CENTER => room.y_range().contains(at.y),
+                _ => at.x > rect.left() + 40.0 && at.x < rect.right() - 90.0,
+            };
+            if free {
+                words(painter, at, align, &text, look, Ink::Faint);
+            }
+        }
+    }
+}
+
+/// How long a step is.
+fn scale(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
+    let rect = transform.rect();
+    let length = (step * transform.scale()) as f32;
+    if length > rect.width() * 0.5 {
+        return;
+    }
+    let right = rect.right_bottom() + vec2(-8.0, -6.0);
+    let left = right - vec2(length, 0.0);
+    let stroke = Stroke::new(1.5, look::ink(Ink::Faint, look));
+    painter.line_segment([left, right], stroke);
+    for end in [left, right] {
+        painter.line_segment([end, end - vec2(0.0, 4.0)], stroke);
+    }
+    let (_, unit) = look.units.convert(step, "m");
+    let text = format!("{} {unit}", number(step, step, look));
+    let middle = left.lerp(right, 0.5) - vec2(0.0, 3.0);
+    words(painter, middle, Align2::CENTER_BOTTOM, &text, look, Ink::Faint);
+}
+
+/// A multiple of a step with as many digits as the step has.
+fn number(at: f64, step: f64, look: &Look) -> String {
+    let (at, _) = look.units.convert(at, "m");
+    let (step, _) = look.units.convert(step, "m");
+    let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    // No "-0".
+    format!("{:.digits$}", if at == 0.0 { 0.0 } else { at })
+}
+
+fn words(painter: &Painter, at: Pos2, align: Align2, text: &str, look: &Look, ink: Ink) {
+    painter.text(at, align, text, FontId::proportional(FONT), look::ink(ink, look));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_stand_at_round_distances() {
+        for (least, step_is) in [
+            (0.7, 1.0),
+            (1.0, 1.0),
+            (1.1, 2.0),
+            (3.0, 5.0),
+            (0.051, 0.1),
+            (700.0, 1000.0),
+        ] {
+            let step = step(least);
+            assert!((step - step_is).abs() < 1e-9 * step_is, "{least} gives {step}");
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! A plane in metres with pan and zoom, shared by windows: what is seen of it, a grid, shapes, and what hands do on it. It keeps
+//! the aspect of things, and knows nothing of schemas.
+
+mod clip;
+mod grid;
+mod hands;
+mod pencil;
+mod steer;
+mod view;
+
+use eframe::egui::{self, Id, Pos2, Rect, Response, Sense, Ui, Vec2, WidgetInfo, pos2, vec2};
+use jde_panel::{Area, Touch, Wants};
+
+use crate::look::Look;
+
+pub(crate) use hands::Hands;
+pub(crate) use pencil::{Pencil, bounds};
+pub(crate) use view::{Transform, View};
+
+/// A plane to be shown.
+pub(crate) struct Canvas<'a> {
+    name: &'a str,
+    home: Area,
+    size: Vec2,
+    forward_up: bool,
+    grid: bool,
+    wants: Wants,
+}
+
+/// What became of it in this frame.
+pub(crate) struct Shown {
+    /// The whole of it.
+    pub(crate) response: Response,
+    /// From metres to the screen and back.
+    pub(crate) transform: Transform,
+    /// What was done of what is wanted, in its order.
+    pub(crate) touches: Vec<Touch>,
+}
+
+impl<'a> Canvas<'a> {
+    /// A plane of which `home` is seen until somebody pans or zooms; its name is for those who cannot see it, and unique among
+    /// its neighbours. It takes all the room there is.
+    pub(crate) fn new(name: &'a str, home: Area) -> Self {
+        Self {
+            name,
+            home,
+            size: Vec2::INFINITY,
+            forward_up: false,
+            grid: true,
+            wants: Wants::default(),
+        }
+    }
+
+    /// No larger than so many points.
+    pub(crate) fn size(self, size: Vec2) -> Self {
+        Self { size, ..self }
+    }
+
+    /// With x up and y to the left.
+    pub(crate) fn forward_up(self, forward_up: bool) -> Self {
+        Self { forward_up, ..self }
+    }
+
+    /// With or without a grid.
+    pub(crate) fn grid(self, grid: bool) -> Self {
+        Self { grid, ..self }
+    }
+
+    /// What is handed back instead of moving the view.
+    pub(crate) fn wants(self, wants: Wants) -> Self {
+        Self { wants, ..self }
+    }
+
+    /// Shows it, with what `draw` draws.
+    pub(crate) fn show(
+        self,
+        ui: &mut Ui,
+        look: &Look,
+        view: &mut View,
+        draw: impl FnOnce(&mut Pencil<'_>),
+    ) -> Shown {
+        let size = self.size.min(ui.available_size()).max(Vec2::splat(32.0));
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+        let name = self.name;
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, name));
+        let buttons = self.buttons(ui, response.id, rect, view);
+        let before = view.transform(rect, self.home, self.forward_up);
+        let touches = view
+            .hands
+            .touches(ui, &response, self.wants, |at| flat(&before, at));
+        steer::steer(ui, &response, rect, view, &self);
+        let transform = view.transform(rect, self.home, self.forward_up);
+        if buttons || !touches.is_empty() {
+            ui.ctx().request_repaint();
+        }
+        if ui.is_rect_visible(rect) {
+            let visuals = ui.visuals();
+            let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect));
+            painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
+            if self.grid {
+                grid::draw(&painter, &transform, look);
+            }
+            draw(&mut Pencil::new(painter.clone(), transform, look));
+            if let Some(pointer) = response.hover_pos() {
+                grid::place(&painter, &transform, pointer, look);
+            }
+            let edge = if response.has_focus() {
+                visuals.selection.stroke
+            } else {
+                visuals.widgets.noninteractive.bg_stroke
+            };
+            painter.rect_stroke(rect, 3.0, edge, egui::StrokeKind::Inside);
+            // Over what was drawn.
+            paint_buttons(ui, response.id, rect);
+        }
+        Shown {
+            response,
+            transform,
+            touches,
+        }
+    }
+
+    /// Zoom and fit for those who have no wheel; answers whether one was pressed.
+    fn buttons(&self, ui: &Ui, id: Id, rect: Rect, view: &mut View) -> bool {
+        let middle = rect.center();
+        let mut pressed = false;
+        for (place, button) in Button::ALL.into_iter().enumerate() {
+            let name = format!("{} of {}", button.word(), self.name);
+            let response = ui
+                .interact(spot(rect, place), id.with(("button", place)), Sense::click())
+                .on_hover_text(button.hint());
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
+            if response.clicked() {
+                pressed = true;
+                match button {
+                    Button::Closer => view.zoom(rect, self.home, self.forward_up, middle, 1.5),
+                    Button::Farther => view.zoom(rect, self.home, self.forward_up, middle, 1.0 / 1.5),
+                    Button::Fit => view.fit(),
+                }
+            }
+        }
+        pressed
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Button {
+    Closer,
+    Farther,
+    Fit,
+}
+
+impl Button {
+    const ALL: [Self; 3] = [Self::Closer, Self::Farther, Self::Fit];
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Closer => "closer view",
+            Self::Farther => "farther view",
+            Self::Fit => "whole view",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Closer => "Closer (+, or the wheel at the pointer)",
+            Self::Farther => "Farther (-, or the wheel at the pointer)",
+            Self::Fit => "Show all of it (0)",
+        }
+    }
+
+    /// Drawn, for not every font has such signs.
+    fn paint(self, painter: &egui::Painter, spot: Rect, ink: egui::Color32) {
+        let (middle, reach) = (spot.center(), 4.0);
+        let stroke = egui::Stroke::new(1.5, ink);
+        let line = |from: Vec2, to: Vec2| {
+            painter.line_segment([middle + from * reach, middle + to * reach], stroke);
+        };
+        match self {
+            Self::Closer => {
+                line(vec2(-1.0, 0.0), vec2(1.0, 0.0));
+                line(vec2(0.0, -1.0), vec2(0.0, 1.0));
+            }
+            Self::Farther => line(vec2(-1.0, 0.0), vec2(1.0, 0.0)),
+            Self::Fit => {
+                for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                    line(vec2(x, y), vec2(x * 0.2, y));
+                    line(vec2(x, y), vec2(x, y * 0.2));
+                }
+            }
+        }
+    }
+}
+
+fn spot(rect: Rect, place: usize) -> Rect {
+    let side = 18.0;
+    let left = rect.right() - (Button::ALL.len() - place) as f32 * (side + 2.0) - 2.0;
+    Rect::from_min_size(pos2(left, rect.top() + 4.0), Vec2::splat(side))
+}
+
+/// A place in the plane as a panel's gestures have it.
+fn flat(transform: &Transform, at: Pos2) -> [f64; 3] {
+    let [x, y] = transform.plane(at);
+    [x, y, 0.0]
+}
+
+fn paint_buttons(ui: &Ui, id: Id, rect: Rect) {
+    for (place, button) in Button::ALL.into_iter().enumerate() {
+        let spot = spot(rect, place);
+        let here = ui.ctx().read_response(id.with(("button", place)));
+        let lit = here.is_some_and(|response| response.hovered() || response.has_focus());
+        let visuals = ui.visuals();
+        let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect));
+        let ground = if lit {
+            visuals.widgets.hovered.weak_bg_fill
+        } else {
+            visuals.window_fill.gamma_multiply(0.7)
+        };
+        painter.rect_filled(spot, 3.0, ground);
+        let ink = if lit {
+            visuals.text_color()
+        } else {
+            visuals.weak_text_color()
+        };
+        button.paint(&painter, spot, ink);
+    }
+}

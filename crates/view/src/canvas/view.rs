@@ -1,0 +1,263 @@
+//! What is seen of a plane, and the way from metres to the screen and back. Numbers only; it draws nothing.
+
+use eframe::egui::{Pos2, Rect, Vec2, pos2};
+use jde_panel::Area;
+use serde::{Deserialize, Serialize};
+
+use super::Hands;
+
+/// Points of the screen to a metre: from 100 km on a screen to a millimetre.
+const SCALES: (f64, f64) = (0.01, 1.0e6);
+/// Room left around what is fitted.
+const MARGIN: f64 = 0.92;
+
+/// What a person sees of a plane; kept from frame to frame, and from one start to the next.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct View {
+    /// Where they panned and zoomed to; nothing: the home of the plane, all of it.
+    seen: Option<Seen>,
+    /// What is handed back.
+    #[serde(skip)]
+    pub(super) hands: Hands,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Seen {
+    /// m.
+    center: [f64; 2],
+    /// Points of the screen to a metre.
+    scale: f64,
+}
+
+/// From metres to the screen and back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Transform {
+    rect: Rect,
+    center: [f64; 2],
+    scale: f64,
+    forward_up: bool,
+}
+
+impl View {
+    /// Back to the home of the plane.
+    pub(crate) fn fit(&mut self) {
+        self.seen = None;
+    }
+
+    /// Whether all of it is seen, as nobody panned or zoomed.
+    pub(crate) fn is_fitted(&self) -> bool {
+        self.seen.is_none()
+    }
+
+    /// Has the middle of what is seen at a place, as close as it is.
+    pub(crate) fn follow(&mut self, place: [f64; 2]) {
+        if let Some(seen) = &mut self.seen {
+            seen.center = place;
+        }
+    }
+
+    /// The way from metres to the screen, if the plane is shown in `rect` and `home` is all of it.
+    pub(crate) fn transform(&self, rect: Rect, home: Area, forward_up: bool) -> Transform {
+        let seen = self.seen.unwrap_or_else(|| {
+            let size = [home.greatest[0] - home.least[0], home.greatest[1] - home.least[1]];
+            let [across, up] = if forward_up { [size[1], size[0]] } else { size };
+            let scale = (f64::from(rect.width()) / across).min(f64::from(rect.height()) / up);
+            Seen {
+                center: [
+                    f64::midpoint(home.least[0], home.greatest[0]),
+                    f64::midpoint(home.least[1], home.greatest[1]),
+                ],
+                scale: (scale * MARGIN).clamp(SCALES.0, SCALES.1),
+            }
+        });
+        Transform {
+            rect,
+            center: seen.center,
+            scale: seen.scale,
+            forward_up,
+        }
+    }
+
+    /// Zooms so that what is at a place of the screen stays there.
+    pub(crate) fn zoom(&mut self, rect: Rect, home: Area, forward_up: bool, at: Pos2, factor: f64) {
+        let before = self.transform(rect, home, forward_up);
+        let place = before.plane(at);
+        let scale = (before.scale * factor).clamp(SCALES.0, SCALES.1);
+        let mut after = Transform { scale, ..before };
+        let there = after.plane(at);
+        after.center[0] += place[0] - there[0];
+        after.center[1] += place[1] - there[1];
+        self.seen = Some(after.seen());
+    }
+
+    /// Moves what is seen by so many points of the screen.
+    pub(crate) fn pan(&mut self, rect: Rect, home: Area, forward_up: bool, by: Vec2) {
+        let mut transform = self.transform(rect, home, forward_up);
+        transform.center = transform.plane(rect.center() - by);
+        self.seen = Some(transform.seen());
+    }
+}
+
+impl Transform {
+    /// Where a place is on the screen.
+    pub(crate) fn screen(&self, [x, y]: [f64; 2]) -> Pos2 {
+        let (across, up) = self.offset([x, y]);
+        let middle = self.rect.center();
+        pos2(middle.x + across as f32, middle.y - up as f32)
+    }
+
+    /// Which place is there on the screen, m.
+    pub(crate) fn plane(&self, at: Pos2) -> [f64; 2] {
+        let middle = self.rect.center();
+        let across = f64::from(at.x - middle.x) / self.scale;
+        let up = f64::from(middle.y - at.y) / self.scale;
+        if self.forward_up {
+            [self.center[0] + up, self.center[1] - across]
+        } else {
+            [self.center[0] + across, self.center[1] + up]
+        }
+    }
+
+    /// Points of the screen to a metre.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Where on the screen it is shown.
+    pub(crate) fn rect(&self) -> Rect {
+        self.rect
+    }
+
+    /// Shown with x up.
+    pub(crate) fn forward_up(&self) -> bool {
+        self.forward_up
+    }
+
+    /// What is seen, m.
+    pub(crate) fn area(&self) -> Area {
+        let (one, other) = (self.plane(self.rect.min), self.plane(self.rect.max));
+        Area {
+            least: [one[0].min(other[0]), one[1].min(other[1])],
+            greatest: [one[0].max(other[0]), one[1].max(other[1])],
+        }
+    }
+
+    /// From the middle to the right and up, points of the screen, in full precision.
+    pub(super) fn offset(&self, [x, y]: [f64; 2]) -> (f64, f64) {
+        let (x, y) = (
+            (x - self.center[0]) * self.scale,
+            (y - self.center[1]) * self.scale,
+        );
+        if self.forward_up { (-y, x) } else { (x, y) }
+    }
+
+    fn seen(&self) -> Seen {
+        Seen {
+            center: self.center,
+            scale: self.scale,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::vec2;
+
+    use super::*;
+
+    const HOME: Area = Area {
+        least: [-1.0, -2.0],
+        greatest: [3.0, 2.0],
+    };
+
+    fn rect() -> Rect {
+        Rect::from_min_size(pos2(10.0, 20.0), vec2(400.0, 200.0))
+    }
+
+    fn near(one: [f64; 2], other: [f64; 2]) -> bool {
+        (one[0] - other[0]).hypot(one[1] - other[1]) < 1e-4
+    }
+
+    #[test]
+    fn all_of_home_is_seen_and_a_metre_is_as_long_either_way() {
+        for forward_up in [false, true] {
+            let transform = View::default().transform(rect(), HOME, forward_up);
+            for corner in [HOME.least, HOME.greatest] {
+                assert!(rect().contains(transform.screen(corner)), "{corner:?}");
+            }
+            let (origin, x, y) = (
+                transform.screen([0.0, 0.0]),
+                transform.screen([1.0, 0.0]),
+                transform.screen([0.0, 1.0]),
+            );
+            assert!((origin.distance(x) - origin.distance(y)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn ahead_is_up_and_left_is_left_for_a_robot_that_looks_up_the_screen() {
+        let transform = View::default().transform(rect(), HOME, true);
+        let origin = transform.screen([0.0, 0.0]);
+        assert!(transform.screen([1.0, 0.0]).y < origin.y);
+        assert!(transform.screen([0.0, 1.0]).x < origin.x);
+        let plain = View::default().transform(rect(), HOME, false);
+        let origin = plain.screen([0.0, 0.0]);
+        assert!(plain.screen([1.0, 0.0]).x > origin.x);
+        assert!(plain.screen([0.0, 1.0]).y < origin.y);
+    }
+
+    #[test]
+    fn the_way_to_the_screen_and_back_ends_where_it_began() {
+        for forward_up in [false, true] {
+            let mut view = View::default();
+            view.zoom(rect(), HOME, forward_up, pos2(70.0, 90.0), 3.7);
+            let transform = view.transform(rect(), HOME, forward_up);
+            for place in [[0.0, 0.0], [0.3, -1.7], [2.5, 1.1]] {
+                let back = transform.plane(transform.screen(place));
+                assert!(near(place, back), "{place:?} came back as {back:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_under_the_pointer_stays_there_when_it_zooms() {
+        for forward_up in [false, true] {
+            let at = pos2(333.0, 47.0);
+            let mut view = View::default();
+            let before = view.transform(rect(), HOME, forward_up).plane(at);
+            view.zoom(rect(), HOME, forward_up, at, 2.5);
+            assert!(!view.is_fitted());
+            assert!(near(before, view.transform(rect(), HOME, forward_up).plane(at)));
+        }
+    }
+
+    #[test]
+    fn what_is_dragged_goes_with_the_hand() {
+        for forward_up in [false, true] {
+            let mut view = View::default();
+            let before = view.transform(rect(), HOME, forward_up).screen([1.0, 0.5]);
+            view.pan(rect(), HOME, forward_up, vec2(31.0, -12.0));
+            let after = view.transform(rect(), HOME, forward_up).screen([1.0, 0.5]);
+            assert!((after - before - vec2(31.0, -12.0)).length() < 1e-2);
+            view.fit();
+            assert_eq!(
+                view.transform(rect(), HOME, forward_up).screen([1.0, 0.5]),
+                before
+            );
+        }
+    }
+
+    #[test]
+    fn no_zoom_goes_beyond_its_bounds() {
+        let mut view = View::default();
+        for _ in 0..200 {
+            view.zoom(rect(), HOME, false, rect().center(), 10.0);
+        }
+        assert!(view.transform(rect(), HOME, false).scale() <= SCALES.1);
+        for _ in 0..200 {
+            view.zoom(rect(), HOME, false, rect().center(), 0.1);
+        }
+        assert!(view.transform(rect(), HOME, false).scale() >= SCALES.0);
+    }
+}

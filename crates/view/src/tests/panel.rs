@@ -1,0 +1,590 @@
+//! Panels of schemas: each widget is found by its label and touched, and the gesture that comes back is exactly right.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Key, PointerButton, Pos2, Theme, pos2, vec2};
+use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::{Harness, SnapshotOptions, SnapshotResults};
+use jde_panel::{
+    Area, Button, Color, Gesture, Ink, Item, List, Shape, Stroke, Touch, Trace, Wants, Words, check,
+};
+
+use crate::look::{Look, Units};
+use crate::window::panel::bench::Bench;
+
+const AREA: Area = Area {
+    least: [-2.0, -1.0],
+    greatest: [2.0, 3.0],
+};
+
+fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'static, Bench> {
+    let list = List { time: 1, items };
+    assert_eq!(check(&list), Ok(()));
+    let bench = Bench::of(list);
+    let show = |ui: &mut egui::Ui, bench: &mut Bench| {
+        let look = Look::of(ui.ctx(), Units::default());
+        bench.show(ui, &look);
+    };
+    let mut harness = Harness::builder()
+        .with_size(size)
+        .with_theme(theme)
+        .build_ui_state(show, bench);
+    harness.run();
+    harness
+}
+
+fn with(items: Vec<Item>) -> Harness<'static, Bench> {
+    board(items, [420.0, 420.0], Theme::Dark)
+}
+
+fn says(harness: &mut Harness<'_, Bench>, items: Vec<Item>) {
+    harness.state_mut().list = Arc::new(List { time: 2, items });
+    harness.step();
+}
+
+fn gestures(harness: &mut Harness<'_, Bench>) -> Vec<(String, Touch)> {
+    let taken = std::mem::take(&mut harness.state_mut().gestures);
+    taken
+        .into_iter()
+        .map(|Gesture { widget, touch }| (widget, touch))
+        .collect()
+}
+
+fn one(harness: &mut Harness<'_, Bench>, widget: &str) -> Touch {
+    let mut taken = gestures(harness);
+    assert_eq!(taken.len(), 1, "{taken:?}");
+    let (of, touch) = taken.remove(0);
+    assert_eq!(of, widget);
+    touch
+}
+
+fn stroke(ink: Ink) -> Stroke {
+    Stroke {
+        color: ink.into(),
+        width: 2.0,
+    }
+}
+
+fn field(wants: Wants, forward_up: bool) -> Item {
+    Item::Canvas {
+        id: "field".to_owned(),
+        area: Some(AREA),
+        forward_up,
+        shapes: vec![
+            Shape::Polygon {
+                points: vec![[0.0, -0.3], [0.6, -0.3], [0.6, 0.3], [0.0, 0.3]],
+                color: Color::Exact([245, 100, 90, 60]),
+            },
+            Shape::Points {
+                points: (0..60)
+                    .map(|n| f64::from(n) * 0.05)
+                    .map(|a| [1.5 * a.cos(), 1.5 * a.sin()])
+                    .collect(),
+                stroke: stroke(Ink::Seen),
+            },
+            Shape::Circle {
+                center: [1.0, 2.0],
+                radius: 0.3,
+                filled: false,
+                stroke: stroke(Ink::Goal),
+            },
+            Shape::Arrow {
+                from: [0.0, 0.0],
+                to: [1.0, 1.0],
+                stroke: stroke(Ink::Accent),
+            },
+            Shape::Line {
+                points: vec![[-1.5, -0.5], [-1.5, 2.5], [-0.5, 2.5]],
+                closed: false,
+                stroke: stroke(Ink::Faint),
+            },
+            Shape::Label {
+                at: [1.0, 2.0],
+                text: "target".to_owned(),
+                color: Ink::Goal.into(),
+            },
+            Shape::Robot {
+                pose: [0.0, 0.0, 0.5],
+            },
+        ],
+        wants,
+    }
+}
+
+fn clicks() -> Wants {
+    Wants {
+        clicks: true,
+        ..Wants::default()
+    }
+}
+
+/// Where a place is on the screen when nobody panned or zoomed: worked out by hand, not by what is tested.
+fn on_screen(rect: egui::Rect, [x, y]: [f64; 2], forward_up: bool) -> Pos2 {
+    let scale = 0.92 * f64::from(rect.width()).min(f64::from(rect.height())) / 4.0;
+    let (x, y) = (x * scale, (y - 1.0) * scale);
+    let middle = rect.center();
+    if forward_up {
+        pos2(middle.x - y as f32, middle.y - x as f32)
+    } else {
+        pos2(middle.x + x as f32, middle.y - y as f32)
+    }
+}
+
+fn press(harness: &mut Harness<'_, Bench>, at: Pos2, button: PointerButton, pressed: bool) {
+    harness.event(egui::Event::PointerMoved(at));
+    harness.event(egui::Event::PointerButton {
+        pos: at,
+        button,
+        pressed,
+        modifiers: egui::Modifiers::NONE,
+    });
+    harness.step();
+}
+
+fn moved(harness: &mut Harness<'_, Bench>, at: Pos2) {
+    harness.event(egui::Event::PointerMoved(at));
+    harness.step();
+}
+
+#[track_caller]
+fn near(at: [f64; 3], place: [f64; 2], pixel: f64) {
+    let off = (at[0] - place[0]).hypot(at[1] - place[1]);
+    assert!(off <= pixel && at[2] == 0.0, "{at:?} is {off} m from {place:?}");
+}
+
+#[test]
+fn a_button_says_that_it_was_pressed_unless_it_cannot_be() {
+    let button = |enabled| Item::Button {
+        id: "go".to_owned(),
+        label: "Go there".to_owned(),
+        enabled,
+    };
+    let mut harness = with(vec![button(true)]);
+    harness.get_by_label("Go there").click();
+    harness.run();
+    assert_eq!(one(&mut harness, "go"), Touch::Pressed);
+    says(&mut harness, vec![button(false)]);
+    harness.get_by_label("Go there").click();
+    harness.run();
+    assert_eq!(gestures(&mut harness), []);
+}
+
+#[test]
+fn a_toggle_stays_as_it_was_left_until_the_schema_says_something_new() {
+    let toggle = |on| Item::Toggle {
+        id: "quiet".to_owned(),
+        label: "Quiet".to_owned(),
+        on,
+    };
+    let on = |harness: &Harness<'_, Bench>| {
+        let toggled = harness.get_by_label("Quiet").accesskit_node().toggled();
+        toggled == Some(egui::accesskit::Toggled::True)
+    };
+    let mut harness = with(vec![toggle(false)]);
+    harness.get_by_label("Quiet").click();
+    harness.step();
+    harness.step();
+    assert_eq!(one(&mut harness, "quiet"), Touch::Toggled(true));
+    assert!(on(&harness));
+    // A list that was on its way when it was touched does not throw it back.
+    says(&mut harness, vec![toggle(false)]);
+    assert!(on(&harness));
+    says(&mut harness, vec![toggle(true)]);
+    assert!(on(&harness));
+    says(&mut harness, vec![toggle(false)]);
+    assert!(!on(&harness));
+}
+
+#[test]
+fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si() {
+    let slider = Item::Slider {
+        id: "turn".to_owned(),
+        label: "Turn rate".to_owned(),
+        value: 0.0,
+        least: -1.0,
+        greatest: 2.0,
+        unit: "rad/s".to_owned(),
+    };
+    let mut harness = with(vec![slider]);
+    let typed = harness.get_by_role(egui::accesskit::Role::SpinButton);
+    assert_eq!(typed.value().as_deref(), Some("0.0 deg/s"));
+    typed.click();
+    harness.run();
+    harness
+        .get_by_role(egui::accesskit::Role::SpinButton)
+        .type_text("90");
+    harness.run();
+    harness.key_press(Key::Enter);
+    harness.run();
+    let last = gestures(&mut harness).pop();
+    let Some((widget, Touch::Moved(to))) = last else {
+        panic!("{last:?}");
+    };
+    assert_eq!(widget, "turn");
+    assert!((to - std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{to}");
+    // And the slider itself is found by its name.
+    harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
+}
+
+#[test]
+fn a_choice_says_which_was_taken() {
+    let choice = Item::Choice {
+        id: "way".to_owned(),
+        label: "Way".to_owned(),
+        options: ["straight", "around", "back"].map(str::to_owned).into(),
+        chosen: 0,
+    };
+    let mut harness = with(vec![choice]);
+    harness
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Way")
+        .click();
+    harness.run();
+    harness.get_by_label("around").click();
+    harness.run_steps(3);
+    assert_eq!(one(&mut harness, "way"), Touch::Chose(1));
+}
+
+#[test]
+fn a_click_on_a_plane_is_handed_back_in_metres_to_the_pixel() {
+    for forward_up in [false, true] {
+        let mut harness = with(vec![field(clicks(), forward_up)]);
+        let rect = harness.get_by_label("field").rect();
+        let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
+        for (place, with, button) in [
+            ([1.0, 2.0], PointerButton::Primary, Button::Primary),
+            ([-1.2, 0.4], PointerButton::Secondary, Button::Secondary),
+            ([0.3, 2.2], PointerButton::Middle, Button::Middle),
+        ] {
+            let at = on_screen(rect, place, forward_up);
+            press(&mut harness, at, with, true);
+            press(&mut harness, at, with, false);
+            let Touch::Clicked { at, button: by } = one(&mut harness, "field") else {
+                panic!("no click");
+            };
+            assert_eq!(by, button);
+            near(at, place, pixel);
+        }
+    }
+}
+
+#[test]
+fn a_drag_is_handed_back_until_it_ends_and_moves_nothing() {
+    let wants = Wants {
+        drags: true,
+        ..Wants::default()
+    };
+    let mut harness = with(vec![field(wants, false)]);
+    let rect = harness.get_by_label("field").rect();
+    let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
+    let (start, end) = ([0.0, 0.0], [1.0, 1.5]);
+    press(
+        &mut harness,
+        on_screen(rect, start, false),
+        PointerButton::Primary,
+        true,
+    );
+    moved(&mut harness, on_screen(rect, [0.5, 0.5], false));
+    moved(&mut harness, on_screen(rect, end, false));
+    press(
+        &mut harness,
+        on_screen(rect, end, false),
+        PointerButton::Primary,
+        false,
+    );
+    harness.step();
+    let drags: Vec<_> = gestures(&mut harness)
+        .into_iter()
+        .map(|(_, touch)| match touch {
+            Touch::Dragged {
+                from,
+                to,
+                button: Button::Primary,
+                ended,
+            } => (from, to, ended),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(drags.len() >= 3, "{drags:?}");
+    let (last, under_way) = drags.split_last().unwrap();
+    assert!(
+        under_way.iter().all(|(_, _, ended)| !ended) && last.2,
+        "{drags:?}"
+    );
+    drags.iter().for_each(|(from, _, _)| near(*from, start, pixel));
+    near(last.1, end, pixel);
+}
+
+#[test]
+fn a_plane_that_nobody_listens_to_is_panned_and_zoomed_and_fitted_again() {
+    let mut harness = with(vec![field(Wants::default(), false)]);
+    let rect = harness.get_by_label("field").rect();
+    let place = [1.0, 2.0];
+    let seen = |harness: &mut Harness<'_, Bench>, at: Pos2| {
+        says(harness, vec![field(clicks(), false)]);
+        press(harness, at, PointerButton::Primary, true);
+        press(harness, at, PointerButton::Primary, false);
+        let touch = one(harness, "field");
+        says(harness, vec![field(Wants::default(), false)]);
+        match touch {
+            Touch::Clicked { at, .. } => at,
+            other => panic!("{other:?}"),
+        }
+    };
+    let pixel = 4.0 / (0.92 * f64::from(rect.width().min(rect.height())));
+    let at = on_screen(rect, place, false);
+    press(&mut harness, at, PointerButton::Primary, true);
+    moved(&mut harness, at + vec2(20.0, 0.0));
+    moved(&mut harness, at + vec2(60.0, -40.0));
+    press(
+        &mut harness,
+        at + vec2(60.0, -40.0),
+        PointerButton::Primary,
+        false,
+    );
+    assert_eq!(gestures(&mut harness), []);
+    near(seen(&mut harness, at + vec2(60.0, -40.0)), place, pixel);
+    // The wheel zooms at the pointer: what is under it stays, what is beside it comes nearer.
+    let pointer = at + vec2(60.0, -40.0);
+    let beside = seen(&mut harness, pointer - vec2(80.0, 0.0));
+    moved(&mut harness, pointer);
+    harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: vec2(0.0, 120.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: egui::Modifiers::NONE,
+    });
+    harness.run();
+    near(seen(&mut harness, pointer), place, pixel);
+    let nearer = seen(&mut harness, pointer - vec2(80.0, 0.0));
+    assert!(nearer[0] > beside[0] + 4.0 * pixel, "{nearer:?} was {beside:?}");
+    harness.get_by_label("whole view of field").click();
+    harness.run();
+    near(seen(&mut harness, at), place, pixel);
+    // And by keys, once it has the focus.
+    harness.get_by_label("field").focus();
+    harness.run();
+    harness.key_press(Key::ArrowRight);
+    harness.run();
+    near(seen(&mut harness, at - vec2(40.0, 0.0)), place, pixel);
+    harness.key_press(Key::Num0);
+    harness.run();
+    near(seen(&mut harness, at), place, pixel);
+}
+
+#[test]
+fn keys_go_to_the_plane_that_has_the_focus_and_come_up_when_it_is_lost() {
+    let wants = Wants {
+        keys: true,
+        ..Wants::default()
+    };
+    let mut harness = with(vec![field(wants, false)]);
+    harness.key_press(Key::A);
+    harness.run();
+    assert_eq!(gestures(&mut harness), []);
+    harness.get_by_label("field").focus();
+    harness.run();
+    harness.key_press(Key::A);
+    harness.run();
+    harness.key_down(Key::ArrowUp);
+    harness.run();
+    let key = |key: &str, down| {
+        let key = key.to_owned();
+        ("field".to_owned(), Touch::Key { key, down })
+    };
+    assert_eq!(
+        gestures(&mut harness),
+        [key("a", true), key("a", false), key("ArrowUp", true)]
+    );
+    harness.input_mut().focused = false;
+    harness.event(egui::Event::WindowFocused(false));
+    harness.run();
+    assert_eq!(gestures(&mut harness), [key("ArrowUp", false)]);
+}
+
+#[test]
+fn a_click_on_a_picture_is_handed_back_in_its_pixels() {
+    let picture = Item::Image {
+        id: "seen".to_owned(),
+        width: 8,
+        height: 4,
+        channels: 1,
+        pixels: vec![128; 32],
+        wants: clicks(),
+    };
+    let mut harness = with(vec![picture]);
+    let rect = harness.get_by_label("seen").rect();
+    assert!((rect.width() / rect.height() - 2.0).abs() < 0.01, "{rect:?}");
+    let at = rect.min + vec2(rect.width() * 2.5 / 8.0, rect.height() * 3.5 / 4.0);
+    press(&mut harness, at, PointerButton::Primary, true);
+    press(&mut harness, at, PointerButton::Primary, false);
+    let Touch::Clicked { at, .. } = one(&mut harness, "seen") else {
+        panic!("no click");
+    };
+    near(at, [2.5, 3.5], 8.0 / f64::from(rect.width()));
+}
+
+#[test]
+fn of_a_table_only_what_is_in_view_is_laid_out_and_a_heading_sorts_it() {
+    let table = Item::Table {
+        id: "rows".to_owned(),
+        columns: vec!["name".to_owned(), "distance".to_owned()],
+        rows: (0..2000)
+            .map(|n| vec![format!("wall {n}"), format!("{} m", (n * 7919) % 2000)])
+            .collect(),
+    };
+    let mut harness = with(vec![table]);
+    assert!(harness.query_by_label("wall 0").is_some());
+    assert!(harness.query_by_label("wall 1500").is_none());
+    harness.get_by_label("distance").click();
+    harness.run();
+    let zero = harness.get_by_label("0 m").rect().top();
+    let two = harness.get_by_label("2 m").rect().top();
+    assert!(zero < two && harness.query_by_label("1999 m").is_none());
+}
+
+#[test]
+fn a_group_is_unfolded_by_a_click() {
+    let group = Item::Group {
+        id: "more".to_owned(),
+        label: "More".to_owned(),
+        open: false,
+        items: vec![Item::Text {
+            text: "hidden".to_owned(),
+            words: Words::Plain,
+        }],
+    };
+    let mut harness = with(vec![group]);
+    assert!(harness.query_by_label("hidden").is_none());
+    harness.get_by_label("More").click();
+    harness.run();
+    assert!(harness.query_by_label("hidden").is_some());
+}
+
+/// A list with every widget.
+fn everything() -> Vec<Item> {
+    let text = |text: &str, words| Item::Text {
+        text: text.to_owned(),
+        words,
+    };
+    let traces = [("free", Ink::Good, 0.0), ("near", Ink::Warn, 1.0)].map(|(name, ink, phase)| Trace {
+        name: name.to_owned(),
+        color: ink.into(),
+        points: (0..200)
+            .map(|n| f64::from(n) * 0.05)
+            .map(|x| [x, (x + phase).sin()])
+            .collect(),
+    });
+    vec![
+        text("Everything", Words::Heading),
+        Item::Row {
+            items: vec![
+                text("plain", Words::Plain),
+                text("faint", Words::Faint),
+                text("good", Words::Good),
+                text("warning", Words::Warning),
+                text("error", Words::Error),
+                text("code()", Words::Code),
+            ],
+        },
+        Item::Value {
+            label: "Speed".to_owned(),
+            value: 0.4,
+            unit: "m/s".to_owned(),
+        },
+        Item::Slider {
+            id: "turn".to_owned(),
+            label: "Turn rate".to_owned(),
+            value: 0.5,
+            least: 0.0,
+            greatest: 1.0,
+            unit: "rad/s".to_owned(),
+        },
+        Item::Choice {
+            id: "way".to_owned(),
+            label: "Way".to_owned(),
+            options: vec!["straight".to_owned(), "around".to_owned()],
+            chosen: 1,
+        },
+        Item::Row {
+            items: vec![
+                Item::Button {
+                    id: "go".to_owned(),
+                    label: "Go".to_owned(),
+                    enabled: true,
+                },
+                Item::Button {
+                    id: "no".to_owned(),
+                    label: "Not now".to_owned(),
+                    enabled: false,
+                },
+                Item::Toggle {
+                    id: "quiet".to_owned(),
+                    label: "Quiet".to_owned(),
+                    on: true,
+                },
+                Item::Value {
+                    label: "Heading".to_owned(),
+                    value: 1.0,
+                    unit: "rad".to_owned(),
+                },
+            ],
+        },
+        Item::Row {
+            items: vec![
+                field(clicks(), true),
+                Item::Image {
+                    id: "seen".to_owned(),
+                    width: 32,
+                    height: 24,
+                    channels: 3,
+                    pixels: (0..32 * 24)
+                        .flat_map(|n| [(n % 32 * 8) as u8, (n / 32 * 10) as u8, 90])
+                        .collect(),
+                    wants: Wants::default(),
+                },
+            ],
+        },
+        Item::Row {
+            items: vec![
+                Item::Plot {
+                    id: "curves".to_owned(),
+                    label: "Distances".to_owned(),
+                    across: "time, s".to_owned(),
+                    up: "distance, m".to_owned(),
+                    traces: traces.into(),
+                },
+                Item::Table {
+                    id: "rows".to_owned(),
+                    columns: vec!["name".to_owned(), "distance".to_owned()],
+                    rows: (0..30)
+                        .map(|n| vec![format!("wall {n}"), format!("{n} m")])
+                        .collect(),
+                },
+            ],
+        },
+        Item::Group {
+            id: "more".to_owned(),
+            label: "More".to_owned(),
+            open: true,
+            items: vec![Item::Scene {
+                id: "space".to_owned(),
+                frame: "odom".to_owned(),
+                solids: Vec::new(),
+                wants: Wants::default(),
+            }],
+        },
+    ]
+}
+
+#[test]
+fn a_panel_with_every_widget_looks_as_it_did() {
+    // Renderers round edges of letters each in its own way.
+    let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(60);
+    let mut results = SnapshotResults::new();
+    for (theme, name) in [(Theme::Dark, "panel-dark"), (Theme::Light, "panel-light")] {
+        let mut harness = board(everything(), [760.0, 640.0], theme);
+        harness.snapshot_options(name, &options);
+        results.extend_harness(&mut harness);
+    }
+}

@@ -1,0 +1,106 @@
+//! Small widgets of a panel: values, toggles, sliders and choices. Numbers are shown in the units that the person likes, and
+//! handed back in those of SI.
+
+use eframe::egui::{self, RichText, Slider, Ui, vec2};
+use jde_panel::{Ink, Touch};
+
+use super::board::Board;
+use crate::look::{self, Look};
+
+/// Names of fields that stand below each other are as wide.
+const NAMES: f32 = 110.0;
+
+/// From where to where a slider goes.
+pub(super) struct Range<'a> {
+    pub(super) least: f64,
+    pub(super) greatest: f64,
+    pub(super) unit: &'a str,
+}
+
+/// A number with its name.
+pub(super) fn value(board: &Board<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
+    ui.horizontal(|ui| {
+        name(ui, board.look, label, !board.beside);
+        ui.label(RichText::new(board.look.units.show(value, unit)).monospace());
+    });
+}
+
+pub(super) fn toggle(board: &mut Board<'_>, ui: &mut Ui, id: &str, label: &str, said: bool) {
+    let mut on = board.kept.shown(ui, id, f64::from(said)) != 0.0;
+    if ui.checkbox(&mut on, label).clicked() {
+        board.kept.moved(id, f64::from(said), f64::from(on));
+        board.did(id, Touch::Toggled(on));
+    }
+}
+
+pub(super) fn slider(
+    board: &mut Board<'_>,
+    ui: &mut Ui,
+    id: &str,
+    label: &str,
+    said: f64,
+    range: &Range<'_>,
+) {
+    let (factor, unit) = board.look.units.convert(1.0, range.unit);
+    let before = board.kept.shown(ui, id, said) * factor;
+    let mut number = before;
+    let suffix = if unit.is_empty() { unit } else { format!(" {unit}") };
+    let response = ui
+        .horizontal(|ui| {
+            let name = name(ui, board.look, label, !board.beside);
+            ui.spacing_mut().slider_width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
+            ui.add(Slider::new(&mut number, range.least * factor..=range.greatest * factor).suffix(suffix))
+                .labelled_by(name.id)
+        })
+        .inner;
+    if response.changed() && number != before {
+        let number = (number / factor).clamp(range.least, range.greatest);
+        board.kept.moved(id, said, number);
+        board.did(id, Touch::Moved(number));
+    } else if response.dragged() {
+        // It stays in the hand that holds it.
+        board.kept.moved(id, said, before / factor);
+    }
+}
+
+pub(super) fn choice(
+    board: &mut Board<'_>,
+    ui: &mut Ui,
+    id: &str,
+    label: &str,
+    options: &[String],
+    said: u32,
+) {
+    let shown = board.kept.shown(ui, id, f64::from(said)) as usize;
+    let mut taken = None;
+    ui.horizontal(|ui| {
+        let name = name(ui, board.look, label, !board.beside);
+        egui::ComboBox::from_id_salt(id)
+            .selected_text(options.get(shown).map_or("", String::as_str))
+            .show_ui(ui, |ui| {
+                for (place, option) in options.iter().enumerate() {
+                    if ui.selectable_label(place == shown, option).clicked() {
+                        taken = Some(place as u32);
+                    }
+                }
+            })
+            .response
+            .labelled_by(name.id);
+    });
+    if let Some(place) = taken {
+        board.kept.moved(id, f64::from(said), f64::from(place));
+        board.did(id, Touch::Chose(place));
+    }
+}
+
+/// A name; below others as wide as they are, beside others no wider than it needs.
+fn name(ui: &mut Ui, look: &Look, label: &str, column: bool) -> egui::Response {
+    let words = RichText::new(label).color(look::ink(Ink::Plain, look).gamma_multiply(0.75));
+    let left = ui.cursor().left();
+    let response = ui.label(words);
+    let lacks = NAMES - (ui.cursor().left() - left);
+    if column && lacks > 0.0 {
+        ui.allocate_space(vec2(lacks - ui.spacing().item_spacing.x, 0.0));
+    }
+    response
+}

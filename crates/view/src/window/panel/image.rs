@@ -1,0 +1,87 @@
+//! A picture of a panel: as large as there is room, its pixels on the graphics card until a new list brings others.
+
+use eframe::egui::{self, ColorImage, Pos2, Rect, Sense, TextureOptions, Ui, WidgetInfo, vec2};
+use jde_panel::{Item, Wants};
+
+use super::board::{Board, hint};
+use super::kept::Texture;
+
+/// Shows it.
+pub(super) fn show(board: &mut Board<'_>, ui: &mut Ui, item: &Item) {
+    let Item::Image {
+        id,
+        width,
+        height,
+        channels,
+        pixels,
+        wants,
+    } = item
+    else {
+        return;
+    };
+    let size = vec2(*width as f32, *height as f32);
+    let room = vec2(ui.available_width(), board.height());
+    let scale = (room.x / size.x).min(room.y / size.y);
+    let (rect, response) = ui.allocate_exact_size(size * scale, sense(*wants));
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, id));
+    let serial = board.kept.serial;
+    let picture = || picture(*width, *height, *channels, pixels);
+    let options = if scale > 3.0 {
+        TextureOptions::NEAREST
+    } else {
+        TextureOptions::LINEAR
+    };
+    match board.kept.textures.get_mut(id) {
+        Some(texture) if texture.serial == serial => {}
+        Some(texture) => {
+            texture.handle.set(picture(), options);
+            texture.serial = serial;
+        }
+        None => {
+            let handle = ui.ctx().load_texture(id, picture(), options);
+            board.kept.textures.insert(id.clone(), Texture { handle, serial });
+        }
+    }
+    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+    if let Some(texture) = board.kept.textures.get(id) {
+        ui.painter()
+            .image(texture.handle.id(), rect, whole, egui::Color32::WHITE);
+    }
+    if response.has_focus() {
+        let edge = ui.visuals().selection.stroke;
+        ui.painter()
+            .rect_stroke(rect, 0.0, edge, egui::StrokeKind::Inside);
+    }
+    let pixel = |at: Pos2| {
+        let at = (rect.clamp(at) - rect.min) / scale;
+        [f64::from(at.x), f64::from(at.y), 0.0]
+    };
+    let mut hands = board.kept.hands.remove(id).unwrap_or_default();
+    for touch in hands.touches(ui, &response, *wants, pixel) {
+        board.did(id, touch);
+    }
+    board.kept.hands.insert(id.clone(), hands);
+    if let Some(hint) = hint(*wants) {
+        response.on_hover_text_at_pointer(hint);
+    }
+}
+
+fn sense(wants: Wants) -> Sense {
+    let mut sense = Sense::hover();
+    if wants.clicks || wants.keys {
+        sense |= Sense::click();
+    }
+    if wants.drags {
+        sense |= Sense::drag();
+    }
+    sense
+}
+
+fn picture(width: u32, height: u32, channels: u8, pixels: &[u8]) -> ColorImage {
+    let size = [width as usize, height as usize];
+    match channels {
+        1 => ColorImage::from_gray(size, pixels),
+        3 => ColorImage::from_rgb(size, pixels),
+        _ => ColorImage::from_rgba_unmultiplied(size, pixels),
+    }
+}

@@ -1,0 +1,94 @@
+//! Curves of a panel over an axis. More points than the screen has columns are thinned so that no peak is lost.
+
+use eframe::egui::{self, RichText, Ui, WidgetInfo};
+use egui_plot::{Legend, Line, Plot, PlotPoints};
+use jde_panel::{Ink, Trace};
+
+use crate::look::{self, Look};
+
+/// Shows them.
+pub(super) fn show(
+    look: &Look,
+    ui: &mut Ui,
+    height: f32,
+    id: &str,
+    label: &str,
+    [across, up]: [&str; 2],
+    traces: &[Trace],
+) {
+    let top = ui.cursor().top();
+    ui.label(RichText::new(label).color(look::ink(Ink::Plain, look)).strong());
+    let width = ui.available_width();
+    let height = height - (ui.cursor().top() - top);
+    let mut plot = Plot::new(id)
+        .height(height)
+        .width(width)
+        .x_axis_label(across)
+        .y_axis_label(up)
+        // The wheel zooms; what is around would scroll with it otherwise.
+        .allow_scroll(false);
+    if traces.len() > 1 {
+        plot = plot.legend(Legend::default());
+    }
+    let lines: Vec<_> = traces
+        .iter()
+        .map(|trace| {
+            let points = thinned(&trace.points, width.max(16.0) as usize);
+            Line::new(trace.name.clone(), PlotPoints::from(points))
+                .color(look::exact(trace.color, look))
+                .width(1.5)
+        })
+        .collect();
+    let shown = plot.show(ui, |plot| lines.into_iter().for_each(|line| plot.line(line)));
+    shown
+        .response
+        .widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, format!("plot of {label}")));
+}
+
+/// Least and greatest of each column, if the points go from left to right; else all of them.
+fn thinned(points: &[[f64; 2]], columns: usize) -> Vec<[f64; 2]> {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return Vec::new();
+    };
+    if points.len() <= 4 * columns || !points.is_sorted_by(|one, other| one[0] <= other[0]) {
+        return points.to_vec();
+    }
+    let width = (last[0] - first[0]) / columns as f64;
+    points
+        .chunk_by(|one, other| {
+            ((one[0] - first[0]) / width).floor() == ((other[0] - first[0]) / width).floor()
+        })
+        .flat_map(|column| {
+            let least = column.iter().min_by(|one, other| one[1].total_cmp(&other[1]));
+            let greatest = column.iter().max_by(|one, other| one[1].total_cmp(&other[1]));
+            let mut ends: Vec<_> = least.into_iter().chain(greatest).copied().collect();
+            ends.sort_by(|one, other| one[0].total_cmp(&other[0]));
+            ends
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_peak_is_lost_where_points_are_thinned() {
+        let mut points: Vec<_> = (0..100_000).map(|x| [f64::from(x), 0.0]).collect();
+        points[54_321][1] = 9.0;
+        points[77_777][1] = -3.0;
+        let thin = thinned(&points, 200);
+        assert!(thin.len() <= 402, "{}", thin.len());
+        assert!(thin.contains(&[54_321.0, 9.0]) && thin.contains(&[77_777.0, -3.0]));
+        assert!(thin.is_sorted_by(|one, other| one[0] <= other[0]));
+    }
+
+    #[test]
+    fn a_curve_that_turns_back_stays_as_it_is() {
+        let round: Vec<_> = (0..5000)
+            .map(|n| f64::from(n) * 0.01)
+            .map(|a| [a.cos(), a.sin()])
+            .collect();
+        assert_eq!(thinned(&round, 10), round);
+    }
+}
