@@ -1,23 +1,229 @@
-//! Variables and modulations, by schema.
+//! Variables by schema: what each holds now, how old it is, who wrote it; and modulations to be changed in place (R8, R14).
+//! Only rows in view are listened to. It writes nothing but modulations: commands are the schemas' own.
 
-use eframe::egui;
+mod cell;
+mod edit;
+mod rows;
+mod seen;
+
+use std::collections::{HashMap, HashSet};
+
+use eframe::egui::{self, RichText, TextWrapMode, Ui};
+use egui_extras::{Column, TableBuilder};
+use jde_host::snapshot::HoldKind;
+use jde_link::Rate;
+use jde_link::message::Action;
+use jde_panel::Ink;
 
 use super::Window;
-use crate::look::Look;
+use crate::look::{self, Look};
 use crate::session::Session;
+use edit::Edit;
+use rows::{Row, What};
+use seen::Seen;
+
+/// How often rows in view are wanted: as often as numbers can be read.
+const RATE: Rate = Rate::Hz(5);
 
 /// The window.
-pub(crate) struct Values {}
+#[derive(Default)]
+pub(crate) struct Values {
+    search: String,
+    only_modulations: bool,
+    /// Schemas that are folded.
+    folded: HashSet<String>,
+    /// Variables and fields that are unfolded, by their full paths.
+    unfolded: HashSet<String>,
+    seen: HashMap<String, Seen>,
+    edits: HashMap<String, Edit>,
+}
 
 impl Values {
     /// With what one kept before.
-    pub(crate) fn open(_kept: &serde_json::Value) -> Self {
-        Self {}
+    pub(crate) fn open(kept: &serde_json::Value) -> Self {
+        let set = |name: &str| serde_json::from_value(kept[name].clone()).unwrap_or_default();
+        Self {
+            folded: set("folded"),
+            unfolded: set("unfolded"),
+            only_modulations: kept["only-modulations"].as_bool().unwrap_or_default(),
+            ..Self::default()
+        }
+    }
+
+    fn head(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            let name = ui.label("Search");
+            ui.add(
+                egui::TextEdit::singleline(&mut self.search)
+                    .hint_text("name, type or schema")
+                    .desired_width(180.0),
+            )
+            .labelled_by(name.id);
+            ui.checkbox(&mut self.only_modulations, "Modulations only")
+                .on_hover_text("Inputs that fathers, and you, may change while schemas run");
+        });
+        ui.add_space(2.0);
+    }
+
+    fn schema(&mut self, ui: &mut Ui, session: &Session, look: &Look, name: &str) {
+        let folded = self.folded.contains(name);
+        if cell::fold(ui, name, !folded) {
+            if folded {
+                self.folded.remove(name);
+            } else {
+                self.folded.insert(name.to_owned());
+            }
+        }
+        let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(8.0), egui::Sense::hover());
+        let view = session.view(name);
+        if let Some(view) = view {
+            let ink = look::state(view.state, look);
+            ui.painter().circle_filled(spot.center(), 4.0, ink);
+        }
+        let title = ui.label(RichText::new(name).strong());
+        if let Some(schema) = session.schema(name) {
+            title.on_hover_text(format!("{}: {}", schema.type_name, schema.doc));
+        }
+    }
+
+    /// Who holds modulations of a schema, and a way to let go.
+    fn held(ui: &mut Ui, session: &Session, look: &Look, name: &str) {
+        let hold = session.view(name).and_then(|view| view.operator.as_ref());
+        let Some(hold) = hold.filter(|hold| hold.kind == HoldKind::Modulated) else {
+            return;
+        };
+        let ink = look::ink(Ink::Warn, look);
+        ui.label(RichText::new(format!("modulated by {}", hold.by)).color(ink));
+        let mine = hold.by == jde_link::operator();
+        let (word, hint) = if mine {
+            (
+                "Reset",
+                "Let go of all that you changed here: the father's values count again",
+            )
+        } else {
+            ("Release", "Undo what operators changed here, whoever they are")
+        };
+        let button = ui.small_button(word).on_hover_text(hint);
+        button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{word} {name}")));
+        if button.clicked() {
+            let schema = name.to_owned();
+            session.act(if mine {
+                Action::LetGo { schema }
+            } else {
+                Action::Release { schema }
+            });
+        }
+    }
+
+    fn row(&mut self, table: &mut egui_extras::TableRow<'_, '_>, session: &Session, look: &Look, row: &Row) {
+        let name = match &row.what {
+            What::Schema(name) => {
+                table.col(|ui| self.schema(ui, session, look, name));
+                table.col(|ui| Self::held(ui, session, look, name));
+                (0..3).for_each(|_| drop(table.col(|_| {})));
+                return;
+            }
+            What::Variable(name) | What::Field { variable: name, .. } => name,
+        };
+        let Some(info) = session.variables().iter().find(|variable| variable.name == *name) else {
+            return;
+        };
+        let sample = session.value(name, RATE);
+        let seen = self.seen.entry(name.clone()).or_insert_with(|| Seen::new(info));
+        if let Some(sample) = &sample {
+            seen.take(sample);
+        }
+        let path = row.path();
+        table.col(|ui| {
+            ui.add_space(14.0 * row.depth as f32);
+            let open = self.unfolded.contains(&path);
+            if row.foldable {
+                if cell::fold(ui, &path, open) {
+                    if open {
+                        self.unfolded.remove(&path);
+                    } else {
+                        self.unfolded.insert(path.clone());
+                    }
+                }
+            } else {
+                ui.add_space(16.0);
+            }
+            cell::name(ui, look, row, info);
+        });
+        let trouble = session.trouble(name);
+        table.col(|ui| {
+            if let Some(trouble) = &trouble {
+                ui.label(RichText::new(trouble).color(look::ink(Ink::Bad, look)));
+            } else if info.access == "modulation" && !info.fixed && row.leaf.is_some() {
+                edit::show(ui, session, look, &mut self.edits, row, info, seen);
+            } else {
+                cell::value(ui, look, row, info, seen);
+            }
+        });
+        if matches!(row.what, What::Field { .. }) {
+            (0..3).for_each(|_| drop(table.col(|_| {})));
+            return;
+        }
+        let faint = |text: String| RichText::new(text).color(look::ink(Ink::Faint, look));
+        table.col(|ui| drop(ui.label(faint(seen.age(session.now())))));
+        table.col(|ui| drop(ui.label(faint(seen.rate()))));
+        table.col(|ui| drop(ui.label(faint(seen.writer().to_owned()))));
     }
 }
 
 impl Window for Values {
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, _look: &Look) {
-        ui.label(&session.about().application);
+    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+        self.head(ui);
+        let rows = rows::of(session, self);
+        if rows.is_empty() {
+            let nothing = if session.variables().is_empty() {
+                "This application has no variables."
+            } else {
+                "No variable is called so."
+            };
+            ui.label(RichText::new(nothing).color(look::ink(Ink::Faint, look)));
+            return;
+        }
+        ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
+        let line = ui.spacing().interact_size.y;
+        TableBuilder::new(ui)
+            .striped(true)
+            .resizable(true)
+            .auto_shrink(false)
+            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+            .column(Column::initial(210.0).at_least(80.0).clip(true))
+            .column(Column::remainder().at_least(120.0).clip(true))
+            .column(Column::initial(52.0).at_least(40.0).clip(true))
+            .column(Column::initial(58.0).at_least(40.0).clip(true))
+            .column(Column::initial(90.0).at_least(40.0).clip(true))
+            .header(line, |mut header| {
+                for (title, hint) in [
+                    (
+                        "Variable",
+                        "Fold and unfold with the triangles; a right click copies the name",
+                    ),
+                    ("Value", "As of its newest; modulations can be changed here"),
+                    ("Age", "Since it was measured or written"),
+                    ("Rate", "Values a second, as they reach this window: 5 at most"),
+                    ("Writer", "Who wrote it"),
+                ] {
+                    header.col(|ui| drop(ui.strong(title).on_hover_text(hint)));
+                }
+            })
+            .body(|body| {
+                body.rows(line, rows.len(), |mut table| {
+                    if let Some(row) = rows.get(table.index()) {
+                        self.row(&mut table, session, look, row);
+                    }
+                });
+            });
+    }
+
+    fn keep(&self) -> serde_json::Value {
+        serde_json::json!({
+            "folded": self.folded,
+            "unfolded": self.unfolded,
+            "only-modulations": self.only_modulations,
+        })
     }
 }

@@ -1,0 +1,65 @@
+//! A schema of a test's own, with modulations and a panel, that runs in an application of its own.
+
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_panel::Touch;
+use jde_schema::prelude::*;
+
+use super::common::Robot;
+
+/// Counts, and shows what it was given.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Painter {
+    /// How fast.
+    #[modulation(default = 0.5, unit = "m/s", min = 0.0, max = 2.0)]
+    speed: Modulation<f64>,
+    /// How far it turns.
+    #[modulation(default = 0.0, unit = "rad")]
+    turn: Modulation<f64>,
+    /// How far it counted.
+    #[export]
+    count: Export<u64>,
+    /// What it drives.
+    #[export]
+    velocity: Export<Twist>,
+    counted: u64,
+    target: Option<[f64; 3]>,
+}
+
+impl Schema for Painter {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.counted += 1;
+        self.count.write(cx, self.counted);
+        self.velocity.write(cx, Twist::default());
+        Ok(())
+    }
+}
+
+impl Panel for Painter {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        pen.text(match self.target {
+            Some([x, y, _]) => format!("target {x:.0}, {y:.0}"),
+            None => "no target".to_owned(),
+        });
+        pen.canvas("field").wants_clicks().show(|plane| {
+            plane.disc([0.0, 0.0], 0.3);
+        });
+    }
+
+    fn touched(&mut self, _: &Context, gesture: &Gesture) -> Result {
+        if let Touch::Clicked { at, .. } = gesture.touch {
+            self.target = Some(at);
+        }
+        Ok(())
+    }
+}
+
+static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels of a test.", [Painter]);
+
+/// An application of one painter, `goon`.
+pub(crate) fn robot() -> Robot {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&PAINTERS).expect("it is linked in");
+    let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
+    Robot::linked(text, plugins)
+}

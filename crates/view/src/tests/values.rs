@@ -1,0 +1,139 @@
+//! Variables of a running application: read, and modulations changed in place and seen there.
+
+use eframe::egui::{self, Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use super::common::until;
+use super::painter;
+use crate::look::{Look, Units};
+use crate::session::Session;
+use crate::window::Window;
+use crate::window::panel::Panel;
+use crate::window::values::Values;
+
+struct Shown<W> {
+    session: Session,
+    window: W,
+}
+
+fn shown<W: Window + 'static>(session: Session, window: W) -> Harness<'static, Shown<W>> {
+    let show = |ui: &mut egui::Ui, shown: &mut Shown<W>| {
+        shown.session.begin_frame();
+        let look = Look::of(ui.ctx(), Units::default());
+        shown.window.show(ui, &shown.session, &look);
+    };
+    Harness::builder()
+        .with_size([720.0, 480.0])
+        .build_ui_state(show, Shown { session, window })
+}
+
+fn number<W>(harness: &Harness<'_, Shown<W>>, name: &str) -> f64 {
+    let sample = harness.state().session.remote().get(name).expect("it is there");
+    let bytes = sample.bytes.expect("it has a value");
+    f64::from_ne_bytes(bytes.try_into().expect("it is a number"))
+}
+
+fn enter(harness: &mut Harness<'_, Shown<Values>>, field: &str, text: &str) {
+    let role = egui::accesskit::Role::TextInput;
+    harness.get_by_role_and_label(role, field).click();
+    harness.step();
+    harness.step();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    harness.step();
+    harness.get_by_role_and_label(role, field).type_text(text);
+    harness.step();
+    harness.key_press(Key::Enter);
+    harness.step();
+    harness.step();
+}
+
+fn field(harness: &Harness<'_, Shown<Values>>, name: &str) -> Option<String> {
+    let node = harness.query_by_role_and_label(egui::accesskit::Role::TextInput, name)?;
+    node.value()
+}
+
+#[test]
+fn r14_a_modulation_typed_in_its_place_is_in_force_until_it_is_reset() {
+    let robot = painter::robot();
+    let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
+    until(&mut harness, |harness| {
+        field(harness, "goon.speed").as_deref() == Some("0.500 m/s")
+    });
+    enter(&mut harness, "goon.speed", "1.5");
+    until(&mut harness, |harness| number(harness, "goon.speed") == 1.5);
+    until(&mut harness, |harness| {
+        field(harness, "goon.speed").as_deref() == Some("1.50 m/s")
+    });
+    // In the unit that is shown, and in that of SI.
+    enter(&mut harness, "goon.turn", "180");
+    until(&mut harness, |harness| {
+        number(harness, "goon.turn") == std::f64::consts::PI
+    });
+    until(&mut harness, |harness| {
+        harness.query_by_label("Reset goon").is_some()
+    });
+    harness.get_by_label("Reset goon").click();
+    until(&mut harness, |harness| number(harness, "goon.speed") == 0.5);
+}
+
+#[test]
+fn what_is_out_of_range_or_of_another_unit_is_refused_beside_its_field() {
+    let robot = painter::robot();
+    let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
+    until(&mut harness, |harness| field(harness, "goon.speed").is_some());
+    enter(&mut harness, "goon.speed", "9");
+    harness.get_by_label("give 0 m/s to 2 m/s");
+    enter(&mut harness, "goon.speed", "1 kg");
+    harness.get_by_label("its unit is m/s, not kg");
+    assert_eq!(number(&harness, "goon.speed"), 0.5);
+}
+
+#[test]
+fn variables_are_searched_and_unfolded() {
+    let robot = painter::robot();
+    let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
+    until(&mut harness, |harness| {
+        harness.query_by_label("unfold goon.velocity").is_some()
+    });
+    harness.get_by_label("unfold goon.velocity").click();
+    until(&mut harness, |harness| harness.query_by_label("linear").is_some());
+    harness.get_by_label("Search").click();
+    harness.step();
+    harness.get_by_label("Search").type_text("count");
+    harness.step();
+    harness.step();
+    assert!(harness.query_by_label("velocity").is_none());
+    assert!(harness.query_by_label("count").is_some());
+}
+
+#[test]
+fn a_click_on_the_panel_of_a_schema_that_runs_reaches_it_and_shows() {
+    let robot = painter::robot();
+    let mut harness = shown(robot.session(), Panel::open("goon", &serde_json::Value::Null));
+    harness.step();
+    assert!(harness.query_by_label("waiting for the first picture").is_some());
+    until(&mut harness, |harness| {
+        harness.query_by_label("no target").is_some()
+    });
+    harness.get_by_label("field").click();
+    until(&mut harness, |harness| {
+        harness.query_by_label("target 0, 0").is_some()
+    });
+    // Put to sleep it says so, and is still drawn.
+    let schema = "goon".to_owned();
+    let stop = jde_link::message::Action::Stop { schema };
+    harness.state().session.act(stop);
+    until(&mut harness, |harness| {
+        harness.query_by_label("it is asleep").is_some()
+    });
+    assert!(harness.query_by_label("target 0, 0").is_some());
+}
+
+#[test]
+fn what_is_no_panel_is_refused_with_its_reason() {
+    let robot = painter::robot();
+    let mut harness = shown(robot.session(), Panel::open("goom", &serde_json::Value::Null));
+    harness.step();
+    harness.get_by_label("There is no schema goom in this application.");
+}

@@ -1,0 +1,138 @@
+//! What stands in the cells of a row: the triangle, the name, the value.
+
+use std::fmt::Write as _;
+
+use eframe::egui::{self, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
+use jde_board::value::Value;
+use jde_link::message::VariableInfo;
+use jde_panel::Ink;
+
+use super::rows::{Row, What};
+use super::seen::Seen;
+use crate::look::{self, Look};
+
+/// As much of a list or structure as is read in a line.
+const LONGEST: usize = 160;
+
+/// The triangle that folds and unfolds; answers whether it was pressed.
+pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
+    let (rect, response) = ui.allocate_exact_size(vec2(12.0, 16.0), Sense::click());
+    let word = if open { "fold" } else { "unfold" };
+    response
+        .widget_info(|| WidgetInfo::labeled(egui::Role::DisclosureTriangle, true, format!("{word} {name}")));
+    let (middle, reach) = (rect.center(), 4.0);
+    let corners = if open {
+        [(-1.0, -0.6), (1.0, -0.6), (0.0, 0.9)]
+    } else {
+        [(-0.6, -1.0), (-0.6, 1.0), (0.9, 0.0)]
+    };
+    let corners = corners.map(|(x, y)| pos2(middle.x + reach * x, middle.y + reach * y));
+    let ink = ui.style().interact(&response).fg_stroke.color;
+    let shape = egui::Shape::convex_polygon(corners.to_vec(), ink, egui::Stroke::NONE);
+    ui.painter().add(shape);
+    response.clicked()
+}
+
+/// The name, with all that is known of it at the pointer.
+pub(super) fn name(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo) {
+    let ink = match (&row.what, info.access.as_str()) {
+        (What::Variable(_), "modulation") => Ink::Accent,
+        (What::Variable(_), "command") => Ink::Warn,
+        _ => Ink::Plain,
+    };
+    let text = RichText::new(row.name(info)).color(look::ink(ink, look));
+    let label = ui.add(egui::Label::new(text).sense(Sense::click()).selectable(false));
+    let mut hint = row.path();
+    // Writing to a text cannot fail.
+    let _ = match &row.what {
+        What::Variable(_) => write!(hint, "\n{} of type {}", info.access, info.type_name),
+        What::Schema(_) | What::Field { .. } => Ok(()),
+    };
+    if let What::Variable(_) = row.what {
+        if !info.unit.is_empty() {
+            let _ = write!(hint, ", in {}", info.unit);
+        }
+        if info.range.least.is_some() || info.range.greatest.is_some() {
+            let _ = write!(hint, ", {}", info.range);
+        }
+        if info.fixed {
+            hint.push_str("\nread on awakening only");
+        }
+    }
+    if !row.doc.is_empty() {
+        let _ = write!(hint, "\n{}", row.doc);
+    }
+    let path = row.path();
+    label.on_hover_text(hint).context_menu(|ui| {
+        if ui.button("Copy name").clicked() {
+            ui.ctx().copy_text(path.clone());
+            ui.close();
+        }
+    });
+}
+
+/// The value in a line, in the units that the person likes.
+pub(super) fn value(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo, seen: &Seen) {
+    let names: &[String] = match &row.what {
+        What::Field { names, .. } => names,
+        What::Schema(_) | What::Variable(_) => &[],
+    };
+    let faint = |text: &str| RichText::new(text).color(look::ink(Ink::Faint, look));
+    match seen.part(names) {
+        Some(value) => {
+            let unit = row.leaf.as_ref().map_or("", |(_, unit)| unit.as_str());
+            ui.label(RichText::new(line(value, unit, look)).monospace());
+        }
+        None if !seen.is_known() => drop(ui.label(faint("..."))),
+        None => {
+            ui.label(faint("no value"))
+                .on_hover_text(format!("{} did not write it yet, or took it back", info.owner));
+        }
+    }
+}
+
+/// A value in a line.
+pub(super) fn line(value: &Value, unit: &str, look: &Look) -> String {
+    let mut text = String::new();
+    put(&mut text, value, unit, look);
+    text
+}
+
+fn put(into: &mut String, value: &Value, unit: &str, look: &Look) {
+    if into.len() > LONGEST {
+        if !into.ends_with('…') {
+            into.push('…');
+        }
+        return;
+    }
+    match value {
+        Value::Bool(flag) => into.push_str(if *flag { "yes" } else { "no" }),
+        Value::Int(number) => into.push_str(&number.to_string()),
+        Value::UInt(number) => into.push_str(&number.to_string()),
+        Value::Float(number) => into.push_str(&look.units.show(*number, unit)),
+        Value::Text(text) => into.push_str(text),
+        Value::List(list) => {
+            let _ = write!(into, "{} [", list.len());
+            for (place, value) in list.iter().enumerate() {
+                into.push_str(if place == 0 { "" } else { "  " });
+                put(into, value, unit, look);
+                if into.len() > LONGEST {
+                    return;
+                }
+            }
+            into.push(']');
+        }
+        Value::Map(fields) => {
+            for (place, (name, value)) in fields.iter().enumerate() {
+                into.push_str(if place == 0 { "" } else { "  " });
+                if !matches!(value, Value::Map(_)) {
+                    let _ = write!(into, "{name} ");
+                }
+                put(into, value, "", look);
+                if into.len() > LONGEST {
+                    return;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! A modulation that is changed in place: typed with its unit, slid, or ticked. What is wrong with it stands beside it.
+
+use std::collections::HashMap;
+
+use eframe::egui::{self, Key, RichText, Slider, TextEdit, Ui, vec2};
+use jde_board::value::Value;
+use jde_link::message::{Action, VariableInfo};
+use jde_panel::Ink;
+use serde_json::json;
+
+use super::cell;
+use super::rows::{Leaf, Row, What};
+use super::seen::Seen;
+use crate::look::{self, Look};
+use crate::session::{Outcome, Session};
+
+/// What is being changed.
+#[derive(Default)]
+pub(super) struct Edit {
+    /// What is typed, while the field has the focus.
+    text: Option<String>,
+    /// What was asked for, and at which sequence: it is shown until something newer comes.
+    asked: Option<(f64, u64)>,
+    outcome: Outcome,
+    wrong: Option<String>,
+}
+
+/// Shows the value of a row, to be changed.
+pub(super) fn show(
+    ui: &mut Ui,
+    session: &Session,
+    look: &Look,
+    edits: &mut HashMap<String, Edit>,
+    row: &Row,
+    info: &VariableInfo,
+    seen: &Seen,
+) {
+    let Some((leaf, unit)) = &row.leaf else { return };
+    let names: &[String] = match &row.what {
+        What::Field { names, .. } => names,
+        What::Schema(_) | What::Variable(_) => &[],
+    };
+    let path = row.path();
+    let edit = edits.entry(path.clone()).or_default();
+    let value = seen.part(names);
+    let order = |edit: &mut Edit, value: serde_json::Value| {
+        edit.wrong = None;
+        edit.outcome = session.order(Action::Modulate {
+            schema: info.owner.clone(),
+            variable: info.variable.clone(),
+            value: within(names, value),
+        });
+    };
+    match (leaf, value) {
+        (Leaf::Flag, Some(Value::Bool(on))) => {
+            let word = if *on { "yes" } else { "no" };
+            let mut on = *on;
+            let tick = ui.checkbox(&mut on, word);
+            tick.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, on, &path));
+            if tick.changed() {
+                order(edit, json!(on));
+            }
+        }
+        (Leaf::Flag, _) => cell::value(ui, look, row, info, seen),
+        (Leaf::Number | Leaf::Whole | Leaf::Text, _) => {
+            if let (Leaf::Number, Some(Value::Float(number)), Some(least), Some(greatest)) =
+                (leaf, value, info.range.least, info.range.greatest)
+                && names.is_empty()
+            {
+                let mut at = match edit.asked {
+                    Some((asked, sequence))
+                        if seen.sequence() <= sequence && edit.outcome.get() != Some(&Ok(())) =>
+                    {
+                        asked
+                    }
+                    _ => *number,
+                };
+                ui.spacing_mut().slider_width = 80.0;
+                let slider = ui.add(Slider::new(&mut at, least..=greatest).show_value(false));
+                slider.widget_info(|| egui::WidgetInfo::slider(true, at, format!("slide {path}")));
+                if slider.changed() {
+                    edit.asked = Some((at, seen.sequence()));
+                    order(edit, json!(at));
+                }
+            }
+            let shown = value.map_or_else(String::new, |value| cell::line(value, unit, look));
+            let mut text = edit.text.clone().unwrap_or_else(|| shown.clone());
+            let field = ui.add_sized(
+                vec2(96.0, ui.available_height()),
+                TextEdit::singleline(&mut text).font(egui::TextStyle::Monospace),
+            );
+            let field = field
+                .accessible_name(path.clone())
+                .on_hover_text("Type a value and press Enter; Escape leaves it as it is");
+            if field.gained_focus() || field.changed() {
+                edit.text = Some(text.clone());
+            }
+            if field.lost_focus() {
+                if ui.input(|input| input.key_pressed(Key::Enter)) && text != shown {
+                    match read(*leaf, &text, unit, look) {
+                        Ok(number) if refused(info, names, &number) => {
+                            edit.wrong = Some(format!("give {}", bounds(info, unit, look)));
+                        }
+                        Ok(value) => order(edit, value),
+                        Err(why) => edit.wrong = Some(why),
+                    }
+                }
+                edit.text = None;
+            }
+        }
+    }
+    let wrong = edit.wrong.as_deref().or(match edit.outcome.get() {
+        Some(Err(reason)) => Some(reason.as_str()),
+        Some(Ok(())) | None => None,
+    });
+    if let Some(wrong) = wrong {
+        let ink = look::ink(Ink::Bad, look);
+        ui.label(RichText::new(wrong).color(ink)).on_hover_text(wrong);
+    }
+}
+
+/// A value of a field as the part of the whole: what is left out stays.
+fn within(names: &[String], value: serde_json::Value) -> serde_json::Value {
+    names
+        .iter()
+        .rev()
+        .fold(value, |value, name| json!({ name.as_str(): value }))
+}
+
+fn refused(info: &VariableInfo, names: &[String], value: &serde_json::Value) -> bool {
+    names.is_empty() && value.as_f64().is_some_and(|number| !info.range.holds(number))
+}
+
+/// The range in the units that the person likes.
+fn bounds(info: &VariableInfo, unit: &str, look: &Look) -> String {
+    let show = |number| look.units.show(number, unit);
+    match (info.range.least, info.range.greatest) {
+        (Some(least), Some(greatest)) => format!("{} to {}", show(least), show(greatest)),
+        (Some(least), None) => format!("{} or more", show(least)),
+        (None, Some(greatest)) => format!("{} or less", show(greatest)),
+        (None, None) => "any number".to_owned(),
+    }
+}
+
+/// What was typed, in units of SI: a number in the unit that is shown, or in that of SI if it says so.
+fn read(leaf: Leaf, text: &str, unit: &str, look: &Look) -> Result<serde_json::Value, String> {
+    let text = text.trim();
+    if leaf == Leaf::Text {
+        return Ok(json!(text));
+    }
+    let (factor, shown) = look.units.convert(1.0, unit);
+    let end = text
+        .find(|letter: char| letter.is_alphabetic() && !matches!(letter, 'e' | 'E') || letter == '°')
+        .unwrap_or(text.len());
+    let (number, written) = (text[..end].trim(), text[end..].trim());
+    if leaf == Leaf::Whole {
+        return number
+            .parse::<i64>()
+            .ok()
+            .filter(|_| written.is_empty())
+            .map(|number| json!(number))
+            .ok_or_else(|| format!("`{text}` is no whole number"));
+    }
+    let number: f64 = number
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite())
+        .ok_or_else(|| format!("`{text}` is no number"))?;
+    if written.is_empty() || written == shown {
+        Ok(json!(number / factor))
+    } else if written == unit {
+        Ok(json!(number))
+    } else if shown.is_empty() {
+        Err(format!("it has no unit, and `{written}` is one"))
+    } else if shown == unit {
+        Err(format!("its unit is {unit}, not {written}"))
+    } else {
+        Err(format!("its unit is {shown} or {unit}, not {written}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::look::Units;
+
+    fn read(leaf: Leaf, text: &str, unit: &str) -> Result<serde_json::Value, String> {
+        let look = Look {
+            dark: true,
+            units: Units::default(),
+        };
+        super::read(leaf, text, unit, &look)
+    }
+
+    #[test]
+    fn numbers_are_read_in_the_unit_that_is_shown_or_in_the_one_they_say() {
+        let half_turn = json!(std::f64::consts::PI);
+        assert_eq!(read(Leaf::Number, "180", "rad"), Ok(half_turn.clone()));
+        assert_eq!(read(Leaf::Number, "180 deg", "rad"), Ok(half_turn));
+        assert_eq!(read(Leaf::Number, "2 rad", "rad"), Ok(json!(2.0)));
+        assert_eq!(read(Leaf::Number, " 1e-3 ", ""), Ok(json!(0.001)));
+        assert_eq!(read(Leaf::Whole, "-4", ""), Ok(json!(-4)));
+    }
+
+    #[test]
+    fn what_is_no_such_number_is_refused_in_words() {
+        let wrong = |leaf, text, unit| read(leaf, text, unit).unwrap_err();
+        assert_eq!(wrong(Leaf::Number, "fast", "m/s"), "`fast` is no number");
+        assert_eq!(wrong(Leaf::Number, "3 kg", "m"), "its unit is m, not kg");
+        assert_eq!(wrong(Leaf::Number, "3 m", "rad"), "its unit is deg or rad, not m");
+        assert_eq!(wrong(Leaf::Number, "3 m", ""), "it has no unit, and `m` is one");
+        assert_eq!(wrong(Leaf::Whole, "1.5", ""), "`1.5` is no whole number");
+    }
+
+    #[test]
+    fn a_field_is_written_as_the_part_that_changes() {
+        let names = ["linear".to_owned(), "x".to_owned()];
+        assert_eq!(within(&names, json!(0.2)), json!({ "linear": { "x": 0.2 } }));
+    }
+}
