@@ -29,6 +29,8 @@ pub(super) struct Index {
     recording: Recording,
     /// When the application's clock was 0, ns since 1970.
     pub(super) start_ns: u64,
+    /// When the first message was: one that was attached later, or waited for its moment, begins in the middle of a run.
+    pub(super) begin: Nanos,
     /// When the last message was.
     pub(super) end: Nanos,
     /// Its variables, by their topics.
@@ -120,6 +122,7 @@ impl Index {
             panels: panels(&recording),
             cast,
             start_ns,
+            begin: first.saturating_sub(start_ns),
             end: 0,
             lines: Vec::new(),
             cycles: Vec::new(),
@@ -128,6 +131,8 @@ impl Index {
             recording,
         };
         index.scan()?;
+        // Nothing of it may be readable.
+        index.end = index.end.max(index.begin);
         Ok(index)
     }
 

@@ -68,8 +68,7 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
     if let Some(name) = &how.name {
         settings.name.clone_from(name);
     }
-    let from = how.from.min(index.end);
-    let player = Arc::new(Player::new(index, how.paused, how.speed, how.looping, from));
+    let player = Arc::new(Player::new(index, how.paused, how.speed, how.looping, how.from));
     let playing = Arc::new(Playing::new(
         Arc::clone(&player),
         Arc::clone(&board),
@@ -83,7 +82,7 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
         writeln!(
             words,
             "playing {TITLE}{file}{TITLE:#}, {:.1} s, as `{name}` {FAINT}(jde set {STEERING}.paused true, jde top, jde vars){FAINT:#}",
-            player.index.end as f64 / 1e9
+            (player.index.end - player.index.begin) as f64 / 1e9
         )?;
         words.flush()?;
     }

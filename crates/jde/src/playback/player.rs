@@ -51,7 +51,7 @@ impl Player {
                 paused,
                 speed,
                 looping,
-                seek: Some(from),
+                seek: Some(from.clamp(index.begin, index.end)),
                 steps: 0,
                 stop: false,
             }),
@@ -88,7 +88,7 @@ impl Player {
             wanted.paused = paused;
             wanted.steps = 0;
             if !paused && self.at_end() {
-                wanted.seek = Some(0);
+                wanted.seek = Some(self.index.begin);
             }
         });
     }
@@ -104,7 +104,7 @@ impl Player {
 
     /// Goes on from another place.
     pub(super) fn seek(&self, place: Nanos) {
-        self.want(|wanted| wanted.seek = Some(place.min(self.index.end)));
+        self.want(|wanted| wanted.seek = Some(place.clamp(self.index.begin, self.index.end)));
     }
 
     /// Goes on to the next takeover, and pauses there.
@@ -156,7 +156,7 @@ impl Player {
                 self.position.store(self.index.end, Ordering::Relaxed);
                 wanted.steps = 0;
                 if wanted.looping {
-                    wanted.seek = Some(0);
+                    wanted.seek = Some(self.index.begin);
                     continue;
                 }
                 wanted.paused = true;

@@ -81,16 +81,15 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
         (false, false) => "playing",
     };
     frame.render_widget(Paragraph::new(Span::styled(title, bold)), head);
-    let end = player.index.end.max(1);
-    let gauge = Gauge::default()
-        .ratio((position as f64 / end as f64).clamp(0.0, 1.0))
-        .label(format!(
-            "{:.1} s of {:.1} s  {}x  {state}{}",
-            position as f64 / 1e9,
-            end as f64 / 1e9,
-            wanted.speed,
-            if wanted.looping { "  loop" } else { "" }
-        ));
+    let (begin, end) = (player.index.begin, player.index.end);
+    let played = position.saturating_sub(begin) as f64 / (end - begin).max(1) as f64;
+    let gauge = Gauge::default().ratio(played.min(1.0)).label(format!(
+        "{:.1} s of {:.1} s  {}x  {state}{}",
+        position as f64 / 1e9,
+        end as f64 / 1e9,
+        wanted.speed,
+        if wanted.looping { "  loop" } else { "" }
+    ));
     frame.render_widget(gauge, bar);
 
     let snapshot = player.hierarchy().snapshot(position);

@@ -152,6 +152,11 @@ fn a_recording_from_outside_begins_when_it_began() {
     assert!(late >= 1_500_000_000, "it begins {late} ns after the start");
     let words = place.told(&["info", file]);
     assert!(words.contains(" s after its start"), "{words}");
+    // It plays from there, and not from a start that it does not know.
+    let playing = place.replay(file.as_ref(), &["--paused", "--name", "later"]);
+    let position = place.json(&["get", "replay.position", "--app", "later"]);
+    assert!(position["value"].as_f64() >= Some(1.5), "{position}");
+    drop(playing);
     // What was decided before is in it all the same, and says when.
     let why = place.told(&["why", "goon", "--in", file]);
     assert!(why.contains("example/base at "), "{why}");
