@@ -3,6 +3,7 @@
 
 mod bench;
 mod cargo_json;
+mod clients;
 mod demo;
 mod headers;
 mod metadata;

@@ -1,5 +1,6 @@
 //! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, the libraries of MCAP
-//! and ROS 2 read what we have recorded, and ROS 2 and we drive each other's robots.
+//! and ROS 2 read what we have recorded, the programs of `docs/link.md` look into what runs, and ROS 2 and we drive each other's
+//! robots.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -7,6 +8,7 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
+use crate::clients;
 use crate::ros2;
 use crate::shell;
 use crate::step::Done;
@@ -15,6 +17,7 @@ use crate::test::Context;
 /// What is installed into a Python environment of its own.
 const PACKAGES: &[&str] = &[
     "Soar==1.5.2",
+    "cbor2==6.2.1",
     "mcap==1.6.0",
     "mcap-ros2-support==0.6.0",
     ros2::PACKAGE,
@@ -22,12 +25,16 @@ const PACKAGES: &[&str] = &[
 /// What of these is imported, to see whether it is there.
 const IMPORTS: &[&str] = &[
     "soar.robot.arcos",
+    "cbor2",
+    "zenoh",
     "mcap.reader",
     "mcap_ros2.decoder",
     ros2::IMPORT,
 ];
 /// Reads a recording of the demonstration and compares its numbers with ours.
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
+/// Reads the panels of a recording.
+const PANELS: &str = "crates/log/tests/peers/read_panels.py";
 /// Drives ahead, turns and stops, and fails if the robot does not.
 const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
 /// A client written elsewhere, where it is at hand; it drives ahead and prints.
@@ -53,6 +60,8 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         );
     }
     read_recording(context, &python)?;
+    read_panels(context, &python)?;
+    clients::run(context, &python)?;
     ros2::run(context, &python)?;
     Ok(Done::Passed)
 }
@@ -89,6 +98,31 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
         .arg(&numbers);
     shell::show(&reader, context.paint);
     print!("{}", shell::read(&mut reader).context("the reader failed")?);
+    Ok(())
+}
+
+/// Records panels of a drive, and has them read by the libraries of others.
+fn read_panels(context: &Context, python: &Path) -> Result<()> {
+    let recording = context.target.join("peers/panels.mcap");
+    let mut record = Command::new(context.target.join("debug/jde"));
+    record
+        .args(["run", "safe-navigation", "--plain", "--panels", "--overwrite"])
+        .args(["--for", "3s", "--record"])
+        .arg(&recording)
+        .current_dir(&context.root);
+    shell::show(&record, context.paint);
+    // A few seconds are not enough for its mission, so its exit status is 1; the reader sees whether it was recorded.
+    record.output().context("cannot start `jde run`")?;
+    let mut reader = Command::new(python);
+    reader
+        .arg(context.root.join(PANELS))
+        .arg(&recording)
+        .args(["example", "goon", "vff", "stop"]);
+    shell::show(&reader, context.paint);
+    print!(
+        "{}",
+        shell::read(&mut reader).context("the reader of panels failed")?
+    );
     Ok(())
 }
 

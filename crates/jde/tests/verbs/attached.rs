@@ -418,6 +418,8 @@ fn shells_complete_the_names_in_what_runs() {
     assert!(complete(&["stop", "go"]).contains("goon"));
     assert!(complete(&["get", "pioneer.l"]).contains("pioneer.laser"));
     assert!(complete(&["ps", "safe"]).contains("safe-navigation"));
+    assert!(complete(&["panel", "exa"]).contains("example"));
+    assert!(complete(&["panel", "example", "--touch", "cl"]).contains("clear"));
     let script = place.told(&["completions", "bash"]);
     assert!(script.contains("COMPLETE") && script.contains("jde"), "{script}");
 }

@@ -5,6 +5,7 @@ mod demo;
 mod inspecting;
 mod naming;
 mod new;
+mod panels;
 mod playing;
 mod recording;
 mod replaying;

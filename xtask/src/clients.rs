@@ -1,0 +1,106 @@
+//! Clients of the link in another language: the programs that `docs/link.md` shows, as they stand there, run against an application.
+//! A part of the step `peers`.
+
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context as _, Result, ensure};
+
+use crate::shell;
+use crate::test::Context;
+
+/// Where the programs are.
+const PAGE: &str = "docs/link.md";
+/// The application that they look into: one that listens, and whose schema `example` has a panel.
+const APPLICATION: &str = "apps/safe-navigation.toml";
+/// What the page calls the endpoint of a robot.
+const ENDPOINT: &str = "tcp/robot2.local:7447";
+
+/// An application under way; ended when dropped.
+struct Robot(Child);
+
+pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
+    let page = std::fs::read_to_string(context.root.join(PAGE))?;
+    let programs = programs(&page);
+    ensure!(!programs.is_empty(), "{PAGE} shows no program in Python");
+    let (endpoint, _robot) = robot(context)?;
+    for (number, program) in programs.iter().enumerate() {
+        ensure!(
+            program.contains(ENDPOINT),
+            "a program of {PAGE} does not connect to {ENDPOINT}"
+        );
+        let file = context.target.join(format!("peers/client-{number}.py"));
+        std::fs::write(&file, program.replace(ENDPOINT, &endpoint))?;
+        let mut command = Command::new(python);
+        command.arg(&file);
+        shell::show(&command, context.paint);
+        let said = shell::read(&mut command).with_context(|| format!("a program of {PAGE} failed"))?;
+        ensure!(!said.trim().is_empty(), "a program of {PAGE} found nothing");
+        print!("{said}");
+    }
+    Ok(())
+}
+
+/// The blocks of Python on a page.
+fn programs(page: &str) -> Vec<String> {
+    let blocks = page.split("```python\n").skip(1);
+    blocks
+        .filter_map(|block| Some(block.split_once("\n```")?.0.to_owned() + "\n"))
+        .collect()
+}
+
+/// A robot that listens on the loopback, and where.
+fn robot(context: &Context) -> Result<(String, Robot)> {
+    let folder = context.target.join("peers");
+    let text = std::fs::read_to_string(context.root.join(APPLICATION))?;
+    // Given back before the robot takes it: nobody else asks for ports here.
+    let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let folder_of_plugins = context.target.join("debug");
+    let file = folder.join("open.toml");
+    // Its paths count from where the original is.
+    let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
+    std::fs::write(&file, format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\n"))?;
+    let mut command = Command::new(folder_of_plugins.join("jde"));
+    command
+        .args(["run", "--plain", "--name", "documented"])
+        .arg(&file);
+    command
+        .env("JDE_PLUGIN_PATH", &folder_of_plugins)
+        .current_dir(&context.root);
+    shell::show(&command, context.paint);
+    let child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .context("cannot start `jde run`")?;
+    let mut robot = Robot(child);
+    // Until it lets itself be found.
+    loop {
+        let mut apps = Command::new(context.target.join("debug/jde"));
+        if shell::read(apps.args(["apps", "--json"]))?.contains("\"documented\"") {
+            return Ok((endpoint, robot));
+        }
+        ensure!(robot.0.try_wait()?.is_none(), "`jde run` ended at once");
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::programs;
+
+    #[test]
+    fn the_programs_of_a_page_are_its_blocks_of_python() {
+        let page = "a\n```sh\nls\n```\n```python\nimport json\nprint(1)\n```\nb\n```python\nx\n```\n";
+        assert_eq!(programs(page), ["import json\nprint(1)\n", "x\n"]);
+    }
+}
