@@ -69,6 +69,12 @@ impl Record {
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
+        // Whatever is refused is refused before there is a file.
+        let panels = self.panels.wanted();
+        let schemas = panels
+            .as_ref()
+            .map(|panels| with_panels(&remote, panels))
+            .transpose()?;
         let options = options(&remote, self.overwrite);
         let around = self.waiting.wanted();
         let waits = around.is_some();
@@ -99,8 +105,9 @@ impl Record {
                 watching.push(watch(&remote, variable, topic)?);
             }
         }
-        if let Some(panels) = self.panels.wanted() {
-            watch_panels(&remote, &recorder, &panels, &mut watching)?;
+        let rate = panels.map_or(0.0, |panels| panels.rate);
+        for schema in schemas.iter().flatten() {
+            watching.push(watch_panel(&remote, schema, rate, recorder.panel(schema))?);
         }
         let story = Arc::clone(&recorder);
         // The application's clock counts from its start, and the recording begins now.
@@ -251,31 +258,28 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
     Ok(watching)
 }
 
-/// Has panels go to topics of the recording.
-fn watch_panels(
-    remote: &Remote,
-    recorder: &Recorder,
-    panels: &Panels,
-    watching: &mut Vec<Watching>,
-) -> Result<(), Failure> {
+/// The schemas whose panels are wanted.
+fn with_panels(remote: &Remote, panels: &Panels) -> Result<Vec<String>, Failure> {
     let schemas = remote.schemas()?.schemas.into_iter();
     let names: Vec<_> = schemas
         .filter(|schema| schema.panel)
         .map(|schema| schema.name)
         .collect();
-    for place in panels.chosen(&names)? {
-        let topic = recorder.panel(&names[place]);
-        let rate = Rate::at_least(panels.rate);
-        watching.push(remote.watch_panel(&names[place], rate, move |sample| {
-            let stamps = Stamps {
-                published: sample.time.saturating_add(sample.age),
-                measured: sample.time,
-                sequence: sample.sequence,
-            };
-            topic.put_panel(&sample.list, stamps);
-        })?);
-    }
-    Ok(())
+    let chosen = panels.chosen(&names)?;
+    Ok(chosen.into_iter().map(|place| names[place].clone()).collect())
+}
+
+/// Has what a panel shows go to a topic of the recording.
+fn watch_panel(remote: &Remote, schema: &str, rate: f64, topic: Topic) -> Result<Watching, Failure> {
+    let watching = remote.watch_panel(schema, Rate::at_least(rate), move |sample| {
+        let stamps = Stamps {
+            published: sample.time.saturating_add(sample.age),
+            measured: sample.time,
+            sequence: sample.sequence,
+        };
+        topic.put_panel(&sample.list, stamps);
+    })?;
+    Ok(watching)
 }
 
 fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {
