@@ -939,6 +939,106 @@ static const jde_type jde_truth_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_truth_fields), "jde_msgs/msg/Truth", "What is true of a simulated robot, whatever its sensors say; for measuring, not for steering.",
     sizeof(jde_truth), 8u, jde_truth_fields};
 
+/** jde_msgs/msg/Thing: Something that stands or moves on the floor of a simulated world. */
+typedef struct jde_thing {
+    /** Its name in the world's file, cut if it is long. */
+    struct { uint32_t length; char bytes[20]; } name;
+    /** Its middle on the floor, and where it faces. */
+    jde_pose2d pose;
+    /** Its extent along its own x: of a wall its length, of what is round its diameter. [m] */
+    float length;
+    /** Its extent along its own y; 0 for a wall. [m] */
+    float width;
+    /** How far it reaches up from the floor. [m] */
+    float height;
+    /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot. */
+    uint8_t form;
+    /** Its color in sRGB. */
+    uint8_t red;
+    /** Its color in sRGB. */
+    uint8_t green;
+    /** Its color in sRGB. */
+    uint8_t blue;
+} jde_thing;
+
+typedef char jde_thing_has_its_size[sizeof(jde_thing) == 64 ? 1 : -1];
+
+static const jde_field jde_thing_fields[] = {
+    JDE_FIELD("name", offsetof(jde_thing, name.bytes), offsetof(jde_thing, name.length), JDE_U8, JDE_TEXT, 20u,
+              "Its name in the world's file, cut if it is long.", "", NULL),
+    JDE_FIELD("pose", offsetof(jde_thing, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Its middle on the floor, and where it faces.", "", &jde_pose2d_type),
+    JDE_FIELD("length", offsetof(jde_thing, length), 0u, JDE_F32, JDE_ONE, 1u,
+              "Its extent along its own x: of a wall its length, of what is round its diameter.", "m", NULL),
+    JDE_FIELD("width", offsetof(jde_thing, width), 0u, JDE_F32, JDE_ONE, 1u,
+              "Its extent along its own y; 0 for a wall.", "m", NULL),
+    JDE_FIELD("height", offsetof(jde_thing, height), 0u, JDE_F32, JDE_ONE, 1u,
+              "How far it reaches up from the floor.", "m", NULL),
+    JDE_FIELD("form", offsetof(jde_thing, form), 0u, JDE_U8, JDE_ONE, 1u,
+              "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.", "", NULL),
+    JDE_FIELD("red", offsetof(jde_thing, red), 0u, JDE_U8, JDE_ONE, 1u,
+              "Its color in sRGB.", "", NULL),
+    JDE_FIELD("green", offsetof(jde_thing, green), 0u, JDE_U8, JDE_ONE, 1u,
+              "Its color in sRGB.", "", NULL),
+    JDE_FIELD("blue", offsetof(jde_thing, blue), 0u, JDE_U8, JDE_ONE, 1u,
+              "Its color in sRGB.", "", NULL),
+};
+static const jde_type jde_thing_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_thing_fields), "jde_msgs/msg/Thing", "Something that stands or moves on the floor of a simulated world.",
+    sizeof(jde_thing), 8u, jde_thing_fields};
+
+/** jde_msgs/msg/Scenery: What stands still in a simulated world. */
+typedef struct jde_scenery {
+    /** When it was so, and the world's frame. */
+    jde_header header;
+    /** Things that found no room below. */
+    uint32_t left_out;
+    uint8_t padding_68[4];
+    /** The things. */
+    struct { uint32_t length; uint32_t spare; jde_thing items[1024]; } things;
+} jde_scenery;
+
+typedef char jde_scenery_has_its_size[sizeof(jde_scenery) == 65616 ? 1 : -1];
+
+static const jde_field jde_scenery_fields[] = {
+    JDE_FIELD("header", offsetof(jde_scenery, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "When it was so, and the world's frame.", "", &jde_header_type),
+    JDE_FIELD("left_out", offsetof(jde_scenery, left_out), 0u, JDE_U32, JDE_ONE, 1u,
+              "Things that found no room below.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_scenery, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("things", offsetof(jde_scenery, things.items), offsetof(jde_scenery, things.length), JDE_STRUCT, JDE_SEQUENCE, 1024u,
+              "The things.", "", &jde_thing_type),
+};
+static const jde_type jde_scenery_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_scenery_fields), "jde_msgs/msg/Scenery", "What stands still in a simulated world.",
+    sizeof(jde_scenery), 8u, jde_scenery_fields};
+
+/** jde_msgs/msg/Movers: What moves in a simulated world, or can be moved, but for the robot that tells. */
+typedef struct jde_movers {
+    /** When it was so, and the world's frame. */
+    jde_header header;
+    /** Things that found no room below. */
+    uint32_t left_out;
+    uint8_t padding_68[4];
+    /** The things. */
+    struct { uint32_t length; uint32_t spare; jde_thing items[64]; } things;
+} jde_movers;
+
+typedef char jde_movers_has_its_size[sizeof(jde_movers) == 4176 ? 1 : -1];
+
+static const jde_field jde_movers_fields[] = {
+    JDE_FIELD("header", offsetof(jde_movers, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "When it was so, and the world's frame.", "", &jde_header_type),
+    JDE_FIELD("left_out", offsetof(jde_movers, left_out), 0u, JDE_U32, JDE_ONE, 1u,
+              "Things that found no room below.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_movers, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("things", offsetof(jde_movers, things.items), offsetof(jde_movers, things.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
+              "The things.", "", &jde_thing_type),
+};
+static const jde_type jde_movers_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_movers_fields), "jde_msgs/msg/Movers", "What moves in a simulated world, or can be moved, but for the robot that tells.",
+    sizeof(jde_movers), 8u, jde_movers_fields};
+
 #ifdef __cplusplus
 }
 #endif

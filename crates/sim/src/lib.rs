@@ -103,5 +103,5 @@ pub use head::{Head, HeadCommand, HeadConfig};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
 pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, SonarConfig};
-pub use shape::{Outline, Shape};
+pub use shape::{Figure, Outline, Shape};
 pub use world::{RobotId, STEP_NS, World};

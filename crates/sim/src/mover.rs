@@ -10,7 +10,7 @@ use crate::color::Color;
 use crate::geometry::Pose2;
 use crate::loose::Loose;
 use crate::person::{self, Person};
-use crate::shape::{Outline, Shape};
+use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
 /// What moves.
@@ -171,6 +171,9 @@ impl Mover {
             color: self.plan.color,
             height: self.plan.height,
             moving: true,
+            figure: self.person().map_or(Figure::Upright, |person| Figure::Person {
+                heading: person.pose.heading,
+            }),
         }
     }
 

@@ -8,7 +8,7 @@ use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::{PointQuery, Ray};
 
 use crate::color::Color;
-use crate::shape::{Outline, Shape};
+use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
 /// A thing that stands where it is, before it becomes solid.
@@ -99,6 +99,7 @@ impl Scene {
             color: fixture.color,
             height: fixture.height,
             moving: false,
+            figure: Figure::Upright,
         })
     }
 

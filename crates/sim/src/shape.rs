@@ -3,6 +3,7 @@
 //! Nothing here draws.
 
 use crate::color::Color;
+use crate::geometry::Pose2;
 
 /// The outline of a thing, in the frame of the world, in metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,4 +46,40 @@ pub struct Shape<'a> {
     pub height: f64,
     /// Whether it may be elsewhere later: it moves on its own, or can be pushed.
     pub moving: bool,
+    /// What it looks like.
+    pub figure: Figure,
+}
+
+/// What a thing looks like on its outline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Figure {
+    /// The same from the floor to its height.
+    Upright,
+    /// A ball.
+    Ball,
+    /// A person who faces that way, in the frame of the world.
+    Person {
+        /// Radians.
+        heading: f64,
+    },
+}
+
+impl Outline {
+    /// Gives its middle with the direction of its own x axis, and its whole extent along its own x and y. The x axis of a wall is along
+    /// it.
+    pub fn placed(&self) -> (Pose2, [f64; 2]) {
+        match *self {
+            Self::Segment { from, to } => {
+                let (x, y) = (to[0] - from[0], to[1] - from[1]);
+                let middle = Pose2::new(
+                    (from[0] + to[0]) / 2.0,
+                    (from[1] + to[1]) / 2.0,
+                    libm::atan2(y, x),
+                );
+                (middle, [libm::hypot(x, y), 0.0])
+            }
+            Self::Box { center, size, angle } => (Pose2::new(center[0], center[1], angle), size),
+            Self::Circle { center, radius } => (Pose2::new(center[0], center[1], 0.0), [2.0 * radius; 2]),
+        }
+    }
 }

@@ -12,6 +12,7 @@ mod padding;
 mod part;
 mod range;
 mod scalar;
+mod scenery;
 mod sensor;
 mod seq;
 mod stamp;
@@ -28,6 +29,7 @@ pub use nav::{Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
+pub use scenery::{Movers, Scenery, Thing};
 pub use sensor::{BatteryState, Bumpers, Connection, Image, PanTilt, WheelEncoders};
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
@@ -75,6 +77,9 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Connection::describe(),
         Mission::describe(),
         Truth::describe(),
+        Thing::describe(),
+        Scenery::describe(),
+        Movers::describe(),
     ]
 }
 

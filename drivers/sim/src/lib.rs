@@ -2,12 +2,14 @@
 //! to the application's time; nothing here knows of schedules or schemas.
 
 mod camera;
+mod scenery;
 mod sense;
 mod worlds;
 
 use core::time::Duration;
 
 use jde_schema::prelude::*;
+use jde_schema::types::{Movers, Scenery};
 use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2};
 
 pub use camera::Camera;
@@ -96,6 +98,12 @@ pub struct Pioneer {
     /// What is true of the robot, for measuring; a robot that steers by it would not work anywhere else.
     #[export]
     truth: Export<Truth>,
+    /// What stands in the world, once when the robot enters it; for windows. No robot has such a sense.
+    #[export]
+    scenery: Export<Scenery>,
+    /// What moves in the world or can be moved, ten times a second; for windows. No robot has such a sense.
+    #[export]
+    movers: Export<Movers>,
     body: Option<Body>,
 }
 
@@ -106,6 +114,8 @@ struct Body {
     ring: SonarConfig,
     /// When it entered its world.
     since: Duration,
+    /// Since when what moves has not been told; none before the first time.
+    told: Option<Duration>,
 }
 
 impl Schema for Pioneer {
@@ -118,7 +128,7 @@ impl Schema for Pioneer {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         // Not there while it senses: a driver that fails lets go of its robot, which then stands still.
-        let Some(body) = self.body.take() else {
+        let Some(mut body) = self.body.take() else {
             return Err("it is in no world".into());
         };
         let twist = *self.velocity.get(cx).value();
@@ -135,6 +145,16 @@ impl Schema for Pioneer {
         };
         world.command_head(body.hold.robot(), look)?;
         self.sense(cx, &world, &body)?;
+        if body.told.is_none() {
+            self.show(cx, &world);
+        }
+        if body
+            .told
+            .is_none_or(|told| cx.now().saturating_sub(told) >= scenery::EVERY)
+        {
+            self.show_movers(cx, &world, body.hold.robot());
+            body.told = Some(cx.now());
+        }
         drop(world);
         self.body = Some(body);
         Ok(())
@@ -189,6 +209,7 @@ impl Pioneer {
             lasers,
             ring,
             since,
+            told: None,
         })
     }
 }

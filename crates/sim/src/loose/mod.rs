@@ -11,7 +11,7 @@ pub(crate) use push::Pusher;
 use parry2d_f64::math::Vector;
 
 use crate::color::Color;
-use crate::shape::{Outline, Shape};
+use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
 /// The gap that is kept between what touches, in metres: far above what rounding makes, far below what is seen.
@@ -105,6 +105,11 @@ impl Body {
                 Form::Box { height, .. } => height,
             },
             moving: true,
+            figure: if self.is_ball() {
+                Figure::Ball
+            } else {
+                Figure::Upright
+            },
         }
     }
 

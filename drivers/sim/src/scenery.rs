@@ -1,0 +1,189 @@
+//! What the world looks like, for windows on it: told under names of its own, so that no schema steers by it unawares.
+
+use core::time::Duration;
+
+use jde_schema::prelude::*;
+use jde_schema::types::Thing;
+use jde_sim::{Color, Figure, Outline, RobotId, Shape, World};
+
+use crate::Pioneer;
+
+/// What moves is told so often: people see it flow, and a recording stays small.
+pub(crate) const EVERY: Duration = Duration::from_millis(100);
+
+/// By REP-105; the odometry's frame begins there.
+const FRAME: &str = "map";
+/// Of a Pioneer: the red shell, and how tall it is, m.
+const SHELL: Color = Color::new(200, 34, 30);
+const ROBOT_HEIGHT: f32 = 0.4;
+
+impl Pioneer {
+    /// Tells what stands still.
+    pub(crate) fn show(&mut self, cx: &Context, world: &World) {
+        let mut scenery = self.scenery.loan(cx);
+        scenery.header = Header::new(cx.now(), FRAME);
+        scenery.padding = Padding::ZERO;
+        scenery.left_out = 0;
+        scenery.things.clear();
+        for shape in world.shapes().filter(|shape| !shape.moving) {
+            if scenery.things.push(thing(&shape)).is_err() {
+                scenery.left_out += 1;
+            }
+        }
+        scenery.publish();
+    }
+
+    /// Tells what moves, but for the robot itself.
+    pub(crate) fn show_movers(&mut self, cx: &Context, world: &World, itself: RobotId) {
+        let mut movers = self.movers.loan(cx);
+        movers.header = Header::new(cx.now(), FRAME);
+        movers.padding = Padding::ZERO;
+        movers.left_out = 0;
+        movers.things.clear();
+        let moving = world.shapes().filter(|shape| shape.moving);
+        let others = world.robots().filter(|(robot, _)| *robot != itself);
+        let robots = others.map(|(robot, name)| {
+            let (pose, radius) = (world.truth(robot).pose, world.config(robot).radius);
+            Thing {
+                name: Text::truncated(name),
+                pose: Pose2D::new(pose.x, pose.y, pose.heading),
+                length: 2.0 * radius as f32,
+                width: 2.0 * radius as f32,
+                height: ROBOT_HEIGHT,
+                form: Thing::ROBOT,
+                red: SHELL.r,
+                green: SHELL.g,
+                blue: SHELL.b,
+            }
+        });
+        for thing in moving.map(|shape| thing(&shape)).chain(robots) {
+            if movers.things.push(thing).is_err() {
+                movers.left_out += 1;
+            }
+        }
+        movers.publish();
+    }
+}
+
+fn thing(shape: &Shape<'_>) -> Thing {
+    let (place, [length, width]) = shape.outline.placed();
+    let (form, heading) = match (shape.outline, shape.figure) {
+        (Outline::Segment { .. } | Outline::Box { .. }, _) => (Thing::BOX, place.heading),
+        (Outline::Circle { .. }, Figure::Upright) => (Thing::CYLINDER, place.heading),
+        (Outline::Circle { .. }, Figure::Ball) => (Thing::BALL, place.heading),
+        (Outline::Circle { .. }, Figure::Person { heading }) => (Thing::PERSON, heading),
+    };
+    Thing {
+        name: Text::truncated(shape.name),
+        pose: Pose2D::new(place.x, place.y, heading),
+        length: length as f32,
+        width: width as f32,
+        height: shape.height as f32,
+        form,
+        red: shape.color.r,
+        green: shape.color.g,
+        blue: shape.color.b,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_schema::types::{Movers, Scenery, Thing};
+    use jde_sim::World;
+
+    use super::*;
+    use crate::tests::{Robot, file};
+
+    const ROOM: &str = r##"
+walls   = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true, height = 2.2 }]
+boxes   = [{ name = "desk", center = [1, 4], size = [1.2, 0.6], angle_deg = 90, color = "#102030" }]
+balls   = [{ name = "ball", center = [4, 1], radius = 0.1 }]
+people  = [{ name = "eva", way = [[5, 4], [5, 2]], speed = 0.5 }]
+
+[robots.bench]
+start = { x = 2, y = 3 }
+
+[robots.other]
+start = { x = 4, y = 4, heading_deg = 180 }
+"##;
+
+    fn named<'a>(things: &'a [Thing], name: &str) -> &'a Thing {
+        let found = things.iter().find(|thing| thing.name.as_str() == name);
+        found.unwrap_or_else(|| panic!("there is no {name}"))
+    }
+
+    #[test]
+    fn what_stands_is_told_once_with_place_size_and_color() {
+        let (_folder, path) = file(ROOM);
+        let mut robot = Robot::awake(&path, "bench");
+        robot.idle(1.0);
+        let told = robot.bench.exported_at("scenery").expect("it was told");
+        assert_eq!(
+            told,
+            Duration::from_millis(50),
+            "when it entered the world, and not again"
+        );
+        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it was told");
+        assert_eq!((scenery.things.len(), scenery.left_out), (5, 0));
+        let walls = scenery
+            .things
+            .iter()
+            .filter(|thing| thing.name.as_str() == "room");
+        let (count, around) = walls.fold((0, 0.0), |(count, sum), wall| {
+            assert_eq!((wall.form, wall.width, wall.height), (Thing::BOX, 0.0, 2.2));
+            (count + 1, sum + wall.length)
+        });
+        assert_eq!((count, around), (4, 22.0));
+        let desk = named(&scenery.things, "desk");
+        assert_eq!((desk.length, desk.width, desk.height), (1.2, 0.6, 0.75));
+        assert_eq!([desk.red, desk.green, desk.blue], [0x10, 0x20, 0x30]);
+        assert!((desk.pose.theta - core::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_moves_is_told_ten_times_a_second_and_the_robot_is_not_among_it() {
+        let (_folder, path) = file(ROOM);
+        let mut robot = Robot::awake(&path, "bench");
+        let mut times = std::collections::BTreeSet::new();
+        let mut places = Vec::new();
+        for _ in 0..40 {
+            robot.idle(0.05);
+            times.insert(robot.bench.exported_at("movers").expect("it was told"));
+            let movers: &Movers = robot.bench.exported_in_place("movers").expect("it was told");
+            let names: Vec<_> = movers.things.iter().map(|thing| thing.name.as_str()).collect();
+            assert_eq!(
+                names,
+                ["eva", "ball"],
+                "and no robot that has not entered the world"
+            );
+            places.push(named(&movers.things, "eva").pose.y);
+        }
+        assert_eq!(times.len(), 20);
+        let walked = places[0] - places[places.len() - 1];
+        assert!((walked - 0.95).abs() < 0.06, "eva walked {walked} m in 1.9 s");
+        let other = Robot::awake(&path, "other");
+        robot.idle(0.1);
+        let movers: &Movers = robot.bench.exported_in_place("movers").expect("it was told");
+        let seen = named(&movers.things, "other");
+        assert_eq!((seen.form, seen.pose.x, seen.pose.y), (Thing::ROBOT, 4.0, 4.0));
+        drop(other);
+    }
+
+    #[test]
+    fn what_finds_no_room_is_counted() {
+        let posts: String = (0..1100)
+            .map(|post| {
+                let (x, y) = (post % 40, post / 40);
+                format!("  {{ name = \"post\", center = [{x}, {y}], radius = 0.1 }},\n")
+            })
+            .collect();
+        let world =
+            format!("circles = [\n{posts}]\nrobots = {{ bench = {{ start = {{ x = 0.5, y = 0.5 }} }} }}");
+        let (_folder, path) = file(&world);
+        assert_eq!(World::load(&path, 0).expect("a world").shapes().count(), 1100);
+        let mut robot = Robot::awake(&path, "bench");
+        robot.idle(0.05);
+        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it was told");
+        assert_eq!((scenery.things.len(), scenery.left_out), (1024, 76));
+    }
+}
