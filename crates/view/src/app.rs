@@ -29,8 +29,12 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
             .with_min_inner_size([480.0, 320.0]),
         ..eframe::NativeOptions::default()
     };
-    let build: eframe::AppCreator<'_> =
-        Box::new(move |context| Ok(Box::new(App::new(&context.egui_ctx, opening))));
+    let build: eframe::AppCreator<'_> = Box::new(move |context| {
+        if let Some(card) = &context.wgpu_render_state {
+            crate::window::space::offer(&context.egui_ctx, card);
+        }
+        Ok(Box::new(App::new(&context.egui_ctx, opening)))
+    });
     eframe::run_native("jde", options, build).map_err(|error| Error::Window(error.to_string()))
 }
 

@@ -4,4 +4,5 @@ mod common;
 mod frame;
 mod painter;
 mod panel;
+mod space;
 mod values;

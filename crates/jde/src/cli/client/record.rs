@@ -69,12 +69,6 @@ impl Record {
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
-        // Whatever is refused is refused before there is a file.
-        let panels = self.panels.wanted();
-        let schemas = panels
-            .as_ref()
-            .map(|panels| with_panels(&remote, panels))
-            .transpose()?;
         let options = options(&remote, self.overwrite);
         let around = self.waiting.wanted();
         let waits = around.is_some();
@@ -105,9 +99,8 @@ impl Record {
                 watching.push(watch(&remote, variable, topic)?);
             }
         }
-        let rate = panels.map_or(0.0, |panels| panels.rate);
-        for schema in schemas.iter().flatten() {
-            watching.push(watch_panel(&remote, schema, rate, recorder.panel(schema))?);
+        if let Some(panels) = self.panels.wanted() {
+            watch_panels(&remote, &recorder, &panels, &mut watching)?;
         }
         let story = Arc::clone(&recorder);
         // The application's clock counts from its start, and the recording begins now.
@@ -258,28 +251,31 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
     Ok(watching)
 }
 
-/// The schemas whose panels are wanted.
-fn with_panels(remote: &Remote, panels: &Panels) -> Result<Vec<String>, Failure> {
+/// Has panels go to topics of the recording.
+fn watch_panels(
+    remote: &Remote,
+    recorder: &Recorder,
+    panels: &Panels,
+    watching: &mut Vec<Watching>,
+) -> Result<(), Failure> {
     let schemas = remote.schemas()?.schemas.into_iter();
     let names: Vec<_> = schemas
         .filter(|schema| schema.panel)
         .map(|schema| schema.name)
         .collect();
-    let chosen = panels.chosen(&names)?;
-    Ok(chosen.into_iter().map(|place| names[place].clone()).collect())
-}
-
-/// Has what a panel shows go to a topic of the recording.
-fn watch_panel(remote: &Remote, schema: &str, rate: f64, topic: Topic) -> Result<Watching, Failure> {
-    let watching = remote.watch_panel(schema, Rate::at_least(rate), move |sample| {
-        let stamps = Stamps {
-            published: sample.time.saturating_add(sample.age),
-            measured: sample.time,
-            sequence: sample.sequence,
-        };
-        topic.put_panel(&sample.list, stamps);
-    })?;
-    Ok(watching)
+    for place in panels.chosen(&names)? {
+        let topic = recorder.panel(&names[place]);
+        let rate = Rate::at_least(panels.rate);
+        watching.push(remote.watch_panel(&names[place], rate, move |sample| {
+            let stamps = Stamps {
+                published: sample.time.saturating_add(sample.age),
+                measured: sample.time,
+                sequence: sample.sequence,
+            };
+            topic.put_panel(&sample.list, stamps);
+        })?);
+    }
+    Ok(())
 }
 
 fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {

@@ -1,0 +1,125 @@
+//! Space as a simulated robot fills it.
+
+use egui_kittest::Harness;
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
+use glam::Vec2;
+
+use super::common::{Robot, until};
+use crate::look::{Look, Units};
+use crate::session::Session;
+use crate::window::Window;
+use crate::window::space::{Space, offer};
+
+struct Shown {
+    session: Session,
+    space: Space,
+}
+
+fn harness(robot: &Robot) -> Harness<'static, Shown> {
+    let state = create_render_state(
+        default_wgpu_setup(),
+        eframe::egui_wgpu::RendererOptions::PREDICTABLE,
+    );
+    let card = state.clone();
+    // Nothing else that is red, and the eye near and still.
+    let kept = serde_json::json!({
+        "orbit": { "distance": 3.0, "pitch": 1.0 },
+        "items": { "axes": false, "walls": false, "movers": false, "labels": false },
+    });
+    let shown = Shown {
+        session: robot.session(),
+        space: Space::open(&kept),
+    };
+    Harness::builder()
+        .with_size([600.0, 420.0])
+        .with_render_cursor(false)
+        .with_context_setup(move |ctx| offer(ctx, &card))
+        .renderer(WgpuTestRenderer::from_render_state(state))
+        .build_ui_state(
+            |ui, Shown { session, space }: &mut Shown| {
+                session.begin_frame();
+                let look = Look::of(ui.ctx(), Units::default());
+                space.show(ui, session, &look);
+            },
+            shown,
+        )
+}
+
+#[test]
+fn a_robot_that_drives_moves_in_the_picture() {
+    let robot = Robot::of("safe-navigation");
+    let mut harness = harness(&robot);
+    until(&mut harness, |harness| {
+        let seen = harness.state().space.seen();
+        seen.robots
+            .first()
+            .is_some_and(|robot| !robot.lasers.is_empty() && robot.pose.is_some())
+    });
+    harness.state_mut().space.stay();
+    harness.step();
+    let from = place(&harness);
+    let first = harness.render().expect("a picture");
+    until(&mut harness, |harness| place(harness).distance(from) > 60.0);
+    let second = harness.render().expect("a picture");
+    assert!(first != second);
+    // Its red shell is where it is said to be.
+    let (at, shell) = (
+        place(&harness),
+        shell(second.enumerate_pixels().map(|(x, y, pixel)| (x, y, pixel.0))),
+    );
+    assert!(shell.distance(at) < 25.0, "the shell is at {shell}, not at {at}");
+}
+
+#[test]
+fn the_walls_are_where_the_laser_meets_them() {
+    let robot = Robot::of("safe-navigation");
+    let mut harness = harness(&robot);
+    harness.state_mut().space.want(|items| items.walls = true);
+    until(&mut harness, |harness| {
+        let seen = harness.state().space.seen();
+        let robot = seen.robots.first();
+        seen.world.scenery.is_some()
+            && robot.is_some_and(|robot| !robot.lasers.is_empty() && robot.pose.is_some())
+    });
+    let seen = harness.state().space.seen();
+    let robot = &seen.robots[0];
+    let (laser, scan) = (robot.laser().expect("it has a place"), &robot.lasers[0].1);
+    let scenery = seen.world.scenery.as_ref().expect("it was told");
+    let mut met = 0;
+    for point in scan.points() {
+        let at = laser.transform_point3(glam::Vec3::new(point.x as f32, point.y as f32, 0.0));
+        let gap = scenery.things.iter().map(|thing| {
+            let frame = seen.world.frame * crate::window::space::frame(thing.pose);
+            let local = frame.inverse().transform_point3(at);
+            let out = Vec2::new(local.x, local.y).abs() - Vec2::new(thing.length, thing.width) / 2.0;
+            out.max(Vec2::ZERO).length()
+        });
+        // What moves is not among the scenery.
+        met += usize::from(gap.fold(f32::INFINITY, f32::min) < 0.12);
+    }
+    let all = scan.points().count();
+    assert!(
+        all > 50 && 10 * met > 8 * all,
+        "{met} of {all} points are at a wall"
+    );
+}
+
+/// Where the robot's middle is in the picture.
+fn place(harness: &Harness<'_, Shown>) -> Vec2 {
+    let space = &harness.state().space;
+    let robot = space.seen().robots[0].place().expect("it has a place");
+    let at = robot.transform_point3(glam::Vec3::Z * 0.15);
+    let size = harness.ctx.content_rect().shrink(8.0);
+    let eye = space.orbit().eye(Vec2::new(size.width(), size.height()));
+    eye.project(at).expect("it is before the eye") + Vec2::new(size.left(), size.top())
+}
+
+/// The middle of what is red.
+fn shell(pixels: impl Iterator<Item = (u32, u32, [u8; 4])>) -> Vec2 {
+    let red = pixels.filter(|(_, _, [red, green, blue, _])| *red > 90 && *green < red / 3 && *blue < red / 3);
+    let (sum, count) = red.fold((Vec2::ZERO, 0.0), |(sum, count), (x, y, _)| {
+        (sum + Vec2::new(x as f32, y as f32), count + 1.0)
+    });
+    assert!(count > 20.0, "there is nothing red in the picture");
+    sum / count
+}

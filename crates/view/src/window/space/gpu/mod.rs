@@ -1,0 +1,344 @@
+//! Draws a stage on the graphics card, into a texture that egui shows like any other. Nothing is drawn twice: while stage, eye and
+//! size stay, so does the texture.
+//!
+//! It knows no robots. What the card refuses is an answer in words, never a panic.
+
+mod forms;
+mod pipes;
+mod target;
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use eframe::egui;
+use eframe::egui_wgpu::RenderState;
+use glam::Vec2;
+use wgpu::BufferUsages;
+
+use super::orbit::Eye;
+use super::stage::{FORMS, Instance, Picture, Stage};
+use pipes::Pipes;
+use target::{Room, Shown, Target, answer};
+
+/// Edges are drawn from so many samples a pixel, where the card can.
+const SAMPLES: u32 = 4;
+
+/// The colors of what is drawn everywhere, and how bright it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ground {
+    pub(crate) floor: egui::Color32,
+    pub(crate) beyond: egui::Color32,
+    pub(crate) lines: egui::Color32,
+    /// From line to line, m.
+    pub(crate) step: f32,
+    pub(crate) shown: bool,
+}
+
+/// The card, and what lies ready on it.
+pub(crate) struct Card {
+    state: RenderState,
+    samples: u32,
+    pipes: Pipes,
+    forms: (wgpu::Buffer, [Range<u32>; FORMS.len()]),
+    frame: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    sampler: wgpu::Sampler,
+    instances: Room,
+    corners: Room,
+    strokes: Room,
+    dots: Room,
+    picture_corners: Room,
+    pictures: HashMap<String, Shown>,
+    target: Option<Target>,
+    drawn: Option<u64>,
+    /// How often it had to draw.
+    times: u64,
+}
+
+/// What the shaders know of a frame; laid out as there.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Frame {
+    view_projection: [[f32; 4]; 4],
+    eye: [f32; 3],
+    distance: f32,
+    size: [f32; 2],
+    scale: f32,
+    spare: f32,
+    sun: [f32; 3],
+    ambient: f32,
+    floor: [f32; 4],
+    beyond: [f32; 4],
+    lines: [f32; 4],
+    middle: [f32; 2],
+    reach: f32,
+    step: f32,
+}
+
+/// Lets windows find the card on which they are drawn.
+pub(crate) fn offer(ctx: &egui::Context, state: &RenderState) {
+    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, state.clone()));
+}
+
+impl Card {
+    /// The card on which the windows are drawn.
+    ///
+    /// # Errors
+    /// There is none, or it cannot do what is needed; in words for people.
+    pub(crate) fn find(ctx: &egui::Context) -> Result<Self, String> {
+        let state: RenderState = ctx
+            .data(|data| data.get_temp(egui::Id::NULL))
+            .ok_or("these windows are drawn without a graphics card or a program in its place")?;
+        let device = state.device.clone();
+        answer(&device, || Self::new(state))
+    }
+
+    fn new(state: RenderState) -> Self {
+        let device = &state.device;
+        let many = |format| {
+            let features = state.adapter.get_texture_format_features(format);
+            features.flags.sample_count_supported(SAMPLES)
+        };
+        let samples = if many(pipes::COLOR) && many(pipes::DEPTH) {
+            SAMPLES
+        } else {
+            1
+        };
+        let pipes = Pipes::new(device, samples);
+        let (corners, ranges) = forms::corners();
+        let mut forms = Room::new("space forms", BufferUsages::VERTEX);
+        forms.put(device, &state.queue, &[bytemuck::cast_slice(&corners)]);
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("space frame"),
+            size: size_of::<Frame>() as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("space frame"),
+            layout: &pipes.frame,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: frame.as_entire_binding(),
+            }],
+        });
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("space pictures"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..wgpu::SamplerDescriptor::default()
+        });
+        Self {
+            samples,
+            forms: (forms.into_buffer(), ranges),
+            frame,
+            frame_group,
+            sampler,
+            instances: Room::new("space instances", BufferUsages::VERTEX),
+            corners: Room::new("space corners", BufferUsages::VERTEX),
+            strokes: Room::new("space strokes", BufferUsages::VERTEX),
+            dots: Room::new("space dots", BufferUsages::VERTEX),
+            picture_corners: Room::new("space picture corners", BufferUsages::VERTEX),
+            pictures: HashMap::new(),
+            target: None,
+            drawn: None,
+            times: 0,
+            pipes,
+            state,
+        }
+    }
+
+    /// The texture in which the stage is drawn, of so many pixels.
+    ///
+    /// # Errors
+    /// What the card refused, in words for people.
+    pub(crate) fn draw(
+        &mut self,
+        stage: &Stage,
+        eye: &Eye,
+        ground: &Ground,
+        pixels: [u32; 2],
+    ) -> Result<egui::TextureId, String> {
+        let most = self.state.device.limits().max_texture_dimension_2d;
+        let pixels = pixels.map(|pixels| pixels.clamp(1, most));
+        let frame = frame(eye, ground, pixels);
+        let mut hasher = DefaultHasher::new();
+        (stage.fingerprint(), pixels, ground.shown).hash(&mut hasher);
+        bytemuck::bytes_of(&frame).hash(&mut hasher);
+        let wanted = hasher.finish();
+        if let (Some(target), Some(drawn)) = (&self.target, self.drawn)
+            && drawn == wanted
+        {
+            return Ok(target.id());
+        }
+        self.drawn = None;
+        let device = self.state.device.clone();
+        let id = answer(&device, || self.paint(stage, &frame, ground, pixels))?;
+        self.drawn = Some(wanted);
+        self.times += 1;
+        Ok(id)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn pictures_drawn(&self) -> u64 {
+        self.times
+    }
+
+    fn paint(&mut self, stage: &Stage, frame: &Frame, ground: &Ground, pixels: [u32; 2]) -> egui::TextureId {
+        let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
+        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+        let forms: Vec<&[u8]> = (stage.firm.iter().chain(&stage.clear))
+            .map(|list| bytemuck::cast_slice(list.as_slice()))
+            .collect();
+        self.instances.put(&device, &queue, &forms);
+        let corners = [&stage.firm_corners, &stage.clear_corners].map(|list| bytemuck::cast_slice(list));
+        self.corners.put(&device, &queue, &corners);
+        self.strokes
+            .put(&device, &queue, &[bytemuck::cast_slice(&stage.strokes)]);
+        self.dots
+            .put(&device, &queue, &[bytemuck::cast_slice(&stage.dots)]);
+        self.put_pictures(&stage.pictures);
+
+        if self
+            .target
+            .as_ref()
+            .is_none_or(|target| target.pixels() != pixels)
+        {
+            let before = self.target.take();
+            self.target = Some(Target::new(&self.state, pixels, self.samples, before));
+        }
+        let target = self.target.as_ref().expect("made just now if there was none");
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = target.pass(&mut encoder, &frame.beyond);
+            pass.set_bind_group(0, &self.frame_group, &[]);
+            self.draw_firm(&mut pass, stage);
+            if ground.shown {
+                pass.set_pipeline(&self.pipes.floor);
+                pass.draw(0..4, 0..1);
+            }
+            self.draw_flat(&mut pass, stage);
+            self.draw_clear(&mut pass, stage);
+        }
+        queue.submit([encoder.finish()]);
+        target.id()
+    }
+
+    fn draw_firm(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
+        self.draw_forms(pass, &self.pipes.firm_forms, &stage.firm, 0);
+        if !stage.firm_corners.is_empty() {
+            pass.set_pipeline(&self.pipes.firm_corners);
+            pass.set_vertex_buffer(0, self.corners.slice());
+            pass.draw(0..stage.firm_corners.len() as u32, 0..1);
+        }
+        pass.set_pipeline(&self.pipes.pictures);
+        for (number, picture) in stage.pictures.iter().enumerate() {
+            let Some(shown) = self.pictures.get(&picture.name) else {
+                continue;
+            };
+            pass.set_bind_group(1, &shown.group, &[]);
+            pass.set_vertex_buffer(0, self.picture_corners.slice());
+            let first = 4 * number as u32;
+            pass.draw(first..first + 4, 0..1);
+        }
+    }
+
+    fn draw_flat(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
+        for (pipe, room, count) in [
+            (&self.pipes.strokes, &self.strokes, stage.strokes.len()),
+            (&self.pipes.dots, &self.dots, stage.dots.len()),
+        ] {
+            if count > 0 {
+                pass.set_pipeline(pipe);
+                pass.set_vertex_buffer(0, room.slice());
+                pass.draw(0..4, 0..count as u32);
+            }
+        }
+    }
+
+    fn draw_clear(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
+        if !stage.clear_corners.is_empty() {
+            let first = stage.firm_corners.len() as u32;
+            pass.set_pipeline(&self.pipes.clear_corners);
+            pass.set_vertex_buffer(0, self.corners.slice());
+            pass.draw(first..first + stage.clear_corners.len() as u32, 0..1);
+        }
+        let firm: usize = stage.firm.iter().map(Vec::len).sum();
+        self.draw_forms(pass, &self.pipes.clear_forms, &stage.clear, firm);
+    }
+
+    /// The forms of some lists, which begin at an instance.
+    fn draw_forms(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipe: &wgpu::RenderPipeline,
+        lists: &[Vec<Instance>; FORMS.len()],
+        mut first: usize,
+    ) {
+        pass.set_pipeline(pipe);
+        for (list, corners) in lists.iter().zip(&self.forms.1) {
+            if !list.is_empty() {
+                pass.set_vertex_buffer(0, self.forms.0.slice(..));
+                // Cards without a first instance count from the beginning of the buffer.
+                let from = (first * size_of::<Instance>()) as u64;
+                pass.set_vertex_buffer(1, self.instances.slice_from(from));
+                pass.draw(corners.clone(), 0..list.len() as u32);
+                first += list.len();
+            }
+        }
+    }
+
+    fn put_pictures(&mut self, pictures: &[Picture]) {
+        let (device, queue) = (&self.state.device, &self.state.queue);
+        self.pictures
+            .retain(|name, _| pictures.iter().any(|picture| picture.name == *name));
+        let mut corners: Vec<[f32; 5]> = Vec::new();
+        for picture in pictures {
+            let [upper_left, upper_right, lower_right, lower_left] = picture.corners;
+            // As a strip.
+            for (at, [u, v]) in [
+                (upper_left, [0.0, 0.0]),
+                (upper_right, [1.0, 0.0]),
+                (lower_left, [0.0, 1.0]),
+                (lower_right, [1.0, 1.0]),
+            ] {
+                corners.push([at.x, at.y, at.z, u, v]);
+            }
+            let known = self.pictures.remove(&picture.name);
+            let shown = Shown::with(
+                known,
+                device,
+                queue,
+                (&self.pipes.picture, &self.sampler),
+                &picture.pixels,
+            );
+            self.pictures.insert(picture.name.clone(), shown);
+        }
+        self.picture_corners
+            .put(device, queue, &[bytemuck::cast_slice(&corners)]);
+    }
+}
+
+fn frame(eye: &Eye, ground: &Ground, pixels: [u32; 2]) -> Frame {
+    let color = |color: egui::Color32| color.to_srgba_unmultiplied().map(|part| f32::from(part) / 255.0);
+    let size = Vec2::new(pixels[0] as f32, pixels[1] as f32);
+    let middle = eye.target;
+    Frame {
+        view_projection: eye.view_projection.to_cols_array_2d(),
+        eye: eye.place.to_array(),
+        distance: eye.distance,
+        size: size.to_array(),
+        scale: size.y / eye.size.y,
+        spare: 0.0,
+        sun: glam::Vec3::new(-0.35, -0.45, 0.82).normalize().to_array(),
+        ambient: 0.34,
+        floor: color(ground.floor),
+        beyond: color(ground.beyond),
+        lines: color(ground.lines),
+        middle: [middle.x, middle.y],
+        reach: 6.0 * eye.distance,
+        step: ground.step,
+    }
+}

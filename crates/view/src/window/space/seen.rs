@@ -1,0 +1,220 @@
+//! What is there to be seen: the newest values of what an application has, as the view needs them. It knows nothing of drawing.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec3};
+use jde_panel::List;
+use jde_types::{
+    LaserScan, Mission, Movers, Path, Pose2D, RangeRing, Route, Scenery, Target, Thing, WheelEncoders,
+};
+
+use super::figures::{Carried, HEAD, LASER_AHEAD, LASER_HEIGHT};
+use super::stage::{Pixels, placed};
+
+/// Radius of a Pioneer's wheels, m.
+const WHEEL: f64 = 0.0975;
+/// Points of a path that are kept; then every other is left out.
+const MOST_POINTS: usize = 20_000;
+/// A path goes on when the robot has moved so far, m.
+const STEP: f32 = 0.03;
+/// A robot that is elsewhere all at once did not drive there as far as anybody knows, m.
+const JUMP: f32 = 1.0;
+
+/// All there is.
+#[derive(Debug, Default)]
+pub(crate) struct Seen {
+    pub(crate) robots: Vec<Robot>,
+    pub(crate) cameras: Vec<Camera>,
+    /// With the names of those who have them.
+    pub(crate) targets: Vec<(String, Target)>,
+    pub(crate) missions: Vec<(String, Mission)>,
+    pub(crate) routes: Vec<Way>,
+    pub(crate) world: World,
+    /// Panels with scenes in them, by schema.
+    pub(crate) panels: Vec<(String, Arc<List>)>,
+}
+
+/// A robot and what moves along with it.
+#[derive(Debug, Default)]
+pub(crate) struct Robot {
+    pub(crate) name: String,
+    /// Where its wheels say it is; none while nothing says so.
+    pub(crate) pose: Option<Pose2D>,
+    pub(crate) lasers: Vec<(String, Box<LaserScan>)>,
+    pub(crate) sonars: Vec<(String, Box<RangeRing>)>,
+    /// Whether it has them, be they heard or not.
+    pub(crate) carries: Carried,
+    pub(crate) trail: Trail,
+}
+
+/// Where a robot has been.
+#[derive(Debug, Default)]
+pub(crate) struct Trail {
+    /// Each with whether a path begins there: the robot was put there, or nobody looked for a while.
+    points: VecDeque<(Vec3, bool)>,
+    last: u64,
+}
+
+/// A camera on a robot, and what it saw last.
+#[derive(Clone, Debug)]
+pub(crate) struct Camera {
+    pub(crate) name: String,
+    /// The place of its robot among all.
+    pub(crate) robot: usize,
+    pub(crate) on_head: bool,
+    /// On the head or, if it is not on one, on the body.
+    pub(crate) at: Vec3,
+    pub(crate) yaw: f32,
+    /// From the left edge of the picture to the right one, rad.
+    pub(crate) field: f32,
+    pub(crate) pixels: Arc<Pixels>,
+}
+
+/// Places to go through.
+#[derive(Clone, Debug)]
+pub(crate) struct Way {
+    pub(crate) name: String,
+    pub(crate) points: Vec<Pose2D>,
+    /// How many of them are behind the robot.
+    pub(crate) reached: usize,
+}
+
+/// What a simulator tells of its world.
+#[derive(Debug, Default)]
+pub(crate) struct World {
+    /// The world's frame in that of the odometry: the identity but for what the wheels got wrong.
+    pub(crate) frame: Affine3A,
+    pub(crate) scenery: Option<Box<Scenery>>,
+    pub(crate) movers: Option<Box<Movers>>,
+}
+
+impl Robot {
+    /// Its base in the frame of the odometry.
+    pub(crate) fn place(&self) -> Option<Affine3A> {
+        let pose = self.pose?;
+        let finite = pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite();
+        finite.then(|| frame(pose))
+    }
+
+    /// Its laser there.
+    pub(crate) fn laser(&self) -> Option<Affine3A> {
+        let mount = Affine3A::from_translation(Vec3::new(LASER_AHEAD, 0.0, LASER_HEIGHT));
+        Some(self.place()? * mount)
+    }
+
+    /// Takes its wheels' angles from what they counted.
+    pub(crate) fn roll(&mut self, encoders: &WheelEncoders) {
+        if encoders.ticks_per_meter > 0.0 {
+            let angle = |ticks: i64| {
+                let turned = ticks as f64 / encoders.ticks_per_meter / WHEEL;
+                turned.rem_euclid(std::f64::consts::TAU) as f32
+            };
+            self.carries.wheels = [angle(encoders.left), angle(encoders.right)];
+        }
+    }
+}
+
+impl Camera {
+    /// Where it is and looks (along x), in the frame of the odometry.
+    pub(crate) fn place(&self, robots: &[Robot]) -> Option<Affine3A> {
+        let robot = robots.get(self.robot)?;
+        let on = if self.on_head {
+            let [pan, tilt] = robot.carries.head.unwrap_or_default();
+            robot.place()? * placed(HEAD, [0.0, tilt, pan])
+        } else {
+            robot.place()?
+        };
+        Some(on * placed(self.at, [0.0, 0.0, self.yaw]))
+    }
+}
+
+impl Trail {
+    /// The robot was there at that time, ns.
+    pub(crate) fn add(&mut self, pose: Pose2D, time: u64) {
+        let point = Vec3::new(pose.x as f32, pose.y as f32, 0.005);
+        if !point.is_finite() {
+            return;
+        }
+        if time < self.last {
+            // A recording went back: that has not happened yet.
+            self.points.clear();
+        }
+        self.last = time;
+        let Some((before, _)) = self.points.back() else {
+            self.points.push_back((point, true));
+            return;
+        };
+        let moved = before.distance(point);
+        if moved >= STEP {
+            self.points.push_back((point, moved > JUMP));
+        }
+        if self.points.len() > MOST_POINTS {
+            let mut number = 0_usize;
+            self.points.retain(|(_, begins)| {
+                number += 1;
+                number % 2 == 1 || *begins
+            });
+        }
+    }
+
+    /// From place to place, those left out where it did not drive.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = (Vec3, Vec3)> {
+        let next = self.points.iter().skip(1);
+        let pairs = self.points.iter().zip(next);
+        pairs
+            .filter(|(_, (_, begins))| !begins)
+            .map(|((from, _), (to, _))| (*from, *to))
+    }
+}
+
+impl Way {
+    pub(crate) fn route(name: &str, route: &Route, reached: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            points: route.poses.to_vec(),
+            reached,
+        }
+    }
+
+    pub(crate) fn path(name: &str, path: &Path) -> Self {
+        Self {
+            name: name.to_owned(),
+            points: path.poses.iter().map(|pose| pose.pose.into()).collect(),
+            reached: 0,
+        }
+    }
+}
+
+impl Seen {
+    /// A frame of REP-105 in that of the odometry.
+    pub(crate) fn frame(&self, name: &str) -> Option<Affine3A> {
+        let first = self.robots.first();
+        match name {
+            "odom" | "" => Some(Affine3A::IDENTITY),
+            "map" => Some(self.world.frame),
+            "base_link" => first?.place(),
+            "laser" => first?.laser(),
+            _ => None,
+        }
+    }
+
+    /// What moves and is not shown as a robot of its own.
+    pub(crate) fn movers(&self) -> impl Iterator<Item = &Thing> {
+        let movers = self.world.movers.iter().flat_map(|movers| movers.things.iter());
+        movers.filter(|thing| {
+            thing.form != Thing::ROBOT || !self.robots.iter().any(|robot| thing.name.as_str() == robot.name)
+        })
+    }
+
+    /// Whether nothing at all is there to be seen.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.robots.iter().all(|robot| robot.pose.is_none()) && self.world.scenery.is_none()
+    }
+}
+
+/// A pose of the plane as a frame.
+pub(crate) fn frame(pose: Pose2D) -> Affine3A {
+    let at = Vec3::new(pose.x as f32, pose.y as f32, 0.0);
+    placed(at, [0.0, 0.0, pose.theta as f32])
+}

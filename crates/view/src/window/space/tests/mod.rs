@@ -1,0 +1,289 @@
+//! Pictures of a scene that never changes, and what hand and labels do to them.
+
+mod eye;
+mod room;
+
+use eframe::egui::{self, Event, Key, Modifiers, MouseWheelUnit, Pos2, Vec2, pos2, vec2};
+use eframe::egui_wgpu::{RenderState, RendererOptions};
+use egui_kittest::kittest::Queryable;
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
+use egui_kittest::{Harness, SnapshotOptions};
+use glam::Vec3;
+
+use super::seen::Seen;
+use super::{Space, offer};
+use crate::look::{Look, Units};
+use room::room;
+
+const SIZE: [f32; 2] = [800.0, 520.0];
+const NAME: &str = "Space: the robot and what it senses, in 3D";
+
+fn state() -> RenderState {
+    create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE)
+}
+
+fn window(seen: Seen, dark: bool) -> Harness<'static, Space> {
+    let state = state();
+    let card = state.clone();
+    let mut space = Space::open(&serde_json::Value::Null);
+    space.seen = seen;
+    Harness::builder()
+        .with_size(SIZE)
+        .with_theme(if dark {
+            egui::Theme::Dark
+        } else {
+            egui::Theme::Light
+        })
+        .with_render_cursor(false)
+        .with_options(SnapshotOptions::new().threshold(2.0).max_failed_pixels(400))
+        .with_context_setup(move |ctx| offer(ctx, &card))
+        .renderer(WgpuTestRenderer::from_render_state(state))
+        .build_ui_state(
+            |ui, space: &mut Space| {
+                let look = Look::of(ui.ctx(), Units::default());
+                space.picture(ui, &look);
+            },
+            space,
+        )
+}
+
+#[test]
+fn a_room_looks_as_it_did_in_the_dark() {
+    let mut window = window(room(), true);
+    window.run();
+    window.snapshot("space-dark");
+}
+
+#[test]
+fn a_room_looks_as_it_did_in_the_light() {
+    let mut window = window(room(), false);
+    window.run();
+    window.snapshot("space-light");
+}
+
+#[test]
+fn every_item_is_in_the_picture_until_it_is_unticked() {
+    let mut window = window(room(), true);
+    window.run();
+    let mut before = window.render().unwrap();
+    for item in [
+        "Grid",
+        "Axes",
+        "Robot",
+        "Laser",
+        "Sonars",
+        "Path",
+        "Targets",
+        "Cameras",
+        "Walls",
+        "Movers",
+        "Panels' shapes",
+    ] {
+        window.get_by_label("Show").click();
+        window.run();
+        window.get_by_label(item).click();
+        window.run();
+        window.key_press(Key::Escape);
+        window.run();
+        let after = window.render().unwrap();
+        assert!(before != after, "{item} makes no difference");
+        before = after;
+    }
+}
+
+#[test]
+fn a_click_tells_what_is_there_and_where() {
+    let mut window = window(room(), true);
+    window.run();
+    window.state_mut().kept.items.labels = false;
+    for (at, name) in [
+        (Vec3::new(2.6, -0.6, 0.11), Some("orange ball")),
+        (Vec3::new(0.2, 1.0, 0.0), None),
+    ] {
+        let place = on_screen(&window, at);
+        click(&mut window, place);
+        let pointed = window.state().pointed.clone().expect("something is there");
+        assert_eq!(pointed.name.as_deref(), name);
+        assert!(pointed.at.distance(at) < 0.03, "{} instead of {at}", pointed.at);
+    }
+}
+
+#[test]
+fn a_drag_goes_around_and_with_shift_it_moves_away() {
+    let mut window = window(room(), true);
+    window.run();
+    let before = window.state().kept;
+    drag(&mut window, vec2(80.0, 30.0), Modifiers::NONE);
+    let turned = window.state().kept;
+    assert_eq!(turned.orbit.target, before.orbit.target);
+    assert!(turned.orbit.yaw != before.orbit.yaw && turned.orbit.pitch > before.orbit.pitch);
+    assert!(turned.follow, "to look around is not to look elsewhere");
+    drag(&mut window, vec2(80.0, 30.0), Modifiers::SHIFT);
+    let moved = window.state().kept;
+    assert_eq!(
+        (moved.orbit.yaw, moved.orbit.pitch),
+        (turned.orbit.yaw, turned.orbit.pitch)
+    );
+    assert!(moved.orbit.target != turned.orbit.target && !moved.follow);
+}
+
+#[test]
+fn keys_do_what_the_mouse_does() {
+    let mut window = window(room(), true);
+    window.run();
+    window.get_by_label(NAME).focus();
+    window.run();
+    let before = window.state().kept.orbit;
+    for key in [Key::ArrowLeft, Key::ArrowUp, Key::Plus] {
+        window.key_press(key);
+        window.run();
+    }
+    let after = window.state().kept.orbit;
+    assert!(after.yaw < before.yaw && after.pitch > before.pitch && after.distance < before.distance);
+    window.key_press(Key::F);
+    window.run();
+    assert!(!window.state().kept.follow);
+    window.key_press(Key::T);
+    window.run();
+    assert!((window.state().kept.orbit.pitch - std::f32::consts::FRAC_PI_2).abs() < 1e-3);
+    window.key_press(Key::R);
+    window.run();
+    let kept = window.state().kept;
+    assert!(kept.follow && (kept.orbit.pitch - before.pitch).abs() < 1e-3);
+}
+
+#[test]
+fn the_wheel_goes_nearer_to_what_is_under_the_pointer() {
+    let mut window = window(room(), true);
+    window.run();
+    window.state_mut().kept.follow = false;
+    let at = Vec3::new(3.0, 1.0, 0.0);
+    let place = on_screen(&window, at);
+    let before = window.state().kept.orbit.distance;
+    window.hover_at(place);
+    window.run();
+    window.event(Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        delta: vec2(0.0, 120.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    window.run();
+    assert!(window.state().kept.orbit.distance < before);
+    assert!(on_screen(&window, at).distance(place) < 2.0);
+}
+
+#[test]
+fn the_robot_that_is_followed_stays_in_the_middle() {
+    let mut window = window(room(), true);
+    window.run();
+    let first = window.render().unwrap();
+    window.state_mut().seen.robots[0].pose = Some(jde_types::Pose2D::new(3.0, 1.0, 0.0));
+    window.run();
+    assert!(first != window.render().unwrap());
+    let middle = window.get_by_label(NAME).rect().center();
+    assert!(on_screen(&window, Vec3::new(3.0, 1.0, 0.2)).distance(middle) < 1.0);
+}
+
+#[test]
+fn what_does_not_change_is_not_drawn_again() {
+    let mut window = window(room(), true);
+    window.run();
+    let drawn = |window: &Harness<'_, Space>| match &window.state().card {
+        Some(Ok(card)) => card.pictures_drawn(),
+        Some(Err(_)) | None => panic!("there is a card"),
+    };
+    let before = drawn(&window);
+    window.run_steps(5);
+    assert_eq!(drawn(&window), before);
+}
+
+#[test]
+fn a_panel_in_an_unknown_frame_says_so() {
+    let mut seen = room();
+    let window = |seen| {
+        let mut window = window(seen, true);
+        window.run();
+        window
+    };
+    assert!(
+        window(room())
+            .state()
+            .troubles
+            .iter()
+            .any(|trouble| trouble.contains("gripper"))
+    );
+    seen.panels.clear();
+    assert!(window(seen).state().troubles.is_empty());
+}
+
+#[test]
+fn without_a_card_the_window_says_so_and_lives() {
+    let mut space = Space::open(&serde_json::Value::Null);
+    space.seen = room();
+    let mut window = Harness::builder().with_size(SIZE).build_ui_state(
+        |ui, space: &mut Space| {
+            let look = Look::of(ui.ctx(), Units::default());
+            space.picture(ui, &look);
+        },
+        space,
+    );
+    window.run();
+    window.get_by_label_contains("There is no 3D picture");
+    window.get_by_label("Try again").click();
+    window.run();
+    window.get_by_label_contains("There is no 3D picture");
+}
+
+#[test]
+fn what_a_person_chose_is_kept_and_nonsense_is_not() {
+    let mut space = Space::open(&serde_json::Value::Null);
+    space.kept.items.laser = false;
+    space.kept.orbit.distance = 3.5;
+    let kept = crate::window::Window::keep(&space);
+    assert_eq!(Space::open(&kept).kept, space.kept);
+    let nonsense = serde_json::json!({ "orbit": { "distance": -1.0 } });
+    assert_eq!(
+        Space::open(&nonsense).kept,
+        Space::open(&serde_json::Value::Null).kept
+    );
+}
+
+fn on_screen(window: &Harness<'_, Space>, at: Vec3) -> Pos2 {
+    let rect = window.get_by_label(NAME).rect();
+    let eye = window
+        .state()
+        .kept
+        .orbit
+        .eye(glam::Vec2::new(rect.width(), rect.height()));
+    let at = eye.project(at).expect("it is before the eye");
+    rect.min + vec2(at.x, at.y)
+}
+
+fn click(window: &mut Harness<'_, Space>, at: Pos2) {
+    window.hover_at(at);
+    window.run();
+    window.drag_at(at);
+    window.run();
+    window.drop_at(at);
+    window.run();
+}
+
+fn drag(window: &mut Harness<'_, Space>, by: Vec2, modifiers: Modifiers) {
+    let from = pos2(400.0, 300.0);
+    window.event_modifiers(Event::PointerMoved(from), modifiers);
+    window.run();
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers,
+    };
+    window.event_modifiers(button(from, true), modifiers);
+    window.run();
+    window.event_modifiers(Event::PointerMoved(from + by), modifiers);
+    window.run();
+    window.event_modifiers(button(from + by, false), modifiers);
+    window.run();
+}
