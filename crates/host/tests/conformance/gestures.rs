@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_core::Health;
 use jde_host::event::{Event, OperatorAction};
+use jde_host::story::{Line, Story};
 use jde_host::{Look, Refusal};
 use jde_panel::{Button, Touch};
 
@@ -104,7 +105,7 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
     };
     for step in 0..200 {
         drag("field", f64::from(step), false);
-        drag("other", f64::from(step), false);
+        drag("other", f64::from(step) / 3.0, false);
     }
     drag("field", 200.0, true);
     drag("field", 7.0, true);
@@ -118,11 +119,24 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
     assert_eq!(
         dragged,
         [
-            "`other` of easel from (0.00, 0.00) to (199.00, 0.00)",
+            "`other` of easel from (0.00, 0.00) to (66.33, 0.00)",
             "`field` of easel from (0.00, 0.00) to (200.00, 0.00)",
             "`field` of easel from (0.00, 0.00) to (7.00, 0.00)",
         ]
     );
+    let told = |mut story: Story| -> Vec<Line> {
+        let lines = stage.events().into_iter().flat_map(|event| story.hear(&event));
+        let touched = |line: &Line| matches!(line, Line::Happening(happening) if happening.touched.is_some());
+        lines.filter(touched).collect()
+    };
+    let application = rig.handle.application();
+    assert_eq!(told(Story::new(application)).len(), 2, "those that are over");
+    let whole = told(Story::whole(application));
+    assert_eq!(whole.len(), 3, "what a replay needs");
+    for line in whole {
+        let read = Line::read(line.kind(), &line.json()).expect("it is one");
+        assert_eq!(read, line, "to the last digit");
+    }
     drop(looks);
     rig.stop();
 }

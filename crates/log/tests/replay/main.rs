@@ -190,6 +190,15 @@ fn r14_what_people_did_to_panels_is_done_again() {
             // Numbers that no decimal fraction of few digits tells exactly.
             (2 * SECOND, |handle| click(handle, 0.1 + 0.2, 2.0_f64.sqrt())),
             (9 * SECOND, |handle| touch(handle, "clear", Touch::Pressed)),
+            (12 * SECOND, |handle| {
+                let dragged = Touch::Dragged {
+                    from: [0.0; 3],
+                    to: [0.1 + 0.2, 0.0, 0.0],
+                    button: Button::Primary,
+                    ended: false,
+                };
+                touch(handle, "field", dragged);
+            }),
             (15 * SECOND, |handle| click(handle, 5.0, 7.1)),
         ],
     );
@@ -210,4 +219,5 @@ fn r14_what_people_did_to_panels_is_done_again() {
             "ana clicked `field` of example at (5.00, 7.10)",
         ]
     );
+    assert_eq!(scene.told("drag").len(), 1, "where a drag that goes on is told");
 }
