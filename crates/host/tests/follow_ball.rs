@@ -16,7 +16,7 @@ const BALL: [f64; 2] = [4.9, 3.7];
 
 #[test]
 fn the_robot_finds_the_ball_behind_the_crate_and_stops_before_it() {
-    let plugins = delivered::plugins(&["sim", "ball", "stop", "vff"]);
+    let plugins = delivered::plugins(&["sim", "ball", "stop", "vff", "teleop"]);
     let file = Path::new(ROOT).join("apps/follow-ball.toml");
     let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     let mut running =

@@ -23,7 +23,7 @@ struct Drive {
 }
 
 fn plugins() -> Plugins {
-    delivered::plugins(&["sim", "example", "goon", "vff", "stop"])
+    delivered::plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
 }
 
 fn file() -> PathBuf {

@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 /// Plugins that the tests use.
-const PLUGINS: [&str; 9] = [
-    "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family",
+const PLUGINS: [&str; 10] = [
+    "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop",
 ];
 
 /// What the executable said, and how it ended.

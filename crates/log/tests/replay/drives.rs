@@ -40,7 +40,7 @@ impl Scene {
     fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str], acts: &[(u64, Act)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
-        let plugins = plugins(&["sim", "example", "goon", "vff", "stop"]);
+        let plugins = plugins(&["sim", "example", "goon", "vff", "stop", "teleop"]);
         let scene = Self {
             _folder: folder,
             file,

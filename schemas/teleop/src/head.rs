@@ -1,0 +1,66 @@
+//! Turns the head as a person wants, within limits.
+
+use jde_schema::prelude::*;
+
+use crate::wish::{Look, counts};
+
+/// How far ahead of where it looks the head is sent, as the time it takes to turn there: more than the time from one word of
+/// the head to the next, so that it turns without halts, and little, for it is how far it goes on when the wish ends.
+const LEAD: f64 = 0.15;
+
+/// Turns the head as a person wants, for as long as the wish is renewed.
+///
+/// It is ready while there is a wish that is not older than its patience, and the head tells where it looks.
+#[derive(Describe)]
+#[schema(motor, period = "50ms", budget = "10ms")]
+pub struct Head {
+    /// Where the head looks.
+    #[import]
+    pan_tilt: Import<PanTilt>,
+    /// What the person wants; to be written again and again, at least twice in each `patience`.
+    #[modulation(default = Look::NONE)]
+    want: Modulation<Look>,
+    /// How old a wish may be and still count: the dead-man's switch.
+    #[modulation(default = 0.5, unit = "s", min = 0.05, max = 10.0)]
+    patience: Modulation<f64>,
+    /// The fastest it turns.
+    #[modulation(default = 0.8, unit = "rad/s", min = 0.0)]
+    turn: Modulation<f64>,
+    /// The pan-tilt head.
+    #[actuator]
+    head: Actuator<PanTilt>,
+}
+
+impl Schema for Head {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        Ok((self.wanted(cx).is_some() && self.pan_tilt.get(cx).is_some()).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let Some(now) = self.pan_tilt.get(cx) else {
+            return Ok(());
+        };
+        let want = self.wanted(cx).unwrap_or(Look::NONE);
+        let most = self.turn.get(cx);
+        let (pan, tilt) = (want.pan.clamp(-most, most), want.tilt.clamp(-most, most));
+        self.head.command(
+            cx,
+            PanTilt {
+                header: Header::new(cx.now(), now.header.frame_id.as_str()),
+                pan: now.pan + LEAD * pan,
+                tilt: now.tilt + LEAD * tilt,
+                // A speed of 0 holds the axis.
+                pan_velocity: pan.abs(),
+                tilt_velocity: tilt.abs(),
+            },
+        );
+        Ok(())
+    }
+}
+
+impl Head {
+    fn wanted(&self, cx: &Context) -> Option<Look> {
+        let want = self.want.sample(cx);
+        counts(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(*want.value())
+    }
+}

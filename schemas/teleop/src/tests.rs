@@ -1,0 +1,11 @@
+//! When a wish counts, and what becomes of it.
+
+mod base;
+mod head;
+mod pilot;
+
+use core::time::Duration;
+
+pub(crate) fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
