@@ -1,6 +1,6 @@
 //! Carries orders to the application and keeps its answers: on a thread of its own, in the order in which they were given.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
@@ -128,7 +128,7 @@ impl Worker {
             };
             match order {
                 Ok(order) => {
-                    let mut waiting: VecDeque<_> = [order].into_iter().chain(orders.try_iter()).collect();
+                    let mut waiting: VecDeque<_> = newest(order, orders).collect();
                     while let Some(order) = waiting.pop_front() {
                         match order {
                             Order::Act(action, _) if overtaken(&action, &waiting) => {}
@@ -174,8 +174,12 @@ impl Worker {
                 if held.told.elapsed() < RENEWED {
                     return;
                 }
-                Action::Renew {
-                    schema: schema.clone(),
+                match action {
+                    // Written anew, so that its age tells whoever reads it that it is still wanted.
+                    Action::Modulate { .. } => action.clone(),
+                    _ => Action::Renew {
+                        schema: schema.clone(),
+                    },
                 }
             }
             Some(_) | None => action.clone(),
@@ -242,6 +246,24 @@ fn overtaken(action: &Action, later: &VecDeque<Order>) -> bool {
     }
 }
 
+/// An order and those that wait behind it, without the holds that a later one at the same schema makes idle: where an answer takes
+/// long, what a hand did meanwhile is not gone through step by step.
+fn newest(first: Order, orders: &Receiver<Order>) -> impl Iterator<Item = Order> {
+    let mut waiting: Vec<_> = std::iter::once(first).chain(orders.try_iter()).collect();
+    let mut later = HashSet::new();
+    // From the last to the first.
+    waiting.reverse();
+    waiting.retain(|order| match order {
+        Order::Act(..) => true,
+        Order::Hold(action) => later.insert(action.schema().to_owned()),
+        Order::LetGo(schema) => {
+            later.insert(schema.clone());
+            true
+        }
+    });
+    waiting.into_iter().rev()
+}
+
 fn note(notices: &Mutex<Vec<Notice>>, text: String, failed: bool) {
     let mut notices = lock(notices);
     // Said once, however often it is so.
@@ -260,4 +282,64 @@ fn note(notices: &Mutex<Vec<Notice>>, text: String, failed: bool) {
         failed,
         at: Instant::now(),
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hold(schema: &str, value: f64) -> Order {
+        Order::Hold(Action::Modulate {
+            schema: schema.to_owned(),
+            variable: "want".to_owned(),
+            value: value.into(),
+        })
+    }
+
+    fn words(order: &Order) -> String {
+        match order {
+            Order::Act(action, _) => format!("act {}", action.schema()),
+            Order::Hold(Action::Modulate { schema, value, .. }) => format!("hold {schema} {value}"),
+            Order::Hold(action) => format!("hold {}", action.schema()),
+            Order::LetGo(schema) => format!("let go {schema}"),
+        }
+    }
+
+    #[test]
+    fn of_holds_that_wait_the_last_at_each_schema_is_carried() {
+        let (give, orders) = channel();
+        for order in [
+            hold("base", 2.0),
+            hold("head", 1.0),
+            Order::Act(
+                Action::Play {
+                    schema: "goon".to_owned(),
+                },
+                Outcome::default(),
+            ),
+            hold("base", 3.0),
+            hold("head", 2.0),
+            Order::LetGo("head".to_owned()),
+        ] {
+            give.send(order).expect("somebody listens");
+        }
+        let left: Vec<_> = newest(hold("base", 1.0), &orders)
+            .map(|order| words(&order))
+            .collect();
+        assert_eq!(left, ["act goon", "hold base 3.0", "let go head"]);
+        let left: Vec<_> = newest(hold("base", 1.0), &orders).collect();
+        assert_eq!(left.len(), 1, "one alone stays");
+    }
+
+    #[test]
+    fn a_hold_after_a_letting_go_is_carried_too() {
+        let (give, orders) = channel();
+        give.send(Order::LetGo("base".to_owned()))
+            .expect("somebody listens");
+        give.send(hold("base", 2.0)).expect("somebody listens");
+        let left: Vec<_> = newest(hold("base", 1.0), &orders)
+            .map(|order| words(&order))
+            .collect();
+        assert_eq!(left, ["let go base", "hold base 2.0"]);
+    }
 }

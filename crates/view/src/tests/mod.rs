@@ -5,4 +5,5 @@ mod frame;
 mod painter;
 mod panel;
 mod space;
+mod robot;
 mod values;

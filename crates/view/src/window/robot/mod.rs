@@ -1,23 +1,162 @@
-//! Sensors and motors: what the robot senses around its outline, and teleoperation.
+//! Sensors and motors: what the robot senses around its outline, and driving it by hand.
 
-use eframe::egui;
+#[cfg(test)]
+pub(crate) mod bench;
+mod drive;
+mod picture;
+mod plane;
+mod reading;
+mod senses;
+mod table;
+mod trail;
+
+use eframe::egui::{self, Panel, ScrollArea, Ui};
+use serde::{Deserialize, Serialize};
 
 use super::Window;
 use crate::look::Look;
 use crate::session::Session;
+use drive::Drive;
+use picture::Pictures;
+use plane::Plane;
+use senses::{Choice, Offer, Senses};
+
+/// Narrower than this, what stands beside the plane stands below it.
+const NARROW: f32 = 560.0;
 
 /// The window.
-pub(crate) struct Robot {}
+pub(crate) struct Robot {
+    choice: Choice,
+    plane: Plane,
+    drive: Drive,
+    senses: Senses,
+    pictures: Pictures,
+}
+
+/// What is kept from one start to the next.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Kept {
+    choice: Choice,
+    plane: Plane,
+    /// m/s.
+    speed: Option<f64>,
+}
 
 impl Robot {
-    /// With what one kept before.
-    pub(crate) fn open(_kept: &serde_json::Value) -> Self {
-        Self {}
+    /// With what one kept before. Nobody drives at first.
+    pub(crate) fn open(kept: &serde_json::Value) -> Self {
+        let kept = Kept::deserialize(kept).unwrap_or_default();
+        Self {
+            choice: kept.choice,
+            plane: kept.plane,
+            drive: Drive::new(kept.speed),
+            senses: Senses::default(),
+            pictures: Pictures::default(),
+        }
+    }
+
+    fn column(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+        self.drive.show(ui, session, &self.senses, look);
+        ui.separator();
+        table::show(ui, &self.senses, Some(session), look);
+        let cameras = self.senses.cameras.clone();
+        self.pictures.keep(&cameras);
+        for camera in &cameras {
+            ui.separator();
+            self.pictures.show(ui, session, camera, look);
+        }
     }
 }
 
 impl Window for Robot {
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, _look: &Look) {
-        ui.label(&session.about().application);
+    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+        let offer = self.senses.update(session, &self.choice);
+        bar(ui, &mut self.choice, &mut self.plane, &self.senses, &offer);
+        let room = ui.available_size();
+        if room.x < NARROW {
+            ScrollArea::vertical().show(ui, |ui| {
+                let height = (0.5 * room.y).max(200.0);
+                ui.allocate_ui([room.x, height].into(), |ui| {
+                    self.plane.show(ui, &self.senses, look)
+                });
+                self.column(ui, session, look);
+            });
+            return;
+        }
+        Panel::right(ui.scope_id().with("numbers"))
+            .default_size(330.0)
+            .size_range(260.0..=0.6 * room.x)
+            .show(ui, |ui| {
+                ScrollArea::vertical().show(ui, |ui| self.column(ui, session, look));
+            });
+        egui::CentralPanel::no_frame().show(ui, |ui| self.plane.show(ui, &self.senses, look));
     }
+
+    fn keep(&self) -> serde_json::Value {
+        let kept = Kept {
+            choice: self.choice.clone(),
+            plane: self.plane.clone(),
+            speed: Some(self.drive.speed()),
+        };
+        serde_json::to_value(kept).unwrap_or_default()
+    }
+}
+
+/// What is shown of what, and how.
+fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Senses, offer: &Offer) {
+    ui.horizontal_wrapped(|ui| {
+        if offer.bodies.len() > 1 {
+            let chosen = senses.body.clone();
+            one_of(ui, "Robot", &chosen, &offer.bodies, &mut choice.body);
+        }
+        if offer.lasers.len() > 1 {
+            let chosen = senses.laser.name().unwrap_or_default().to_owned();
+            one_of(ui, "Laser", &chosen, &offer.lasers, &mut choice.laser);
+        }
+        let before = plane.ahead_up;
+        ui.selectable_value(&mut plane.ahead_up, true, "Ahead is up")
+            .on_hover_text("The robot stays in the middle, and looks up");
+        ui.selectable_value(&mut plane.ahead_up, false, "Floor")
+            .on_hover_text("The floor stays as it is, and the robot moves on it");
+        if plane.ahead_up != before {
+            plane.fit();
+        }
+        if !plane.ahead_up {
+            ui.checkbox(&mut plane.follow, "Follow")
+                .on_hover_text("Keep the robot in sight");
+        }
+        ui.separator();
+        for (shown, name, hint) in [
+            (&mut plane.laser, "Laser", "Points and rays of the laser"),
+            (
+                &mut plane.sonars,
+                "Sonars",
+                "Cones of the sonars that hear something",
+            ),
+            (&mut plane.path, "Path", "Where it has been, as its wheels tell"),
+            (
+                &mut plane.speeds,
+                "Speeds",
+                "Thick: as its wheels tell. Thin: as it is told",
+            ),
+        ] {
+            ui.toggle_value(shown, name).on_hover_text(hint);
+        }
+    });
+}
+
+fn one_of(ui: &mut Ui, what: &str, chosen: &str, all: &[String], choice: &mut Option<String>) {
+    let inner = egui::ComboBox::from_label(what)
+        .selected_text(chosen)
+        .show_ui(ui, |ui| {
+            for name in all {
+                if ui.selectable_label(name == chosen, name).clicked() {
+                    *choice = Some(name.clone());
+                }
+            }
+        });
+    inner
+        .response
+        .on_hover_text(format!("{what}: which of {}", all.len()));
 }

@@ -1,0 +1,88 @@
+//! Game pads: sticks push as pads of the window do, while a shoulder button is held. It orders nothing.
+
+use eframe::egui::{Vec2, vec2};
+use gilrs::{Axis, Button, Gamepad, Gilrs};
+
+/// Pushed less than this share, a stick rests.
+const DEAD: f32 = 0.12;
+
+/// The game pads of this machine.
+pub(super) struct Gamepads {
+    gilrs: Result<Gilrs, String>,
+}
+
+/// What a hand wants that holds a shoulder button.
+pub(super) struct Grip {
+    /// The left stick.
+    pub(super) drive: Vec2,
+    /// The right stick.
+    pub(super) look: Vec2,
+}
+
+impl Gamepads {
+    pub(super) fn open() -> Self {
+        Self {
+            gilrs: Gilrs::new().map_err(|error| error.to_string()),
+        }
+    }
+
+    /// Takes up what happened; answers what a hand wants. To be asked in every frame.
+    pub(super) fn grip(&mut self) -> Option<Grip> {
+        let gilrs = self.gilrs.as_mut().ok()?;
+        while gilrs.next_event().is_some() {}
+        let held =
+            |pad: &Gamepad<'_>| pad.is_pressed(Button::LeftTrigger) || pad.is_pressed(Button::RightTrigger);
+        let (_, pad) = gilrs.gamepads().find(|(_, pad)| held(pad))?;
+        let stick = |x: Axis, y: Axis| rested(vec2(pad.value(x), pad.value(y)));
+        Some(Grip {
+            drive: stick(Axis::LeftStickX, Axis::LeftStickY),
+            look: stick(Axis::RightStickX, Axis::RightStickY),
+        })
+    }
+
+    /// Whether there is one, so that it must be looked at again soon.
+    pub(super) fn any(&self) -> bool {
+        self.gilrs
+            .as_ref()
+            .is_ok_and(|gilrs| gilrs.gamepads().next().is_some())
+    }
+
+    /// What there is, in words.
+    pub(super) fn words(&self) -> String {
+        match &self.gilrs {
+            Err(reason) => format!("no game pads: {reason}"),
+            Ok(gilrs) => match gilrs.gamepads().next() {
+                None => "no game pad is connected".to_owned(),
+                Some((_, pad)) => format!("{}: hold a shoulder button and push a stick", pad.name()),
+            },
+        }
+    }
+}
+
+/// A stick's push from the edge of the dead zone on.
+fn rested(push: Vec2) -> Vec2 {
+    let length = push.length();
+    if length < DEAD {
+        return Vec2::ZERO;
+    }
+    push / length * ((length - DEAD) / (1.0 - DEAD)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stick_that_rests_pushes_nothing_and_one_at_its_edge_all_the_way() {
+        assert_eq!(rested(vec2(0.05, -0.1)), Vec2::ZERO);
+        assert!((rested(vec2(0.0, 1.0)) - vec2(0.0, 1.0)).length() < 1e-6);
+        assert!(
+            rested(vec2(0.13, 0.0)).length() < 0.02,
+            "no jump at the edge of the dead zone"
+        );
+        assert!(
+            (rested(vec2(1.0, 1.0)).length() - 1.0).abs() < 1e-6,
+            "a corner is no faster"
+        );
+    }
+}

@@ -1,0 +1,325 @@
+//! The plane around the robot: what it senses, where it has been, and how it moves, in metres. It draws what it is given.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use eframe::egui::{Color32, Mesh, Shape, Ui};
+use jde_panel::{Area, Ink};
+use jde_types::{Bumpers, LaserScan, Pose2D, RangeRing, Twist};
+use serde::{Deserialize, Serialize};
+
+use super::senses::{Outline, Senses};
+use crate::canvas::{Canvas, Pencil, View};
+use crate::look::{self, Look};
+
+/// What is seen around a robot at first, m: more ahead than behind.
+const AROUND: Area = Area {
+    least: [-1.5, -2.5],
+    greatest: [3.5, 2.5],
+};
+/// Room around a path, m.
+const MARGIN: f64 = 2.0;
+/// What no longer tells how things are is so faint.
+const OLD: f32 = 0.3;
+/// A mark where the outline of a robot is not known, m: it points ahead.
+const MARK: [[f64; 2]; 3] = [[0.16, 0.0], [-0.1, 0.11], [-0.1, -0.11]];
+/// Corners of a round robot.
+const CORNERS: usize = 32;
+/// Where bumpers are drawn around a robot whose radius is not known, m.
+const REACH: f64 = 0.25;
+/// Speeds are drawn as the way of so many seconds.
+const SECONDS: f64 = 1.5;
+/// Slower is standing, m/s and rad/s.
+const STILL: f64 = 0.005;
+
+/// What a person chose to see, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Plane {
+    view: View,
+    /// The robot stays in the middle and ahead is up; else the floor stays as it is.
+    pub(super) ahead_up: bool,
+    /// On the floor: the robot stays in sight.
+    pub(super) follow: bool,
+    pub(super) laser: bool,
+    pub(super) sonars: bool,
+    pub(super) path: bool,
+    pub(super) speeds: bool,
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self {
+            view: View::default(),
+            ahead_up: true,
+            follow: true,
+            laser: true,
+            sonars: true,
+            path: true,
+            speeds: true,
+        }
+    }
+}
+
+impl Plane {
+    /// Shows it in all the room there is.
+    pub(super) fn show(&mut self, ui: &mut Ui, senses: &Senses, look: &Look) {
+        let pose = senses.pose();
+        // Where the robot is on the plane, and where the frame of the odometry is.
+        let (robot, floor) = if self.ahead_up {
+            (Pose2D::ORIGIN, pose.localize(&Pose2D::ORIGIN))
+        } else {
+            (pose, Pose2D::ORIGIN)
+        };
+        let home = if self.ahead_up {
+            AROUND
+        } else {
+            around(senses.trail.points(), pose)
+        };
+        if !self.ahead_up && self.follow {
+            self.view.follow([pose.x, pose.y]);
+        }
+        let canvas = Canvas::new("around the robot", home).forward_up(self.ahead_up);
+        let mut view = std::mem::take(&mut self.view);
+        canvas.show(ui, look, &mut view, |pencil| {
+            let mut drawing = Drawing {
+                pencil,
+                look,
+                robot,
+                floor,
+            };
+            drawing.all(self, senses);
+        });
+        self.view = view;
+    }
+
+    /// Back to where it was at first.
+    pub(super) fn fit(&mut self) {
+        self.view.fit();
+    }
+}
+
+/// The path and the robot with some room.
+fn around(path: &[[f64; 2]], pose: Pose2D) -> Area {
+    let mut area = Area {
+        least: [pose.x, pose.y],
+        greatest: [pose.x, pose.y],
+    };
+    for point in path {
+        for (axis, at) in point.iter().enumerate() {
+            area.least[axis] = area.least[axis].min(*at);
+            area.greatest[axis] = area.greatest[axis].max(*at);
+        }
+    }
+    Area {
+        least: area.least.map(|at| at - MARGIN),
+        greatest: area.greatest.map(|at| at + MARGIN),
+    }
+}
+
+struct Drawing<'a, 'p> {
+    pencil: &'a mut Pencil<'p>,
+    look: &'a Look,
+    /// The robot on the plane.
+    robot: Pose2D,
+    /// The frame of the odometry on the plane.
+    floor: Pose2D,
+}
+
+impl Drawing<'_, '_> {
+    fn all(&mut self, plane: &Plane, senses: &Senses) {
+        if plane.laser
+            && let Some(laser) = senses.laser.value()
+        {
+            self.fan(laser, self.ink(Ink::Seen, senses.laser.is_fresh()));
+        }
+        if plane.sonars
+            && let Some(sonars) = senses.sonars.value()
+        {
+            self.cones(sonars, self.ink(Ink::Warn, senses.sonars.is_fresh()));
+        }
+        if plane.path {
+            let path: Vec<_> = senses
+                .trail
+                .points()
+                .iter()
+                .map(|point| on(&self.floor, *point))
+                .collect();
+            self.pencil
+                .line(&path, false, 1.5, self.ink(Ink::Accent, true).gamma_multiply(0.7));
+        }
+        if let Some(target) = senses.target {
+            self.target(on(&self.floor, [target.x, target.y]));
+        }
+        self.body(senses);
+        if let Some(bumpers) = senses.bumpers.value() {
+            self.bumpers(bumpers, senses.outline, senses.bumpers.is_fresh());
+        }
+        if plane.laser
+            && let Some(laser) = senses.laser.value()
+        {
+            let hits: Vec<_> = laser
+                .points()
+                .map(|point| on(&self.robot, [point.x, point.y]))
+                .collect();
+            self.pencil
+                .points(&hits, 3.0, self.ink(Ink::Seen, senses.laser.is_fresh()));
+        }
+        if plane.speeds {
+            if let Some(odometry) = senses.odometry.value() {
+                let ink = self.ink(Ink::Good, senses.odometry.is_fresh());
+                self.speed(&odometry.twist.twist, 4.0, ink);
+            }
+            if let Some(twist) = senses.commanded.value() {
+                self.speed(twist, 1.5, self.ink(Ink::Accent, true));
+            }
+        }
+    }
+
+    fn ink(&self, ink: Ink, fresh: bool) -> Color32 {
+        let ink = look::ink(ink, self.look);
+        if fresh { ink } else { ink.gamma_multiply(OLD) }
+    }
+
+    /// What the laser sees to be free, and its rays, faintly. A scan does not tell where on the base its scanner sits, so it is
+    /// drawn from the middle.
+    fn fan(&self, laser: &LaserScan, ink: Color32) {
+        let mut mesh = Mesh::default();
+        let ground = ink.gamma_multiply(0.09);
+        let transform = *self.pencil.transform();
+        let vertex = |mesh: &mut Mesh, at: [f64; 2]| mesh.colored_vertex(transform.screen(at), ground);
+        vertex(&mut mesh, on(&self.robot, [0.0, 0.0]));
+        let mut last = None;
+        for (beam, range) in laser.ranges.iter().enumerate() {
+            let range = match *range {
+                range if range.is_nan() => {
+                    last = None;
+                    continue;
+                }
+                range if range == f32::INFINITY => laser.range_max,
+                range if range < 0.0 => laser.range_min,
+                range => range,
+            };
+            let (sin, cos) = laser.angle(beam).sin_cos();
+            let range = f64::from(range);
+            let number = mesh.vertices.len() as u32;
+            vertex(&mut mesh, on(&self.robot, [range * cos, range * sin]));
+            if let Some(before) = last.replace(number) {
+                mesh.add_triangle(0, before, number);
+            }
+        }
+        self.pencil.painter().add(Shape::mesh(mesh));
+        let faint = ink.gamma_multiply(0.12);
+        for point in laser.points() {
+            let ray = [on(&self.robot, [0.0, 0.0]), on(&self.robot, [point.x, point.y])];
+            self.pencil.line(&ray, false, 1.0, faint);
+        }
+    }
+
+    fn cones(&self, ring: &RangeRing, ink: Color32) {
+        let half = f64::from(ring.field_of_view) / 2.0;
+        let echoes: Vec<usize> = ring.echoes().map(|echo| echo.sonar).collect();
+        for sonar in echoes {
+            let (Some(mount), Some(range)) = (ring.poses.get(sonar), ring.ranges.get(sonar)) else {
+                continue;
+            };
+            let range = f64::from(range.clamp(ring.min_range, ring.max_range));
+            let at = self.robot.transform(mount);
+            let rim = (0..=6).map(|step| {
+                let angle = half * (f64::from(step) / 3.0 - 1.0);
+                let (sin, cos) = angle.sin_cos();
+                on(&at, [range * cos, range * sin])
+            });
+            let rim: Vec<_> = rim.collect();
+            let mut cone = vec![[at.x, at.y]];
+            cone.extend(&rim);
+            self.pencil.polygon(&cone, ink.gamma_multiply(0.1));
+            self.pencil.line(&rim, false, 2.0, ink);
+        }
+    }
+
+    fn target(&self, at: [f64; 2]) {
+        let ink = self.ink(Ink::Goal, true);
+        self.pencil.circle(at, 0.3, 1.5, ink);
+        self.pencil.disc(at, 0.06, ink);
+    }
+
+    fn body(&mut self, senses: &Senses) {
+        let Pose2D { x, y, theta } = self.robot;
+        match senses.outline {
+            Outline::Pioneer => self.pencil.robot([x, y, theta]),
+            Outline::Round(radius) => {
+                let round: Vec<_> = (0..CORNERS)
+                    .map(|corner| {
+                        let (sin, cos) = (2.0 * PI * corner as f64 / CORNERS as f64).sin_cos();
+                        on(&self.robot, [radius * cos, radius * sin])
+                    })
+                    .collect();
+                let ink = look::ink(Ink::Plain, self.look);
+                self.pencil.polygon(&round, ink.gamma_multiply(0.12));
+                self.pencil.line(&round, true, 1.0, ink.gamma_multiply(0.6));
+                self.pencil.robot([x, y, theta]);
+            }
+            Outline::Unknown => {
+                let mark = MARK.map(|corner| on(&self.robot, corner));
+                self.pencil.polygon(&mark, look::ink(Ink::Plain, self.look));
+            }
+        }
+    }
+
+    /// Arcs ahead and behind, in the order of the bumpers; pressed ones are lit.
+    fn bumpers(&self, bumpers: &Bumpers, outline: Outline, fresh: bool) {
+        let reach = 0.05
+            + match outline {
+                Outline::Round(radius) => radius,
+                Outline::Pioneer | Outline::Unknown => REACH,
+            };
+        // Ahead from left to right, and behind too.
+        for (side, from, way) in [
+            (&bumpers.front, FRAC_PI_2 * 0.8, -1.0),
+            (&bumpers.rear, PI - FRAC_PI_2 * 0.8, 1.0),
+        ] {
+            let width = FRAC_PI_2 * 1.6 / side.len().max(1) as f64;
+            for (place, pressed) in side.iter().enumerate() {
+                let arc: Vec<_> = (0..=4)
+                    .map(|step| {
+                        let share = place as f64 + 0.08 + 0.84 * f64::from(step) / 4.0;
+                        let (sin, cos) = (from + way * width * share).sin_cos();
+                        on(&self.robot, [reach * cos, reach * sin])
+                    })
+                    .collect();
+                if pressed.get() {
+                    self.pencil.line(&arc, false, 5.0, self.ink(Ink::Bad, fresh));
+                } else {
+                    self.pencil.line(&arc, false, 1.5, self.ink(Ink::Faint, fresh));
+                }
+            }
+        }
+    }
+
+    /// The way that it would go in a moment, and how it would turn.
+    fn speed(&self, twist: &Twist, width: f32, ink: Color32) {
+        let (x, y, turn) = (twist.linear.x, twist.linear.y, twist.angular.z);
+        if x.hypot(y) > STILL {
+            let tip = on(&self.robot, [x * SECONDS, y * SECONDS]);
+            self.pencil.arrow([self.robot.x, self.robot.y], tip, width, ink);
+        }
+        if turn.abs() > STILL {
+            let end = (turn * SECONDS).clamp(-1.9 * PI, 1.9 * PI);
+            let radius = 0.42;
+            let arc: Vec<_> = (0..=16)
+                .map(|step| {
+                    let (sin, cos) = (end * f64::from(step) / 16.0).sin_cos();
+                    on(&self.robot, [radius * cos, radius * sin])
+                })
+                .collect();
+            self.pencil.line(&arc[..16], false, width, ink);
+            self.pencil.arrow(arc[14], arc[16], width, ink);
+        }
+    }
+}
+
+/// A place in a frame, in the frame that the other is in.
+fn on(frame: &Pose2D, [x, y]: [f64; 2]) -> [f64; 2] {
+    let at = frame.transform(&Pose2D::new(x, y, 0.0));
+    [at.x, at.y]
+}

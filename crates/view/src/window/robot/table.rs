@@ -1,0 +1,291 @@
+//! What the sensors say in numbers, a row each, with how old it is; and what the application has not, in words.
+
+use eframe::egui::{self, Color32, RichText, Ui};
+use jde_link::message::Action;
+use jde_panel::Ink;
+use jde_types::{BatteryState, Bumpers, LaserScan, Odometry, PanTilt, RangeRing, Twist, WheelEncoders};
+
+use super::reading::{Fresh, Reading};
+use super::senses::Senses;
+use crate::look::{self, Look};
+use crate::session::Session;
+
+/// Charge below which a battery is low, and nearly empty.
+const LOW: f32 = 0.3;
+const EMPTY: f32 = 0.15;
+
+/// Shows all of them. Without a session nobody can be played: for pictures.
+pub(super) fn show(ui: &mut Ui, senses: &Senses, session: Option<&Session>, look: &Look) {
+    let mut rows = Rows {
+        session,
+        look,
+        absent: Vec::new(),
+    };
+    egui::Grid::new("senses")
+        .num_columns(3)
+        .spacing([10.0, 5.0])
+        .striped(true)
+        .show(ui, |ui| {
+            rows.row(ui, "Place", "odometry", &senses.odometry, |ui, odometry| {
+                ui.label(place(odometry, look));
+            });
+            rows.row(ui, "Speed", "", &senses.odometry, |ui, odometry| {
+                ui.colored_label(look::ink(Ink::Good, look), speed(&odometry.twist.twist, look));
+            });
+            if let Reading::Here(twist, _) = &senses.commanded {
+                ui.label("Commanded").on_hover_text("What the base is told now");
+                ui.colored_label(look::ink(Ink::Accent, look), speed(twist, look));
+            } else {
+                ui.label("Commanded").on_hover_text("What the base is told now");
+                ui.weak("nothing in force");
+            }
+            ui.end_row();
+            rows.row(ui, "Laser", "laser", &senses.laser, |ui, laser| {
+                ui.label(scan(laser, look));
+            });
+            rows.row(ui, "Sonars", "sonars", &senses.sonars, |ui, sonars| {
+                ui.label(echoes(sonars, look));
+            });
+            rows.row(ui, "Bumpers", "bumpers", &senses.bumpers, |ui, bumpers| {
+                let (words, bad) = pressed(bumpers);
+                if bad {
+                    ui.colored_label(look::ink(Ink::Bad, look), words);
+                } else {
+                    ui.label(words);
+                }
+            });
+            rows.row(ui, "Wheels", "encoders", &senses.encoders, |ui, encoders| {
+                ui.label(ticks(encoders))
+                    .on_hover_text("What the encoders have counted");
+            });
+            rows.row(ui, "Battery", "battery", &senses.battery, |ui, battery| {
+                gauge(ui, battery, look)
+            });
+            rows.row(ui, "Head", "pan-tilt head", &senses.head, |ui, head| {
+                ui.label(gaze(head, look));
+            });
+        });
+    if senses.cameras.is_empty() {
+        rows.absent.push("camera");
+    }
+    for what in rows.absent {
+        ui.weak(format!("no {what} in this application"));
+    }
+}
+
+/// How old a value is, calmly: nobody reads hundredths of seconds.
+pub(super) fn age(ui: &mut Ui, fresh: &Fresh, look: &Look) {
+    let text = RichText::new(fresh.words()).small();
+    let text = if fresh.stale {
+        text.color(look::ink(Ink::Warn, look))
+    } else {
+        text.weak()
+    };
+    ui.label(text)
+        .on_hover_text(format!("{}, how old it is", fresh.name));
+}
+
+/// A button that wakes whoever sleeps, as an operator.
+pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
+    let Some(schema) = sleeper else { return };
+    let button = ui
+        .button(format!("Play {schema}"))
+        .on_hover_text("Wake it as an operator, until it is released");
+    if button.clicked() {
+        session.act(Action::Play {
+            schema: schema.to_owned(),
+        });
+    }
+}
+
+struct Rows<'a> {
+    session: Option<&'a Session>,
+    look: &'a Look,
+    /// What the application has not.
+    absent: Vec<&'static str>,
+}
+
+impl Rows<'_> {
+    /// A row, or a word for later that there is no such sensor; nothing twice for one sensor.
+    fn row<T>(
+        &mut self,
+        ui: &mut Ui,
+        name: &str,
+        sensor: &'static str,
+        reading: &Reading<T>,
+        show: impl FnOnce(&mut Ui, &T),
+    ) {
+        match reading {
+            Reading::Absent if sensor.is_empty() => {}
+            Reading::Absent => self.absent.push(sensor),
+            Reading::None(_, _) if sensor.is_empty() => {}
+            Reading::None(variable, why) => {
+                ui.label(name).on_hover_text(variable);
+                ui.horizontal(|ui| {
+                    ui.weak(why.words());
+                    if let Some(session) = self.session {
+                        play(ui, session, reading.sleeper());
+                    }
+                });
+                ui.end_row();
+            }
+            Reading::Here(value, fresh) => {
+                ui.label(name).on_hover_text(&fresh.name);
+                ui.scope(|ui| {
+                    if fresh.stale {
+                        ui.set_opacity(0.5);
+                    }
+                    show(ui, value);
+                });
+                ui.horizontal(|ui| {
+                    age(ui, fresh, self.look);
+                    if let Some(session) = self.session {
+                        play(ui, session, reading.sleeper());
+                    }
+                });
+                ui.end_row();
+            }
+        }
+    }
+}
+
+fn place(odometry: &Odometry, look: &Look) -> String {
+    let pose = odometry.pose2d();
+    let (x, unit) = look.units.convert(pose.x, "m");
+    let (y, _) = look.units.convert(pose.y, "m");
+    let digits = if unit == "m" { 2 } else { 0 };
+    format!("{x:.digits$}, {y:.digits$} {unit}  {}", angle(pose.theta, look))
+}
+
+/// Ahead and turning, in few digits.
+pub(super) fn speed(twist: &Twist, look: &Look) -> String {
+    let (ahead, unit) = look.units.convert(twist.linear.x, "m/s");
+    let digits = if unit == "m/s" { 2 } else { 0 };
+    let turn = rate(twist.angular.z, look);
+    // No "-0.00".
+    let zero = 0.5 * 10_f64.powi(-(digits as i32));
+    let ahead = if ahead.abs() < zero { 0.0 } else { ahead };
+    format!("{ahead:.digits$} {unit}  {turn}")
+}
+
+fn angle(angle: f64, look: &Look) -> String {
+    let (angle, unit) = look.units.convert(angle, "rad");
+    match unit.as_str() {
+        "deg" => format!("{:.0}°", if angle.abs() < 0.5 { 0.0 } else { angle }),
+        unit => format!("{angle:.2} {unit}"),
+    }
+}
+
+fn rate(turn: f64, look: &Look) -> String {
+    let (turn, unit) = look.units.convert(turn, "rad/s");
+    let digits = if unit == "deg/s" { 0 } else { 2 };
+    let zero = 0.5 * 10_f64.powi(-(digits as i32));
+    let turn = if turn.abs() < zero { 0.0 } else { turn };
+    format!("{turn:.digits$} {unit}")
+}
+
+fn scan(laser: &LaserScan, look: &Look) -> String {
+    let beams = laser.ranges.len();
+    let nearest = laser
+        .points()
+        .min_by(|one, other| one.range.total_cmp(&other.range));
+    match nearest {
+        None => format!("nothing near, {beams} beams"),
+        Some(point) => format!(
+            "nearest {} {}",
+            length(point.range, look),
+            aside(point.angle, look)
+        ),
+    }
+}
+
+fn echoes(sonars: &RangeRing, look: &Look) -> String {
+    let nearest = sonars
+        .echoes()
+        .min_by(|one, other| one.range.total_cmp(&other.range));
+    match nearest {
+        None => "nothing near".to_owned(),
+        Some(echo) => {
+            let toward = sonars.poses.get(echo.sonar).map_or(0.0, |mount| mount.theta);
+            format!("nearest {} {}", length(echo.range, look), aside(toward, look))
+        }
+    }
+}
+
+fn length(length: f64, look: &Look) -> String {
+    let (length, unit) = look.units.convert(length, "m");
+    let digits = if unit == "m" { 2 } else { 0 };
+    format!("{length:.digits$} {unit}")
+}
+
+/// Where something is that is so far to the left.
+fn aside(toward: f64, look: &Look) -> String {
+    if toward.abs() < 5_f64.to_radians() {
+        return "ahead".to_owned();
+    }
+    let side = if toward > 0.0 { "left" } else { "right" };
+    format!("{} {side}", angle(toward.abs(), look))
+}
+
+/// Which bumpers are pressed, in words; whether that is bad.
+fn pressed(bumpers: &Bumpers) -> (String, bool) {
+    let count = |side: &[jde_types::Flag]| side.iter().filter(|pressed| pressed.get()).count();
+    let (front, rear) = (count(&bumpers.front), count(&bumpers.rear));
+    let mut words = match (front, rear) {
+        (0, 0) => "none pressed".to_owned(),
+        (front, 0) => format!("{front} pressed ahead"),
+        (0, rear) => format!("{rear} pressed behind"),
+        (front, rear) => format!("{front} pressed ahead, {rear} behind"),
+    };
+    let stalled = bumpers.stalled.get();
+    if stalled {
+        words.push_str(", wheels held");
+    }
+    (words, front + rear > 0 || stalled)
+}
+
+fn ticks(encoders: &WheelEncoders) -> String {
+    format!("left {}  right {}", encoders.left, encoders.right)
+}
+
+fn gauge(ui: &mut Ui, battery: &BatteryState, look: &Look) {
+    let volts = if battery.voltage.is_nan() {
+        String::new()
+    } else {
+        format!("{:.1} V", battery.voltage)
+    };
+    let charge = battery.percentage;
+    if charge.is_nan() {
+        ui.label(if volts.is_empty() {
+            "not measured".to_owned()
+        } else {
+            volts
+        });
+        return;
+    }
+    let (ink, word) = match charge {
+        charge if charge < EMPTY => (Ink::Bad, "  nearly empty"),
+        charge if charge < LOW => (Ink::Warn, "  low"),
+        _ => (Ink::Good, ""),
+    };
+    let text = format!("{:.0} %{word}  {volts}", charge * 100.0);
+    let fill: Color32 = look::ink(ink, look).gamma_multiply(0.55);
+    let bar = egui::ProgressBar::new(charge.clamp(0.0, 1.0))
+        .fill(fill)
+        .desired_width(150.0);
+    ui.add(bar.text(RichText::new(text).color(look::ink(Ink::Plain, look))));
+}
+
+fn gaze(head: &PanTilt, look: &Look) -> String {
+    let side = match head.pan {
+        pan if pan.abs() < 0.5_f64.to_radians() => "ahead".to_owned(),
+        pan if pan > 0.0 => format!("{} left", angle(pan, look)),
+        pan => format!("{} right", angle(-pan, look)),
+    };
+    let height = match head.tilt {
+        tilt if tilt.abs() < 0.5_f64.to_radians() => "level".to_owned(),
+        tilt if tilt > 0.0 => format!("{} down", angle(tilt, look)),
+        tilt => format!("{} up", angle(-tilt, look)),
+    };
+    format!("{side}, {height}")
+}
