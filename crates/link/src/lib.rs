@@ -18,6 +18,7 @@ mod whoami;
 pub use client::{Client, Happened, Hold, PanelSample, Reach, Remote, Sample, Watching};
 pub use error::Error;
 pub use folder::Folder;
+pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
 pub use server::{Access, Events, Link, Looking, News, Running, Settings, Subject, Title, schemas};
 pub use session::{Login, Tls};
