@@ -26,8 +26,10 @@ pub(crate) use hands::Outcome;
 pub(crate) use notice::Notice;
 use panels::Panels;
 pub(crate) use panels::Picture;
-pub(crate) use past::{Band, Past};
+pub(crate) use past::{Band, Heard, Past};
 use watched::Watched;
+
+use crate::window::Kind as Window;
 
 /// How many lines of each kind are fetched of what happened before.
 const EARLIER: usize = 2000;
@@ -43,6 +45,7 @@ pub(crate) struct Session {
     watched: RefCell<Watched>,
     panels: RefCell<Panels>,
     hands: Hands,
+    openings: RefCell<Vec<Window>>,
     gone: bool,
     _watching: Vec<Watching>,
 }
@@ -99,6 +102,7 @@ impl Session {
             watched: RefCell::new(Watched::new(remote.clone(), repaint.clone())),
             panels: RefCell::new(Panels::new(remote.clone(), repaint.clone())),
             hands: Hands::new(remote.clone(), repaint),
+            openings: RefCell::default(),
             snapshot: Arc::new(snapshot),
             gone: false,
             remote,
@@ -241,6 +245,16 @@ impl Session {
     /// What came of orders lately, newest last.
     pub(crate) fn notices(&self) -> Vec<Notice> {
         self.hands.notices()
+    }
+
+    /// Asks for a window of a kind: brought to the front, or opened if there is none.
+    pub(crate) fn open_window(&self, kind: Window) {
+        self.openings.borrow_mut().push(kind);
+    }
+
+    /// The windows that were asked for since the call before.
+    pub(crate) fn openings(&self) -> Vec<Window> {
+        self.openings.take()
     }
 
     /// The way to the application, for what is not offered above. Its calls wait: not for the window's thread.

@@ -27,18 +27,30 @@ pub(crate) struct Past {
     bands: HashMap<String, VecDeque<Band>>,
     decisions: VecDeque<Decision>,
     happenings: VecDeque<Happening>,
+    heard: Heard,
     missed: u64,
     since: Option<f64>,
     last: f64,
 }
 
+/// How much has been heard: whoever remembers it knows what is new, and whether what he remembers still counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Heard {
+    /// Times that a recording went back.
+    pub(crate) turns: u64,
+    /// Selections, with those that are no longer kept.
+    pub(crate) decisions: u64,
+    /// Events, with those that are no longer kept.
+    pub(crate) happenings: u64,
+}
+
 impl Past {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// A line, and how many before it did not come.
-    pub(super) fn hear(&mut self, line: Line, missed: u64) {
+    pub(crate) fn hear(&mut self, line: Line, missed: u64) {
         self.missed += missed;
         match line {
             Line::Change(change) => {
@@ -60,15 +72,18 @@ impl Past {
                 );
             }
             Line::Decision(decision) => {
-                self.turn_back(decision.time_s);
+                self.heard.decisions += 1;
                 keep(&mut self.decisions, decision, MOST_DECISIONS);
             }
-            Line::Happening(happening) => keep(&mut self.happenings, happening, MOST_HAPPENINGS),
+            Line::Happening(happening) => {
+                self.heard.happenings += 1;
+                keep(&mut self.happenings, happening, MOST_HAPPENINGS);
+            }
         }
     }
 
     /// A snapshot: what lines did not tell is made up for.
-    pub(super) fn see(&mut self, snapshot: &Snapshot) {
+    pub(crate) fn see(&mut self, snapshot: &Snapshot) {
         let now = snapshot.time as f64 / 1e9;
         self.turn_back(now);
         self.last = now;
@@ -109,6 +124,7 @@ impl Past {
         self.decisions.retain(|decision| decision.time_s <= now);
         self.happenings.retain(|happening| happening.time_s <= now);
         self.last = now;
+        self.heard.turns += 1;
     }
 
     /// The bands of a schema, oldest first.
@@ -124,6 +140,16 @@ impl Past {
     /// Events, oldest first.
     pub(crate) fn happenings(&self) -> &VecDeque<Happening> {
         &self.happenings
+    }
+
+    /// How much has been heard.
+    pub(crate) fn heard(&self) -> Heard {
+        self.heard
+    }
+
+    /// When looking began, s since the application's start.
+    pub(crate) fn since(&self) -> Option<f64> {
+        self.since
     }
 
     /// Lines that did not come: the network or this machine was too slow.
