@@ -1,6 +1,7 @@
 //! How things look everywhere: colors of states and meanings in light and dark, and the units that people like.
 
 mod ink;
+pub(crate) mod time;
 mod units;
 
 use eframe::egui;
