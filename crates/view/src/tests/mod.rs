@@ -4,6 +4,7 @@ mod common;
 mod frame;
 mod painter;
 mod panel;
+mod scope;
 mod space;
 mod robot;
 mod values;

@@ -1,23 +1,230 @@
-//! The hierarchy over time: who was in which state, who won, and why.
+//! The hierarchy over time: who was in which state, who won, and why. An operator's hands are on the same rows.
+//!
+//! It refuses to decide anything: what is pressed here is asked of the application, which says what came of it.
+
+mod axis;
+mod bands;
+mod bar;
+mod body;
+mod cells;
+mod cursors;
+mod field;
+#[cfg(test)]
+pub(crate) mod fixture;
+mod index;
+mod ink;
+mod keys;
+mod lane;
+mod lanes;
+mod period;
+mod rows;
+mod seen;
+mod table;
+mod traces;
+mod trigger;
+mod why;
+
+use std::collections::BTreeSet;
 
 use eframe::egui;
+use eframe::egui::{Panel, Rangef};
+use jde_link::Rate;
+use jde_link::message::VariableInfo;
+use serde::{Deserialize, Serialize};
 
 use super::Window;
 use crate::look::Look;
 use crate::session::Session;
+use axis::Axis;
+use cursors::Cursors;
+use index::Index;
+use lanes::Lanes;
+use period::Period;
+use rows::Filter;
+pub(crate) use seen::Ask;
+use seen::Seen;
+use trigger::{Kept as KeptTrigger, Trigger};
+use why::Why;
+
+/// How often the values of traces and conditions are wanted.
+const RATE: Rate = Rate::Hz(50);
 
 /// The window.
-pub(crate) struct Scope {}
+pub(crate) struct Scope {
+    axis: Axis,
+    index: Index,
+    filter: Filter,
+    folded: BTreeSet<String>,
+    lanes: Lanes,
+    trigger: Trigger,
+    cursors: Cursors,
+    why: Why,
+    editing: Period,
+    /// The selected schema.
+    selected: Option<String>,
+    /// Share of the width that the table has.
+    share: f32,
+    /// How far the rows are scrolled, points.
+    scrolled: f32,
+    /// The row of this schema has to come into sight.
+    reveal: bool,
+    /// Schemas that the filter left out.
+    left_out: usize,
+    /// What one kept before and could not be taken up yet.
+    waiting: Option<Kept>,
+}
+
+/// What stays from one start to the next.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(default)]
+struct Kept {
+    span: f64,
+    share: f32,
+    filter: Filter,
+    folded: BTreeSet<String>,
+    traces: Vec<String>,
+    trigger: KeptTrigger,
+    cursors: Cursors,
+}
+
+impl Default for Kept {
+    fn default() -> Self {
+        Self {
+            span: 20.0,
+            share: 0.52,
+            filter: Filter::default(),
+            folded: BTreeSet::new(),
+            traces: Vec::new(),
+            trigger: KeptTrigger::default(),
+            cursors: Cursors::default(),
+        }
+    }
+}
 
 impl Scope {
     /// With what one kept before.
-    pub(crate) fn open(_kept: &serde_json::Value) -> Self {
-        Self {}
+    pub(crate) fn open(kept: &serde_json::Value) -> Self {
+        // What an older or newer one kept is no reason not to open.
+        let mut kept: Kept = serde_json::from_value(kept.clone()).unwrap_or_default();
+        Self {
+            axis: Axis::new(kept.span),
+            index: Index::default(),
+            filter: std::mem::take(&mut kept.filter),
+            folded: std::mem::take(&mut kept.folded),
+            lanes: Lanes::default(),
+            trigger: Trigger::new(kept.trigger.clone()),
+            cursors: kept.cursors,
+            why: Why::default(),
+            editing: Period::default(),
+            selected: None,
+            share: kept.share.clamp(0.2, 0.8),
+            scrolled: 0.0,
+            reveal: false,
+            left_out: 0,
+            waiting: Some(kept),
+        }
+    }
+
+    /// Draws all of it; answers with what the person wants.
+    fn draw(
+        &mut self,
+        ui: &mut egui::Ui,
+        seen: &Seen<'_>,
+        variables: &[VariableInfo],
+        look: &Look,
+    ) -> Vec<Ask> {
+        let mut asks = Vec::new();
+        self.index.take(seen.past, seen.schemas);
+        let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
+        self.bar(ui, seen, variables, &scale, look);
+        let height = ui.available_height();
+        let why = Panel::bottom(ui.scope_id().with("why"))
+            .resizable(true)
+            .default_size((height * 0.36).clamp(100.0, 200.0))
+            .size_range(40.0..=(height - 120.0).max(41.0))
+            .frame(egui::Frame::NONE.inner_margin(egui::Margin {
+                top: 4,
+                ..egui::Margin::ZERO
+            }));
+        let shown = why
+            .show(ui, |ui| self.why.show(ui, seen, &self.index, look))
+            .inner;
+        if let Some(time) = shown {
+            self.axis.reveal(time, seen.now());
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, look, &mut asks));
+        asks
+    }
+
+    fn run_or_pause(&mut self, seen: &Seen<'_>) {
+        if self.axis.is_paused() {
+            self.axis.follow();
+            self.trigger.again(seen.past);
+        } else {
+            self.axis.pause(seen.now());
+        }
+    }
+
+    /// Takes up the values of traces and of the trigger.
+    fn listen(&mut self, session: &Session) {
+        for lane in &mut self.lanes.list {
+            for sample in session.values(&lane.variable, RATE, &lane.name) {
+                lane.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
+            }
+        }
+        let variables = self.trigger.variables();
+        let mut samples = Vec::new();
+        for variable in &variables {
+            for sample in session.values(variable, RATE, "trigger") {
+                samples.push((variable.as_str(), sample));
+            }
+        }
+        samples.sort_by_key(|(_, sample)| sample.time);
+        let values: Vec<_> = samples
+            .iter()
+            .map(|(variable, sample)| (sample.time, *variable, sample.bytes.as_deref()))
+            .collect();
+        let now = session.snapshot().time;
+        self.trigger.step(session.past(), &values, now, &mut self.axis);
     }
 }
 
 impl Window for Scope {
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, _look: &Look) {
-        ui.label(&session.about().application);
+    fn show(&mut self, ui: &mut egui::Ui, session: &Session, look: &Look) {
+        if let Some(kept) = self.waiting.take() {
+            for trace in &kept.traces {
+                if let Err(why) = self.lanes.add(trace, session.variables()) {
+                    tracing::info!("a trace is no longer there: {why}");
+                }
+            }
+            self.trigger
+                .arm(session.schemas(), session.variables(), session.past());
+        }
+        self.listen(session);
+        let seen = Seen {
+            snapshot: session.snapshot(),
+            schemas: session.schemas(),
+            past: session.past(),
+            answers: !session.is_gone() && !session.is_recording(),
+        };
+        for ask in self.draw(ui, &seen, session.variables(), look) {
+            match ask {
+                Ask::Act(action) => session.act(action),
+                Ask::Panel(schema) => session.open_window(super::Kind::Panel(schema)),
+            }
+        }
+    }
+
+    fn keep(&self) -> serde_json::Value {
+        let kept = Kept {
+            span: self.axis.span(),
+            share: self.share,
+            filter: self.filter.clone(),
+            folded: self.folded.clone(),
+            traces: self.lanes.list.iter().map(|lane| lane.name.clone()).collect(),
+            trigger: self.trigger.kept.clone(),
+            cursors: self.cursors,
+        };
+        serde_json::to_value(kept).unwrap_or_default()
     }
 }

@@ -1,0 +1,268 @@
+//! States over time as columns of the screen: what lasts is a bar as high as the state is active; what changes within a column
+//! reaches from the least to the most active of them, so that no change is lost however much time a column stands for.
+
+use std::collections::VecDeque;
+
+use eframe::egui::{Color32, Mesh, Rangef, Rect, pos2};
+use jde_core::State;
+
+use super::axis::Scale;
+use crate::look::{self, Look};
+use crate::session::Band;
+
+/// Bands of one column that are looked at: at its beginning and at its end.
+const LOOKED_AT: usize = 32;
+
+/// Columns that look alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Run {
+    /// The first column.
+    pub(super) from: usize,
+    /// The column after the last.
+    pub(super) to: usize,
+    /// The least active state in it.
+    pub(super) low: State,
+    /// The most active.
+    pub(super) high: State,
+    /// More than one change in each column.
+    pub(super) many: bool,
+}
+
+/// The bands of a schema as runs of columns; what is before the first and after `now` is left out.
+///
+/// Its cost is the number of columns times the logarithm of what happened in each, not what happened.
+pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f64, runs: &mut Vec<Run>) {
+    runs.clear();
+    let Some(first) = bands.front() else { return };
+    if columns == 0 {
+        return;
+    }
+    let width = (scale.to - scale.from) / columns as f64;
+    let column_of = |time: f64| ((time - scale.from) / width).floor().clamp(0.0, columns as f64) as usize;
+    let end = if now >= scale.to { columns } else { column_of(now) };
+    let mut column = column_of(first.from);
+    let mut band = bands.partition_point(|band| band.from <= scale.from + column as f64 * width);
+    band = band.saturating_sub(1);
+    while column < end {
+        // The next begins with this column.
+        if bands
+            .get(band + 1)
+            .is_some_and(|next| next.from <= scale.from + column as f64 * width)
+        {
+            band += 1;
+        }
+        let column_end = scale.from + (column + 1) as f64 * width;
+        let next = bands.get(band + 1).map_or(f64::INFINITY, |next| next.from);
+        let state = bands[band].state;
+        if next >= column_end {
+            let to = column_of(next).clamp(column + 1, end);
+            push(
+                runs,
+                Run {
+                    from: column,
+                    to,
+                    low: state,
+                    high: state,
+                    many: false,
+                },
+            );
+            column = to;
+            continue;
+        }
+        let last = last_before(bands, band, column_end);
+        let near = (band + LOOKED_AT).min(last);
+        let far = last.saturating_sub(LOOKED_AT).max(near);
+        let (mut low, mut high) = (state, state);
+        for state in bands
+            .range(band..=near)
+            .chain(bands.range(far..=last))
+            .map(|band| band.state)
+        {
+            if level(state) < level(low) {
+                low = state;
+            }
+            if level(state) > level(high) {
+                high = state;
+            }
+        }
+        push(
+            runs,
+            Run {
+                from: column,
+                to: column + 1,
+                low,
+                high,
+                many: last > band + 1,
+            },
+        );
+        (column, band) = (column + 1, last);
+    }
+}
+
+/// The last band that begins before a moment, from one that does: in steps that double, then halve.
+fn last_before(bands: &VecDeque<Band>, from: usize, moment: f64) -> usize {
+    let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < moment);
+    let (mut low, mut step) = (from, 1);
+    while begins(low + step) {
+        low += step;
+        step *= 2;
+    }
+    while step > 0 {
+        if begins(low + step) {
+            low += step;
+        }
+        step /= 2;
+    }
+    low
+}
+
+fn push(runs: &mut Vec<Run>, run: Run) {
+    match runs.last_mut() {
+        Some(last)
+            if last.to == run.from
+                && (last.low, last.high, last.many) == (run.low, run.high, run.many)
+                && (run.many || run.low == run.high) =>
+        {
+            last.to = run.to;
+        }
+        _ => runs.push(run),
+    }
+}
+
+/// How active a state is.
+pub(super) fn level(state: State) -> u8 {
+    match state {
+        State::Slept => 0,
+        State::Checking => 1,
+        State::Ready => 2,
+        State::Winner => 3,
+    }
+}
+
+/// A state in the paper's word.
+pub(super) fn word(state: State) -> &'static str {
+    match state {
+        State::Slept => "SLEPT",
+        State::Checking => "CHECKING",
+        State::Ready => "READY",
+        State::Winner => "WINNER",
+    }
+}
+
+/// How high its bar is, of the row.
+fn height(state: State) -> f32 {
+    match state {
+        State::Slept => 0.1,
+        State::Checking => 0.34,
+        State::Ready => 0.64,
+        State::Winner => 1.0,
+    }
+}
+
+/// Draws runs into a row: columns of `step` points from its left edge.
+pub(super) fn draw(mesh: &mut Mesh, runs: &[Run], row: Rect, step: f32, look: &Look) {
+    let bar = |mesh: &mut Mesh, x: Rangef, state: State, color: Color32| {
+        let top = row.bottom() - row.height() * height(state);
+        let rect = Rect::from_min_max(pos2(x.min, top), pos2(x.max, row.bottom()));
+        mesh.add_colored_rect(rect, color);
+    };
+    for run in runs {
+        let x = Rangef::new(
+            row.left() + run.from as f32 * step,
+            row.left() + run.to as f32 * step,
+        );
+        let high = look::state(run.high, look);
+        if run.many {
+            // Denser than the eye can follow: the most active state shines through.
+            bar(mesh, x, run.high, high.gamma_multiply(0.7));
+        } else {
+            bar(mesh, x, run.high, high);
+        }
+        if run.low != run.high {
+            bar(mesh, x, run.low, look::state(run.low, look));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bands(list: &[(f64, State)]) -> VecDeque<Band> {
+        list.iter().map(|&(from, state)| Band { from, state }).collect()
+    }
+
+    fn of(list: &[(f64, State)], from: f64, to: f64, columns: usize, now: f64) -> Vec<Run> {
+        let x = Rangef::new(0.0, columns as f32);
+        let mut found = Vec::new();
+        runs(&bands(list), &Scale { from, to, x }, columns, now, &mut found);
+        found
+    }
+
+    fn run(from: usize, to: usize, low: State, high: State, many: bool) -> Run {
+        Run {
+            from,
+            to,
+            low,
+            high,
+            many,
+        }
+    }
+
+    #[test]
+    fn what_lasts_is_one_run_from_its_beginning_to_its_end() {
+        use State::{Checking, Slept, Winner};
+        let list = [(0.0, Slept), (2.0, Checking), (5.0, Winner)];
+        assert_eq!(
+            of(&list, 0.0, 10.0, 10, 8.0),
+            [
+                run(0, 2, Slept, Slept, false),
+                run(2, 5, Checking, Checking, false),
+                run(5, 8, Winner, Winner, false)
+            ]
+        );
+        assert_eq!(of(&list, 6.0, 7.0, 10, 8.0), [run(0, 10, Winner, Winner, false)]);
+        assert_eq!(
+            of(&list[1..], -10.0, 10.0, 20, 8.0)[0],
+            run(12, 15, Checking, Checking, false)
+        );
+    }
+
+    #[test]
+    fn a_change_within_a_column_reaches_over_both_states_and_several_are_said_to_be_so() {
+        use State::{Checking, Ready, Winner};
+        let list = [
+            (0.0, Checking),
+            (2.5, Ready),
+            (5.1, Winner),
+            (5.2, Checking),
+            (5.3, Ready),
+        ];
+        assert_eq!(
+            of(&list, 0.0, 10.0, 10, 10.0),
+            [
+                run(0, 2, Checking, Checking, false),
+                run(2, 3, Checking, Ready, false),
+                run(3, 5, Ready, Ready, false),
+                run(5, 6, Checking, Winner, true),
+                run(6, 10, Ready, Ready, false)
+            ]
+        );
+    }
+
+    #[test]
+    fn a_wink_among_a_thousand_changes_of_a_column_widens_it() {
+        let list: Vec<_> = (0..1000)
+            .map(|place| {
+                let state = if place % 2 == 0 {
+                    State::Checking
+                } else {
+                    State::Ready
+                };
+                (f64::from(place) * 0.01, state)
+            })
+            .collect();
+        let all = of(&list, 0.0, 10.0, 5, 10.0);
+        assert_eq!(all, [run(0, 5, State::Checking, State::Ready, true)]);
+    }
+}

@@ -1,0 +1,197 @@
+//! The controls along the upper edge: run and pause, time per division, the trigger, cursors, traces, and the filter.
+
+use eframe::egui::{ComboBox, Key, Popup, PopupCloseBehavior, RichText, Slider, TextEdit, Ui};
+use jde_link::message::VariableInfo;
+use jde_panel::Ink;
+
+use super::axis::{self, Scale};
+use super::seen::Seen;
+use super::trigger::{Mode, Phase};
+use super::{Scope, trigger::Trigger};
+use crate::look::{self, Look, time};
+
+/// Conditions to begin with, and what each means.
+const CONDITIONS: [(&str, &str); 7] = [
+    ("collision", "two or more of a group are ready"),
+    ("absence", "somebody is awake and nobody wins"),
+    ("chatter>5", "more than five switches of a group within a second"),
+    ("overrun", "a deadline is missed or a budget passed"),
+    ("fault", "a schema panics, errs, hangs or dies"),
+    ("refused", "a command or a wake is refused"),
+    ("operator", "an operator acts"),
+];
+
+impl Scope {
+    pub(super) fn bar(
+        &mut self,
+        ui: &mut Ui,
+        seen: &Seen<'_>,
+        variables: &[VariableInfo],
+        scale: &Scale,
+        look: &Look,
+    ) {
+        ui.horizontal_wrapped(|ui| {
+            self.time(ui, seen);
+            ui.separator();
+            self.trigger(ui, seen, variables, look);
+            ui.separator();
+            let shown = self.cursors.at.is_some();
+            let tip = "Two lines to be dragged: the time between them, and all values at them.";
+            if ui.selectable_label(shown, "Cursors").on_hover_text(tip).clicked() {
+                self.cursors.toggle(scale);
+            }
+            self.lanes.pick(ui, variables, look);
+            ui.separator();
+            self.filter(ui);
+        });
+        if let Some(words) = self.cursors.words() {
+            ui.label(RichText::new(words).color(look::ink(Ink::Seen, look)).monospace());
+        }
+        if let Some(trouble) = &self.trigger.trouble {
+            ui.label(RichText::new(trouble).color(look::ink(Ink::Bad, look)));
+        }
+    }
+
+    fn time(&mut self, ui: &mut Ui, seen: &Seen<'_>) {
+        let now = seen.now();
+        let (text, tip) = if self.axis.is_paused() {
+            ("Run", "Show the present again (space).")
+        } else {
+            (
+                "Pause",
+                "Hold the picture still; the application runs on (space).",
+            )
+        };
+        if ui.button(text).on_hover_text(tip).clicked() {
+            self.run_or_pause(seen);
+        }
+        let division = self.axis.division();
+        if ui
+            .button("−")
+            .on_hover_text("Less time: see more detail.")
+            .accessible_name("Less time per division")
+            .clicked()
+        {
+            self.axis.set_division(axis::step(division, false), now);
+        }
+        ui.label(format!("{}/div", time::setting(division)))
+            .on_hover_text("Time between two lines of the grid. The wheel zooms at the pointer, a drag moves, a double click follows the present.");
+        if ui
+            .button("+")
+            .on_hover_text("More time: see more of the past.")
+            .accessible_name("More time per division")
+            .clicked()
+        {
+            self.axis.set_division(axis::step(division, true), now);
+        }
+        let live = self.axis.is_live();
+        if ui
+            .selectable_label(live, "Live")
+            .on_hover_text("Follow the present (double click).")
+            .clicked()
+        {
+            self.axis.follow();
+        }
+    }
+
+    fn trigger(&mut self, ui: &mut Ui, seen: &Seen<'_>, variables: &[VariableInfo], look: &Look) {
+        let label = ui.label("Trigger");
+        let field = TextEdit::singleline(&mut self.trigger.kept.text)
+            .hint_text("collision, fault, a.b.c > 0.3 …")
+            .desired_width(150.0);
+        let response = ui.add(field).labelled_by(label.id);
+        let mut arm = response.lost_focus();
+        let choose = ui
+            .button("…")
+            .on_hover_text("Conditions to begin with.")
+            .accessible_name("Conditions");
+        Popup::menu(&choose).show(|ui| {
+            for (condition, meaning) in CONDITIONS {
+                let text = format!("{condition} — {meaning}");
+                if ui
+                    .selectable_label(self.trigger.kept.text == condition, text)
+                    .clicked()
+                {
+                    condition.clone_into(&mut self.trigger.kept.text);
+                    arm = true;
+                }
+            }
+            ui.weak("or an expression over variables: pioneer.laser.ranges.exists(r, r < 0.3)");
+            if ui.selectable_label(false, "no trigger").clicked() {
+                self.trigger.kept.text.clear();
+                arm = true;
+            }
+        });
+        if arm {
+            self.trigger.arm(seen.schemas, variables, seen.past);
+            if self.trigger.phase() == &Phase::Off {
+                self.axis.follow();
+            }
+        }
+        let words = self.trigger.kept.mode.words();
+        let modes = ComboBox::from_id_salt("mode").selected_text(words.0).width(64.0);
+        let shown = modes.show_ui(ui, |ui| {
+            for mode in Mode::ALL {
+                let (word, tip) = mode.words();
+                ui.selectable_value(&mut self.trigger.kept.mode, mode, word)
+                    .on_hover_text(tip);
+            }
+        });
+        shown
+            .response
+            .on_hover_text(words.1)
+            .accessible_name("Mode of the trigger");
+        let place = ui
+            .button("place")
+            .on_hover_text("Where in the window the moment is put: what led to it is left of it.");
+        Popup::menu(&place)
+            .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
+            .show(|ui| {
+                let mut percent = self.trigger.kept.share * 100.0;
+                let slider = Slider::new(&mut percent, 20.0..=80.0)
+                    .suffix(" %")
+                    .text("before the moment");
+                if ui.add(slider).changed() {
+                    self.trigger.kept.share = percent / 100.0;
+                }
+            });
+        status(ui, &self.trigger, look);
+    }
+
+    fn filter(&mut self, ui: &mut Ui) {
+        let field = TextEdit::singleline(&mut self.filter.text)
+            .hint_text("name, type, kind, state")
+            .desired_width(150.0);
+        let response = ui.add(field).accessible_name("Filter");
+        if response.has_focus() && ui.input(|input| input.key_pressed(Key::Escape)) {
+            self.filter.text.clear();
+        }
+        ui.toggle_value(&mut self.filter.awake, "awake")
+            .on_hover_text("Only schemas that do not sleep.");
+        ui.toggle_value(&mut self.filter.troubled, "troubled")
+            .on_hover_text("Only schemas that are late, faulted, refused, or held by an operator.");
+        if !self.filter.is_empty() {
+            ui.weak(format!("{} left out", self.left_out));
+            if ui
+                .small_button("all")
+                .on_hover_text("Show all schemas again.")
+                .clicked()
+            {
+                self.filter = Default::default();
+            }
+        }
+    }
+}
+
+/// Where the trigger stands.
+fn status(ui: &mut Ui, trigger: &Trigger, look: &Look) {
+    let (word, ink) = match trigger.phase() {
+        Phase::Off => ("off".to_owned(), Ink::Faint),
+        Phase::Armed => ("armed".to_owned(), Ink::Warn),
+        Phase::Fired { at } | Phase::Done { at } => (format!("triggered at {at:.3} s"), Ink::Good),
+    };
+    let response = ui.label(RichText::new(word).color(look::ink(ink, look)));
+    if let Some((at, text)) = trigger.last() {
+        response.on_hover_text(format!("{at:.3} s: {text}"));
+    }
+}

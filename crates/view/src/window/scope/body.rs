@@ -1,0 +1,359 @@
+//! The middle of the window: rows with facts at the left and traces at the right, lanes beneath them, one time axis for all.
+
+use eframe::egui::{
+    CursorIcon, Rangef, Rect, Response, Role, ScrollArea, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
+    vec2,
+};
+use jde_panel::Ink;
+
+use super::axis::Scale;
+use super::ink::{self, ROW};
+use super::lanes::LANE;
+use super::rows::{self, Row};
+use super::seen::{Ask, Seen};
+use super::table::{self, Table};
+use super::traces::{self, Traces};
+use super::{Scope, Trigger};
+use crate::look::{self, Look};
+
+/// Height of the titles and the times.
+const HEAD: f32 = 18.0;
+/// Room for the scroll bar.
+const BAR: f32 = 10.0;
+
+/// Where the parts are.
+struct Parts {
+    head: Rect,
+    rows: Rect,
+    lanes: Rect,
+    /// Where the traces begin and end.
+    x: Rangef,
+}
+
+impl Scope {
+    pub(super) fn body(&mut self, ui: &mut Ui, seen: &Seen<'_>, look: &Look, asks: &mut Vec<Ask>) {
+        let whole = ui.available_rect_before_wrap();
+        if whole.width() < 120.0 || whole.height() < 2.0 * ROW {
+            return;
+        }
+        let parts = self.parts(ui, whole);
+        let (list, left_out) = rows::rows(seen.snapshot, &self.filter, &self.folded);
+        self.left_out = left_out;
+        let id = ui.scope_id().with("traces");
+        self.keys(ui, id, seen, &list, asks);
+        let sight = Rect::from_x_y_ranges(parts.x, whole.y_range());
+        let traces = ui.interact(sight, id, Sense::click_and_drag());
+        traces.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Traces"));
+        let now = seen.now();
+        self.steer(ui, &traces, &self.axis.scale(now, parts.x), now);
+        let scale = self.axis.scale(now, parts.x);
+
+        let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.lanes.bottom());
+        let times = Rect::from_x_y_ranges(parts.x, parts.head.y_range());
+        traces::ruler(ui.painter(), times, body, &scale, self.axis.division(), look);
+        let table = Table::new(whole.left(), parts.x.min - 6.0);
+        table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
+        self.rows(ui, seen, &list, &parts, &table, &traces, &scale, look, asks);
+        self.lanes.show(ui, parts.lanes, &scale, now, &self.cursors, look);
+        let over = ui.painter().with_clip_rect(sight);
+        moment(&over, body, &scale, &self.trigger, look);
+        self.cursors.draw(&over, times, body, &scale, look);
+        let present = scale.x(now);
+        if scale.holds(now) && !self.axis.is_live() {
+            over.vline(
+                present,
+                body.y_range(),
+                Stroke::new(1.0, look::ink(Ink::Faint, look)),
+            );
+        }
+        if traces.has_focus() {
+            let line = ui.visuals().selection.stroke;
+            ui.painter().rect_stroke(
+                sight.shrink(0.5),
+                0.0,
+                Stroke::new(1.0, line.color),
+                eframe::egui::StrokeKind::Inside,
+            );
+        }
+        if list.is_empty() {
+            let text = if seen.snapshot.schemas.is_empty() {
+                "This application has no schemas."
+            } else {
+                "No schema fits the filter."
+            };
+            ink::write(
+                ui.painter(),
+                parts.rows.shrink(12.0),
+                text,
+                ink::font(),
+                ui.visuals().weak_text_color(),
+            );
+        }
+    }
+
+    /// Shares the room, and lets the border between facts and traces be moved.
+    fn parts(&mut self, ui: &Ui, whole: Rect) -> Parts {
+        let border = whole.left() + whole.width() * self.share;
+        let grip = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
+        let response = ui
+            .interact(grip, ui.scope_id().with("border"), Sense::drag())
+            .on_hover_cursor(CursorIcon::ResizeHorizontal);
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+            self.share = ((at.x - whole.left() + 3.0) / whole.width()).clamp(0.2, 0.8);
+        }
+        let line = if response.hovered() || response.dragged() {
+            ui.visuals().widgets.hovered.fg_stroke
+        } else {
+            ui.visuals().widgets.noninteractive.bg_stroke
+        };
+        ui.painter().vline(grip.center().x, whole.y_range(), line);
+        let border = whole.left() + whole.width() * self.share;
+        let wanted = self.lanes.list.len() as f32 * LANE;
+        let lanes = wanted.min(((whole.height() - HEAD) * 0.5 / LANE).floor().max(1.0) * LANE);
+        let split = whole.bottom() - lanes;
+        Parts {
+            head: whole.with_max_y(whole.top() + HEAD),
+            rows: Rect::from_min_max(pos2(whole.left(), whole.top() + HEAD), pos2(whole.right(), split)),
+            lanes: whole.with_min_y(split),
+            x: Rangef::new(border, whole.right() - BAR),
+        }
+    }
+
+    /// The wheel zooms at the pointer, a drag moves the window or a cursor, a double click follows the present.
+    fn steer(&mut self, ui: &Ui, traces: &Response, scale: &Scale, now: f64) {
+        if let Some(at) = traces.hover_pos() {
+            let (wheel, zoom) = ui.input_mut(|input| {
+                let wheel = if input.modifiers.shift {
+                    eframe::egui::Vec2::ZERO
+                } else {
+                    std::mem::take(&mut input.smooth_scroll_delta)
+                };
+                (wheel, input.zoom_delta())
+            });
+            let factor = (-f64::from(wheel.y) / 200.0).exp() / f64::from(zoom);
+            if (factor - 1.0).abs() > 1e-9 {
+                self.axis.zoom(factor, scale.time(at.x));
+            }
+            if wheel.x != 0.0 {
+                self.axis.pan(-f64::from(wheel.x) * scale.per_point(), now);
+            }
+        }
+        if traces.drag_started()
+            && let Some(from) = ui.input(|input| input.pointer.press_origin())
+        {
+            traces.request_focus();
+            self.cursors.take(scale, from.x);
+        }
+        if traces.dragged() {
+            let to = traces.interact_pointer_pos().map(|at| scale.time(at.x));
+            if !to.is_some_and(|to| self.cursors.drag(to)) && traces.drag_delta().x != 0.0 {
+                self.axis
+                    .pan(-f64::from(traces.drag_delta().x) * scale.per_point(), now);
+            }
+        }
+        if traces.drag_stopped() {
+            self.cursors.let_go();
+        }
+        if traces.double_clicked() {
+            self.axis.follow();
+        }
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a row has two halves, and both are drawn here"
+    )]
+    fn rows(
+        &mut self,
+        ui: &mut Ui,
+        seen: &Seen<'_>,
+        list: &[Row],
+        parts: &Parts,
+        table: &Table,
+        pointed: &Response,
+        scale: &Scale,
+        look: &Look,
+        asks: &mut Vec<Ask>,
+    ) {
+        let selected = |row: &Row| match row {
+            Row::Schema { schema, .. } => {
+                Some(&seen.snapshot.schemas[*schema].name) == self.selected.as_ref()
+            }
+            Row::Group { .. } | Row::Apart => false,
+        };
+        let mut area = ScrollArea::vertical().id_salt("rows").auto_shrink(false);
+        if std::mem::take(&mut self.reveal)
+            && let Some(place) = list.iter().position(selected)
+        {
+            let (top, height) = (place as f32 * ROW, parts.rows.height());
+            area = area.vertical_scroll_offset(self.scrolled.clamp((top + ROW - height).max(0.0), top));
+        }
+        // Where each schema's row is; those in folded parts have none.
+        let mut places = vec![None; seen.snapshot.schemas.len()];
+        for (place, row) in list.iter().enumerate() {
+            if let Row::Schema { schema, .. } = row {
+                places[*schema] = Some(place);
+            }
+        }
+        let inside = UiBuilder::new().max_rect(parts.rows);
+        let output = ui.scope_builder(inside, |ui| {
+            ui.set_clip_rect(parts.rows.intersect(ui.clip_rect()));
+            ui.spacing_mut().item_spacing = vec2(ui.spacing().item_spacing.x, 0.0);
+            area.show_viewport(ui, |ui, sight| {
+                ui.set_height(list.len() as f32 * ROW);
+                let top = ui.max_rect().top();
+                let rect_of = |place: usize| {
+                    let y = top + place as f32 * ROW;
+                    Rect::from_x_y_ranges(parts.rows.x_range(), y..=y + ROW)
+                };
+                let first = (sight.min.y / ROW).floor().max(0.0) as usize;
+                let last = ((sight.max.y / ROW).ceil().max(0.0) as usize).min(list.len());
+                let index = std::mem::take(&mut self.index);
+                let pixel = 1.0 / ui.pixels_per_point();
+                let mut drawn = Traces::new(seen, &index, *scale, look, pixel);
+                let over = ui.painter().with_clip_rect(
+                    Rect::from_x_y_ranges(parts.x, parts.rows.y_range()).intersect(ui.clip_rect()),
+                );
+                for (place, row) in list.iter().enumerate().take(last).skip(first) {
+                    let rect = rect_of(place);
+                    table::ground(
+                        ui,
+                        rect,
+                        selected_row(&self.selected, seen, row),
+                        table::is_hovered(pointed, rect),
+                    );
+                    let trace = Rect::from_x_y_ranges(parts.x, rect.y_range());
+                    match *row {
+                        Row::Group { group, depth } => {
+                            let view = &seen.snapshot.groups[group];
+                            table.group(ui, rect, seen, view, depth, look);
+                            drawn.group(&over, trace, view);
+                        }
+                        Row::Schema { schema, depth, below } => {
+                            let view = &seen.snapshot.schemas[schema];
+                            let done = table.schema(
+                                ui,
+                                rect,
+                                seen,
+                                schema,
+                                (depth, below),
+                                &mut self.editing,
+                                look,
+                                asks,
+                            );
+                            if done.folded && !self.folded.remove(&view.name) {
+                                self.folded.insert(view.name.clone());
+                            }
+                            if done.selected {
+                                self.selected = Some(view.name.clone());
+                                pointed.request_focus();
+                            }
+                            drawn.schema(&over, trace, view);
+                        }
+                        Row::Apart => {
+                            let line = rect.with_min_x(rect.left() + 6.0).with_max_x(table.right);
+                            let faint = ui.visuals().weak_text_color();
+                            ink::write(ui.painter(), line, "drivers and perception", ink::small(), faint);
+                        }
+                    }
+                }
+                let middle = |schema: usize| {
+                    places
+                        .get(schema)
+                        .copied()
+                        .flatten()
+                        .map(|place| rect_of(place).center().y)
+                };
+                for view in &seen.snapshot.groups {
+                    let sight = rect_of(first).top()..=rect_of(last).bottom();
+                    if view
+                        .members
+                        .iter()
+                        .filter_map(|&member| middle(member))
+                        .any(|y| sight.contains(&y))
+                    {
+                        drawn.switches(&over, view, &middle, self.why.opened());
+                    }
+                }
+                self.point(ui, pointed, &drawn, list, &parts.rows, top);
+                self.index = index;
+            })
+        });
+        self.scrolled = output.inner.state.clamped_offset().y;
+    }
+
+    /// A click opens the switch at the pointer and selects its row; without one it says what was then.
+    fn point(
+        &mut self,
+        ui: &Ui,
+        pointed: &Response,
+        drawn: &Traces<'_>,
+        list: &[Row],
+        rows: &Rect,
+        top: f32,
+    ) {
+        let Some(at) = pointed
+            .hover_pos()
+            .or(pointed.interact_pointer_pos())
+            .filter(|at| rows.contains(*at))
+        else {
+            return;
+        };
+        let Some(row) = list.get(((at.y - top) / ROW).floor().max(0.0) as usize) else {
+            return;
+        };
+        let snapshot = drawn.seen.snapshot;
+        let (group, view) = match *row {
+            Row::Group { group, .. } => (Some(group), None),
+            Row::Schema { schema, .. } => {
+                let view = &snapshot.schemas[schema];
+                (view.group, Some(view))
+            }
+            Row::Apart => (None, None),
+        };
+        let switch = group
+            .and_then(|group| snapshot.groups.get(group))
+            .and_then(|group| drawn.switch_at(&group.name, at.x));
+        if pointed.clicked() {
+            pointed.request_focus();
+            if let Some(view) = view {
+                self.selected = Some(view.name.clone());
+            }
+            if let Some(number) = switch {
+                self.why.open(number);
+            }
+        }
+        if pointed.hovered() && !pointed.dragged() {
+            let mut words = vec![format!("{:.3} s", drawn.scale.time(at.x))];
+            words.extend(view.into_iter().flat_map(|view| drawn.words_at(view, at.x)));
+            if switch.is_some() {
+                words.push("Click: why this switch?".to_owned());
+                ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
+            }
+            pointed.clone().on_hover_text_at_pointer(words.join("\n"));
+        }
+    }
+}
+
+fn selected_row(selected: &Option<String>, seen: &Seen<'_>, row: &Row) -> bool {
+    match row {
+        Row::Schema { schema, .. } => Some(&seen.snapshot.schemas[*schema].name) == selected.as_ref(),
+        Row::Group { .. } | Row::Apart => false,
+    }
+}
+
+/// The moment at which the trigger fired.
+fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &Trigger, look: &Look) {
+    let Some((at, text)) = trigger.last().filter(|(at, _)| scale.holds(*at)) else {
+        return;
+    };
+    let color = look::ink(Ink::Warn, look);
+    let x = scale.x(*at);
+    let mut y = body.top();
+    while y < body.bottom() {
+        painter.vline(x, Rangef::new(y, y + 4.0), Stroke::new(1.3, color));
+        y += 8.0;
+    }
+    let room = Rect::from_min_max(pos2(x + 4.0, body.top()), pos2(body.right(), body.top() + 14.0));
+    ink::write(painter, room, &format!("T {text}"), ink::small(), color);
+}

@@ -1,0 +1,142 @@
+//! Cells of a row that are more than a text: the state in its color, the load as a bar, the buttons of an operator.
+
+use eframe::egui::{Align2, Color32, Rect, Shape, Stroke, Ui, pos2, vec2};
+use jde_abi::describe::Kind;
+use jde_host::snapshot::{HoldKind, SchemaView};
+use jde_link::message::Action;
+use jde_panel::Ink;
+
+use super::bands;
+use super::ink::{self, Icon};
+use super::seen::{Ask, Seen};
+use crate::look::{self, Look};
+
+/// Width of a button, points.
+pub(super) const BUTTON: f32 = 21.0;
+
+/// The state as a word on its color, and a diamond if what it commands counts.
+pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, look: &Look) {
+    let chip = Rect::from_min_size(
+        pos2(cell.left(), cell.top() + 3.0),
+        vec2(66.0_f32.min(cell.width()), cell.height() - 6.0),
+    );
+    let fill = look::state(view.state, look);
+    ui.painter().rect_filled(chip, 3.0, fill);
+    let color = if bright(fill) {
+        Color32::BLACK
+    } else {
+        Color32::WHITE
+    };
+    ui.painter().text(
+        chip.center(),
+        Align2::CENTER_CENTER,
+        bands::word(view.state),
+        ink::small(),
+        color,
+    );
+    if view.authority {
+        let at = pos2(chip.right() + 7.0, chip.center().y);
+        let diamond = [(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)].map(|(x, y)| at + vec2(x, y));
+        ui.painter().add(Shape::convex_polygon(
+            diamond.to_vec(),
+            look::ink(Ink::Accent, look),
+            Stroke::NONE,
+        ));
+    }
+}
+
+/// Whether black is read better on it than white.
+fn bright(color: Color32) -> bool {
+    let [red, green, blue, _] = color.to_array().map(f32::from);
+    0.299 * red + 0.587 * green + 0.114 * blue > 128.0
+}
+
+/// A share of one processor core.
+pub(super) fn load(ui: &Ui, cell: Rect, share: f64, look: &Look) {
+    let bar = Rect::from_min_max(
+        pos2(cell.left(), cell.bottom() - 5.0),
+        pos2(cell.right(), cell.bottom() - 3.0),
+    );
+    let ink = match share {
+        share if share >= 0.9 => Ink::Bad,
+        share if share >= 0.5 => Ink::Warn,
+        _ => Ink::Good,
+    };
+    ui.painter()
+        .rect_filled(bar, 0.0, ui.visuals().widgets.noninteractive.bg_stroke.color);
+    let filled = bar.with_max_x(bar.left() + bar.width() * share.clamp(0.0, 1.0) as f32);
+    ui.painter().rect_filled(filled, 0.0, look::ink(ink, look));
+    let text = if share > 0.0 && share < 0.01 {
+        "<1%".to_owned()
+    } else {
+        format!("{:.0}%", share * 100.0)
+    };
+    let above = cell.with_max_y(cell.bottom() - 3.0);
+    let color = if share < 0.005 {
+        ui.visuals().weak_text_color()
+    } else {
+        ui.visuals().text_color()
+    };
+    ink::write_right(ui.painter(), above, &text, color);
+}
+
+/// What an operator can do (R14).
+pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, asks: &mut Vec<Ask>) {
+    let hold = view.operator.as_ref().map(|hold| hold.kind);
+    let schema = || view.name.clone();
+    let is_motor = view.kind == Kind::Motor;
+    let answers = seen.answers;
+    let list = [
+        (
+            Icon::Play,
+            "Play",
+            "Wake it and keep it awake, until it is released.",
+            answers,
+            hold == Some(HoldKind::Played),
+            Ask::Act(Action::Play { schema: schema() }),
+        ),
+        (
+            Icon::Stop,
+            "Stop",
+            "Put it to sleep and keep it asleep, until it is released.",
+            answers,
+            hold == Some(HoldKind::Stopped),
+            Ask::Act(Action::Stop { schema: schema() }),
+        ),
+        (
+            Icon::Force,
+            "Force",
+            "Make it win its group while it is awake, until it is released.",
+            answers && is_motor,
+            hold == Some(HoldKind::Forced),
+            Ask::Act(Action::Force { schema: schema() }),
+        ),
+        (
+            Icon::Release,
+            "Release",
+            "Let go of it: the hierarchy decides about it again.",
+            answers && hold.is_some(),
+            false,
+            Ask::Act(Action::Release { schema: schema() }),
+        ),
+        (
+            Icon::Panel,
+            "Panel of",
+            "Open the panel that it draws of itself.",
+            view.panel,
+            false,
+            Ask::Panel(schema()),
+        ),
+    ];
+    for (place, (icon, verb, tip, enabled, pressed, ask)) in list.into_iter().enumerate() {
+        let rect = Rect::from_min_size(
+            pos2(cell.left() + place as f32 * BUTTON, cell.top()),
+            vec2(BUTTON, cell.height()),
+        );
+        let name = format!("{verb} {}", view.name);
+        let id = ui.scope_id().with((&view.name, verb));
+        if ink::button(ui, rect, id, icon, (&name, tip), (enabled, pressed)).clicked() {
+            asks.push(ask);
+        }
+    }
+}

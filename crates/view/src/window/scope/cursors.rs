@@ -1,0 +1,95 @@
+//! Two lines across all traces, to be dragged: when, how long between, how often that would be.
+
+use eframe::egui::{Align2, Painter, Rect, Stroke, StrokeKind, pos2, vec2};
+use jde_panel::Ink;
+use serde::{Deserialize, Serialize};
+
+use super::axis::Scale;
+use super::ink;
+use crate::look::{self, Look, time};
+
+/// How near to a line a drag takes it, points.
+const NEAR: f32 = 6.0;
+
+/// Two moments.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Cursors {
+    /// Where they are, s, while they are shown.
+    pub(super) at: Option<[f64; 2]>,
+    /// Which one is being dragged.
+    #[serde(skip)]
+    held: Option<usize>,
+}
+
+impl Cursors {
+    /// Shows them in the window, or hides them.
+    pub(super) fn toggle(&mut self, scale: &Scale) {
+        let third = (scale.to - scale.from) / 3.0;
+        self.at = match self.at {
+            Some(_) => None,
+            None => Some([scale.from + third, scale.to - third]),
+        };
+    }
+
+    /// Takes the one that is near a place of the screen; answers whether one is.
+    pub(super) fn take(&mut self, scale: &Scale, x: f32) -> bool {
+        let at = self
+            .at
+            .unwrap_or([f64::NAN; 2])
+            .map(|time| (scale.x(time) - x).abs());
+        self.held = (0..2)
+            .filter(|&each| at[each] <= NEAR)
+            .min_by(|&one, &other| at[one].total_cmp(&at[other]));
+        self.held.is_some()
+    }
+
+    /// Moves the one that was taken; answers whether one was.
+    pub(super) fn drag(&mut self, time: f64) -> bool {
+        match (self.held, &mut self.at) {
+            (Some(held), Some(at)) => {
+                at[held] = time;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    pub(super) fn let_go(&mut self) {
+        self.held = None;
+    }
+
+    /// Both moments, their difference, and how often it fits into a second.
+    pub(super) fn words(&self) -> Option<String> {
+        let [first, second] = self.at?;
+        let apart = second - first;
+        let often = if apart == 0.0 {
+            String::new()
+        } else {
+            format!(" = 1/({:.4} Hz)", 1.0 / apart.abs())
+        };
+        Some(format!(
+            "A {first:.4} s   B {second:.4} s   B − A {}{often}",
+            time::span(apart)
+        ))
+    }
+
+    pub(super) fn draw(&self, painter: &Painter, head: Rect, body: Rect, scale: &Scale, look: &Look) {
+        let Some(at) = self.at else { return };
+        let color = look::ink(Ink::Seen, look);
+        for (time, name) in at.into_iter().zip(["A", "B"]) {
+            if !scale.holds(time) {
+                continue;
+            }
+            let x = scale.x(time);
+            painter.vline(x, body.y_range(), Stroke::new(1.3, color));
+            let tag = Rect::from_center_size(pos2(x, head.bottom() - 7.0), vec2(13.0, 13.0));
+            let ground = if look.dark {
+                eframe::egui::Color32::BLACK
+            } else {
+                eframe::egui::Color32::WHITE
+            };
+            painter.rect(tag, 2.0, ground, Stroke::new(1.0, color), StrokeKind::Inside);
+            painter.text(tag.center(), Align2::CENTER_CENTER, name, ink::small(), color);
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! A number within a value: by the path of its fields, as in `pose.pose.position.x` or `ranges[90]`. Reads it from the bytes.
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+
+/// Names of one type that are offered: enough for the largest standard message.
+const OFFERED: usize = 400;
+
+/// Where a number is in the bytes of a value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Place {
+    offset: usize,
+    scalar: Scalar,
+    /// Lists that must be long enough: where their length is, and the element that is wanted.
+    lists: Vec<(usize, usize)>,
+    /// Its unit; empty for none.
+    pub(super) unit: String,
+}
+
+/// Finds a number by its path; the empty path is for types that are one number.
+///
+/// # Errors
+/// What is wrong with it, with the nearest name there is.
+pub(super) fn find(of: &Type, path: &str) -> Result<Place, String> {
+    let mut value_type = of;
+    let mut place = Place {
+        offset: 0,
+        scalar: Scalar::F64,
+        lists: Vec::new(),
+        unit: String::new(),
+    };
+    let whole = if path.is_empty() {
+        match of.fields.as_slice() {
+            [only] if of.as_number().is_some() => only.name.as_str(),
+            _ => return Err(format!("a {} is no number: say which field of it", of.name)),
+        }
+    } else {
+        path
+    };
+    let mut parts = whole.split('.').peekable();
+    while let Some(part) = parts.next() {
+        let (name, element) = split(part)?;
+        let field = value_type.fields.iter().find(|field| field.name == name);
+        let field = field.ok_or_else(|| {
+            let names = value_type.fields.iter().map(|field| field.name.as_str());
+            let nearest = jde_link::nearest(name, names)
+                .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            format!("a {} has no field `{name}`{nearest}", value_type.name)
+        })?;
+        let base = place.offset;
+        place.offset += field.offset;
+        match (field.form, element) {
+            (Form::One, None) => {}
+            (Form::Array(capacity) | Form::Sequence { capacity, .. }, Some(element))
+                if element < capacity =>
+            {
+                place.offset += element * field.kind.bytes();
+                if let Some(length) = field.form.length_offset() {
+                    place.lists.push((base + length, element));
+                }
+            }
+            (Form::Array(capacity) | Form::Sequence { capacity, .. }, Some(_)) => {
+                return Err(format!("`{name}` has {capacity} elements, from 0"));
+            }
+            (Form::Array(_) | Form::Sequence { .. }, None) => {
+                return Err(format!(
+                    "`{name}` is a list: say which element, as in `{name}[0]`"
+                ));
+            }
+            (Form::One, Some(_)) => return Err(format!("`{name}` is no list")),
+            (Form::Text { .. }, _) => return Err(format!("`{name}` is a text, not a number")),
+        }
+        match &field.kind {
+            FieldKind::Scalar(scalar) if parts.peek().is_none() => {
+                (place.scalar, place.unit) = (*scalar, field.unit.clone());
+                return Ok(place);
+            }
+            FieldKind::Scalar(_) => return Err(format!("`{name}` is a number and has no fields")),
+            FieldKind::Struct(inner) => value_type = inner,
+        }
+    }
+    Err(format!(
+        "`{whole}` is a {}: say which field of it",
+        value_type.name
+    ))
+}
+
+/// The paths of the numbers of a type; of a list, the first element's.
+pub(super) fn list(of: &Type) -> Vec<String> {
+    let mut found = Vec::new();
+    if of.as_number().is_some() {
+        found.push(String::new());
+    } else {
+        below(of, "", &mut found);
+    }
+    found
+}
+
+fn below(of: &Type, before: &str, found: &mut Vec<String>) {
+    for field in &of.fields {
+        if found.len() >= OFFERED {
+            return;
+        }
+        let Field { name, form, kind, .. } = field;
+        let path = match form {
+            Form::One => format!("{before}{name}"),
+            Form::Array(_) | Form::Sequence { .. } => format!("{before}{name}[0]"),
+            Form::Text { .. } => continue,
+        };
+        match kind {
+            FieldKind::Scalar(_) => found.push(path),
+            FieldKind::Struct(inner) => below(inner, &format!("{path}."), found),
+        }
+    }
+}
+
+impl Place {
+    /// Reads it from a value; none if a list is too short for it.
+    pub(super) fn read(&self, bytes: &[u8]) -> Option<f64> {
+        for &(length, element) in &self.lists {
+            if u32::from_ne_bytes(at(bytes, length)?) as usize <= element {
+                return None;
+            }
+        }
+        let from = self.offset;
+        Some(match self.scalar {
+            Scalar::Bool | Scalar::U8 => f64::from(at::<1>(bytes, from)?[0]),
+            Scalar::I8 => f64::from(i8::from_ne_bytes(at(bytes, from)?)),
+            Scalar::U16 => f64::from(u16::from_ne_bytes(at(bytes, from)?)),
+            Scalar::I16 => f64::from(i16::from_ne_bytes(at(bytes, from)?)),
+            Scalar::U32 => f64::from(u32::from_ne_bytes(at(bytes, from)?)),
+            Scalar::I32 => f64::from(i32::from_ne_bytes(at(bytes, from)?)),
+            Scalar::U64 => u64::from_ne_bytes(at(bytes, from)?) as f64,
+            Scalar::I64 => i64::from_ne_bytes(at(bytes, from)?) as f64,
+            Scalar::F32 => f64::from(f32::from_ne_bytes(at(bytes, from)?)),
+            Scalar::F64 => f64::from_ne_bytes(at(bytes, from)?),
+        })
+    }
+}
+
+fn at<const N: usize>(bytes: &[u8], from: usize) -> Option<[u8; N]> {
+    bytes.get(from..from + N)?.try_into().ok()
+}
+
+/// A name, and the element of it that is wanted: `ranges[90]`.
+fn split(part: &str) -> Result<(&str, Option<usize>), String> {
+    let Some((name, rest)) = part.split_once('[') else {
+        return Ok((part, None));
+    };
+    let element = rest.strip_suffix(']').and_then(|element| element.parse().ok());
+    match element {
+        Some(element) => Ok((name, Some(element))),
+        None => Err(format!("`{part}` names no element: write `{name}[0]`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_types::{LaserScan, Odometry, Value};
+
+    use super::*;
+
+    #[test]
+    fn a_number_is_found_by_its_path_and_read_from_the_bytes() {
+        let mut odometry = Odometry::zeroed();
+        odometry.pose.pose.position.x = 1.25;
+        odometry.pose.covariance[7] = 4.0;
+        let of = Odometry::describe();
+        let read = |path: &str| find(&of, path).expect(path).read(odometry.as_bytes());
+        assert_eq!(read("pose.pose.position.x"), Some(1.25));
+        assert_eq!(read("pose.covariance[7]"), Some(4.0));
+        assert_eq!(find(&of, "pose.pose.position.x").expect("it is there").unit, "m");
+        let period = f64::describe();
+        assert_eq!(
+            find(&period, "").expect("a number").read(0.075.as_bytes()),
+            Some(0.075)
+        );
+    }
+
+    #[test]
+    fn an_element_past_the_end_of_a_list_is_nothing() {
+        let of = LaserScan::describe();
+        let place = find(&of, "ranges[3]").expect("it may be there");
+        assert_eq!(place.read(LaserScan::zeroed().as_bytes()), None);
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused_with_the_nearest_name() {
+        let of = Odometry::describe();
+        for (path, reason) in [
+            ("pose.pose.positon.x", "did you mean `position`?"),
+            ("pose.pose", "say which field"),
+            ("pose.covariance", "is a list"),
+            ("pose.covariance[36]", "36 elements"),
+            ("pose.covariance[a]", "names no element"),
+            ("child_frame_id", "is a text"),
+            ("", "is no number"),
+        ] {
+            let refused = find(&of, path).unwrap_err();
+            assert!(refused.contains(reason), "{path}: {refused}");
+        }
+    }
+
+    #[test]
+    fn every_number_that_is_offered_is_found() {
+        for of in [Odometry::describe(), LaserScan::describe(), f64::describe()] {
+            let offered = list(&of);
+            assert!(!offered.is_empty());
+            for path in offered {
+                assert!(find(&of, &path).is_ok(), "{path}");
+            }
+        }
+    }
+}

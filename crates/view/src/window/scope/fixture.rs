@@ -1,0 +1,248 @@
+//! Hierarchies with a past, made up: the same every time, and without an application.
+
+use jde_abi::describe::Kind;
+use jde_core::{Health, State};
+use jde_host::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
+use jde_host::story::{Candidate, Change, Decision, Happening, Line};
+use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
+
+use super::Scope;
+use super::seen::{Ask, Seen};
+use crate::look::Look;
+use crate::session::Past;
+
+impl Scope {
+    /// Draws it as if this were an application that runs.
+    pub(crate) fn show_fixed(
+        &mut self,
+        ui: &mut eframe::egui::Ui,
+        fixed: &Fixed,
+        variables: &[VariableInfo],
+        look: &Look,
+    ) -> Vec<Ask> {
+        self.draw(ui, &fixed.seen(), variables, look)
+    }
+}
+
+/// A hierarchy at one instant, and what happened before.
+pub(crate) struct Fixed {
+    pub(crate) snapshot: Snapshot,
+    pub(crate) schemas: Schemas,
+    pub(crate) past: Past,
+}
+
+impl Fixed {
+    pub(super) fn seen(&self) -> Seen<'_> {
+        Seen {
+            snapshot: &self.snapshot,
+            schemas: &self.schemas,
+            past: &self.past,
+            answers: true,
+        }
+    }
+
+    /// Of a snapshot, with a past that begins with it.
+    pub(crate) fn of(snapshot: Snapshot) -> Self {
+        let name = |place: usize| snapshot.schemas[place].name.clone();
+        let groups = snapshot.groups.iter().map(|group| GroupInfo {
+            name: group.name.clone(),
+            father: group.father.map(name),
+            members: group.members.iter().map(|&member| name(member)).collect(),
+            policy: group.policy.clone(),
+        });
+        let schemas = snapshot.schemas.iter().map(|schema| {
+            let info = serde_json::json!({
+                "name": schema.name, "type": schema.type_name, "doc": "", "father": null, "group": null,
+                "kind": match schema.kind { Kind::Motor => "motor", Kind::Perceptive => "perceptive", Kind::Driver => "driver" },
+                "period_s": schema.period as f64 / 1e9, "budget_s": 0.01, "children": [], "ports": [],
+            });
+            serde_json::from_value::<SchemaInfo>(info).expect("it is one")
+        });
+        Self {
+            schemas: Schemas {
+                schemas: schemas.collect(),
+                groups: groups.collect(),
+            },
+            past: Past::new(),
+            snapshot,
+        }
+    }
+
+    /// A schema changes its state.
+    pub(crate) fn change(&mut self, time_s: f64, schema: &str, from: &str, to: &str) {
+        let change = Change {
+            time_s,
+            schema: schema.to_owned(),
+            from: from.to_owned(),
+            to: to.to_owned(),
+        };
+        self.past.hear(Line::Change(change), 0);
+    }
+}
+
+pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Option<usize>) -> SchemaView {
+    SchemaView {
+        name: name.to_owned(),
+        type_name: format!("{name}/{name}"),
+        kind,
+        father,
+        group,
+        state: State::Checking,
+        health: Health::Ok,
+        authority: false,
+        period: 75_000_000,
+        measured: Some(75_020_000),
+        longest: 310_000,
+        load: 0.002,
+        iterations: 130,
+        overruns: 0,
+        refused: 0,
+        faults: 0,
+        operator: None,
+        panel: kind == Kind::Motor,
+    }
+}
+
+pub(crate) fn group(name: &str, father: Option<usize>, members: &[usize]) -> GroupView {
+    GroupView {
+        name: name.to_owned(),
+        father,
+        members: members.to_vec(),
+        winner: members.last().copied(),
+        policy: "priority".to_owned(),
+        switches: 3,
+        last: None,
+        worst: 1_240_000,
+        allowed: 85_000_000,
+    }
+}
+
+/// Safe navigation after ten seconds: goon, vff and stop took turns, and an operator holds one.
+pub(crate) fn navigation() -> Fixed {
+    let mut schemas = vec![
+        schema("pioneer", Kind::Driver, None, None),
+        schema("teleop", Kind::Motor, None, Some(0)),
+        schema("example", Kind::Motor, None, Some(0)),
+        schema("goon", Kind::Motor, Some(2), Some(1)),
+        schema("vff", Kind::Motor, Some(2), Some(1)),
+        schema("stop", Kind::Motor, Some(2), Some(1)),
+    ];
+    for place in [0, 2, 5] {
+        schemas[place].state = State::Winner;
+        schemas[place].authority = place != 0;
+    }
+    schemas[0].measured = Some(50_000_000);
+    schemas[0].load = 0.41;
+    schemas[3].health = Health::Overrun;
+    schemas[3].overruns = 2;
+    schemas[4].state = State::Ready;
+    schemas[5].operator = Some(Hold {
+        kind: HoldKind::Forced,
+        by: "ana@laptop".to_owned(),
+    });
+    schemas[5].period = 200_000_000;
+    let snapshot = Snapshot {
+        time: 10_000_000_000,
+        schemas,
+        groups: vec![
+            group("roots", None, &[1, 2]),
+            group("example/base", Some(2), &[3, 4, 5]),
+        ],
+    };
+    let mut fixed = Fixed::of(snapshot);
+    for (time, schema, from, to) in [
+        (0.1, "pioneer", "slept", "winner"),
+        (0.1, "teleop", "slept", "checking"),
+        (0.1, "example", "slept", "winner"),
+        (0.2, "goon", "slept", "checking"),
+        (0.2, "vff", "slept", "checking"),
+        (0.2, "stop", "slept", "checking"),
+        (1.0, "goon", "checking", "winner"),
+        (4.0, "vff", "checking", "ready"),
+        (4.0, "goon", "winner", "ready"),
+        (4.0, "vff", "ready", "winner"),
+        (4.5, "goon", "ready", "checking"),
+        (8.0, "vff", "winner", "ready"),
+        (8.0, "stop", "ready", "winner"),
+    ] {
+        fixed.change(time, schema, from, to);
+    }
+    for step in 0..12 {
+        let time = 5.0 + f64::from(step) * 0.1;
+        let (from, to) = if step % 2 == 0 {
+            ("checking", "ready")
+        } else {
+            ("ready", "checking")
+        };
+        fixed.change(time, "goon", from, to);
+    }
+    let turns = [
+        (0.1, "roots", None, "example", "alone"),
+        (1.0, "example/base", None, "goon", "alone"),
+        (4.0, "example/base", Some("goon"), "vff", "collision"),
+        (8.0, "example/base", Some("vff"), "stop", "forced"),
+    ];
+    for (number, (time_s, group, before, choice, case)) in (1..).zip(turns) {
+        fixed.past.hear(
+            Line::Decision(selection(number, time_s, group, before, choice, case)),
+            0,
+        );
+    }
+    for (time_s, kind, schema, text) in [
+        (2.5, "overrun", "goon", "took 12.300 ms of 10.000 ms"),
+        (8.0, "operator", "stop", "ana@laptop forced stop"),
+    ] {
+        let happening = Happening {
+            time_s,
+            kind: kind.to_owned(),
+            schema: Some(schema.to_owned()),
+            by: None,
+            touched: None,
+            text: text.to_owned(),
+        };
+        fixed.past.hear(Line::Happening(happening), 0);
+    }
+    fixed.past.see(&fixed.snapshot.clone());
+    fixed
+}
+
+pub(crate) fn selection(
+    number: u64,
+    time_s: f64,
+    group: &str,
+    before: Option<&str>,
+    choice: &str,
+    case: &str,
+) -> Decision {
+    let mut candidates = vec![Candidate {
+        name: choice.to_owned(),
+        state: "ready".to_owned(),
+        ready: true,
+        urgency: Some(0.5),
+    }];
+    candidates.extend(before.map(|before| Candidate {
+        name: before.to_owned(),
+        state: "winner".to_owned(),
+        ready: case == "collision",
+        urgency: Some(0.25),
+    }));
+    Decision {
+        number,
+        time_s,
+        group: group.to_owned(),
+        case: case.to_owned(),
+        candidates,
+        before: before.map(str::to_owned),
+        choice: Some(choice.to_owned()),
+        decider: match case {
+            "forced" => "operator",
+            "collision" => "priority",
+            _ => "nobody",
+        }
+        .to_owned(),
+        reason: format!("{choice} is the only one that is ready"),
+        cause: format!("the readiness of {choice} changed"),
+        changed: true,
+        takeover_us: Some(1240.0),
+    }
+}

@@ -1,0 +1,202 @@
+//! Where to look things up without going through the whole past: switches by group, events by schema, both in the order of time.
+//! It takes up what is new in a frame and nothing else.
+
+use std::collections::{HashMap, VecDeque};
+
+use jde_host::story::{Decision, Happening};
+use jde_link::message::Schemas;
+
+use crate::session::{Heard, Past};
+
+/// Found by time.
+#[derive(Debug, Default)]
+pub(super) struct Index {
+    heard: Heard,
+    /// Places of schemas by name.
+    places: HashMap<String, usize>,
+    groups: HashMap<String, VecDeque<Switch>>,
+    marks: HashMap<String, VecDeque<Mark>>,
+    /// The numbers of all switches.
+    switches: VecDeque<u64>,
+}
+
+/// A change of winner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Switch {
+    /// s since the application's start.
+    pub(super) time: f64,
+    /// The number of its selection.
+    pub(super) number: u64,
+    /// Who was the winner: the place of the schema.
+    pub(super) from: Option<usize>,
+    /// Who is.
+    pub(super) to: Option<usize>,
+}
+
+/// Something that happened to a schema.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mark {
+    /// s since the application's start.
+    pub(super) time: f64,
+    /// What kind of thing.
+    pub(super) sign: Sign,
+    /// In words.
+    pub(super) text: String,
+}
+
+/// What kinds of things are marked, the least important first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Sign {
+    Well,
+    Operator,
+    Refused,
+    Overrun,
+    Fault,
+}
+
+impl Index {
+    /// Takes up what is new.
+    pub(super) fn take(&mut self, past: &Past, schemas: &Schemas) {
+        let heard = past.heard();
+        if heard.turns != self.heard.turns || self.places.len() != schemas.schemas.len() {
+            let places = schemas.schemas.iter().enumerate();
+            *self = Self {
+                places: places
+                    .map(|(place, schema)| (schema.name.clone(), place))
+                    .collect(),
+                heard: Heard {
+                    turns: heard.turns,
+                    ..Heard::default()
+                },
+                ..Self::default()
+            };
+        }
+        for decision in newest(past.decisions(), heard.decisions - self.heard.decisions) {
+            if decision.changed {
+                self.decided(decision, past);
+            }
+        }
+        for happening in newest(past.happenings(), heard.happenings - self.heard.happenings) {
+            self.happened(happening, past);
+        }
+        self.heard = heard;
+    }
+
+    /// The place of a schema.
+    pub(super) fn place(&self, schema: &str) -> Option<usize> {
+        self.places.get(schema).copied()
+    }
+
+    /// The switches of a group, oldest first.
+    pub(super) fn group(&self, name: &str) -> Option<&VecDeque<Switch>> {
+        self.groups.get(name)
+    }
+
+    /// What happened to a schema, oldest first.
+    pub(super) fn marks(&self, schema: &str) -> Option<&VecDeque<Mark>> {
+        self.marks.get(schema)
+    }
+
+    /// The numbers of all switches, oldest first.
+    pub(super) fn switches(&self) -> &VecDeque<u64> {
+        &self.switches
+    }
+
+    fn decided(&mut self, decision: &Decision, past: &Past) {
+        let place = |name: &Option<String>| self.places.get(name.as_ref()?).copied();
+        let switch = Switch {
+            time: decision.time_s,
+            number: decision.number,
+            from: place(&decision.before),
+            to: place(&decision.choice),
+        };
+        let first = past.decisions().front().map_or(0, |decision| decision.number);
+        while self.switches.pop_front_if(|number| *number < first).is_some() {}
+        self.switches.push_back(decision.number);
+        if !self.groups.contains_key(&decision.group) {
+            self.groups.insert(decision.group.clone(), VecDeque::new());
+        }
+        if let Some(group) = self.groups.get_mut(&decision.group) {
+            while group.pop_front_if(|switch| switch.number < first).is_some() {}
+            group.push_back(switch);
+        }
+    }
+
+    fn happened(&mut self, happening: &Happening, past: &Past) {
+        let Some(schema) = &happening.schema else { return };
+        let sign = match happening.kind.as_str() {
+            "ok" => Sign::Well,
+            "operator" => Sign::Operator,
+            "refused" => Sign::Refused,
+            "overrun" | "arbitration-failed" => Sign::Overrun,
+            "faulted" | "hung" => Sign::Fault,
+            _ => return,
+        };
+        let first = past
+            .happenings()
+            .front()
+            .map_or(0.0, |happening| happening.time_s);
+        if !self.marks.contains_key(schema) {
+            self.marks.insert(schema.clone(), VecDeque::new());
+        }
+        if let Some(marks) = self.marks.get_mut(schema) {
+            while marks.pop_front_if(|mark| mark.time < first).is_some() {}
+            // Binary searches rely on the order; lines of one kind come in it.
+            let time = marks
+                .back()
+                .map_or(happening.time_s, |last| last.time.max(happening.time_s));
+            marks.push_back(Mark {
+                time,
+                sign,
+                text: happening.text.clone(),
+            });
+        }
+    }
+}
+
+/// The selection with a number.
+pub(super) fn decision(past: &Past, number: u64) -> Option<&Decision> {
+    let decisions = past.decisions();
+    let place = decisions.partition_point(|decision| decision.number < number);
+    decisions.get(place).filter(|decision| decision.number == number)
+}
+
+/// The last so many that are still kept.
+pub(super) fn newest<T>(list: &VecDeque<T>, count: u64) -> impl Iterator<Item = &T> {
+    let count = usize::try_from(count).unwrap_or(usize::MAX).min(list.len());
+    list.range(list.len() - count..)
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::story::Line;
+
+    use super::super::fixture;
+    use super::*;
+
+    #[test]
+    fn what_is_new_is_taken_up_once_and_what_has_not_happened_yet_is_forgotten() {
+        let mut fixed = fixture::navigation();
+        let mut index = Index::default();
+        index.take(&fixed.past, &fixed.schemas);
+        let before = index.switches().len();
+        index.take(&fixed.past, &fixed.schemas);
+        assert_eq!(index.switches().len(), before);
+        let last = fixed.past.decisions().back().expect("some").clone();
+        let next = Decision {
+            number: last.number + 1,
+            time_s: last.time_s + 0.1,
+            ..last
+        };
+        fixed.past.hear(Line::Decision(next), 0);
+        index.take(&fixed.past, &fixed.schemas);
+        assert_eq!(index.switches().len(), before + 1);
+
+        let mut earlier = fixed.snapshot.clone();
+        earlier.time = 2_000_000_000;
+        fixed.past.see(&earlier);
+        index.take(&fixed.past, &fixed.schemas);
+        let group = index.group("example/base").expect("it switched");
+        assert!(group.iter().all(|switch| switch.time <= 2.0));
+    }
+}

@@ -1,0 +1,98 @@
+//! The keys of the oscilloscope: those of the one in the terminal, and the arrows between switches. They count while the traces
+//! have the focus, so that nothing that is typed or driven elsewhere is taken for them; space does while nothing has it.
+
+use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
+use jde_core::State;
+use jde_link::message::Action;
+
+use super::Scope;
+use super::index;
+use super::rows::Row;
+use super::seen::{Ask, Seen};
+
+/// What the traces take for themselves while they have the focus.
+const FILTER: EventFilter = EventFilter {
+    tab: false,
+    horizontal_arrows: true,
+    vertical_arrows: true,
+    escape: false,
+};
+
+impl Scope {
+    pub(super) fn keys(&mut self, ui: &Ui, traces: Id, seen: &Seen<'_>, rows: &[Row], asks: &mut Vec<Ask>) {
+        let focused = ui.memory(|memory| memory.focused());
+        if focused.is_none_or(|focused| focused == traces) && take(ui, Key::Space) {
+            self.run_or_pause(seen);
+        }
+        if focused != Some(traces) {
+            return;
+        }
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(traces, FILTER));
+        for (key, forward) in [(Key::ArrowLeft, false), (Key::ArrowRight, true)] {
+            if take(ui, key)
+                && let Some(number) = self.why.turn(&self.index, forward)
+                && let Some(decision) = index::decision(seen.past, number)
+            {
+                self.axis.reveal(decision.time_s, seen.now());
+            }
+        }
+        for (key, by) in [
+            (Key::ArrowUp, -1),
+            (Key::ArrowDown, 1),
+            (Key::PageUp, -20),
+            (Key::PageDown, 20),
+        ] {
+            if take(ui, key) {
+                self.select(seen, rows, by);
+            }
+        }
+        let Some(view) = self
+            .selected
+            .as_ref()
+            .and_then(|selected| seen.snapshot.schemas.iter().find(|view| view.name == *selected))
+        else {
+            return;
+        };
+        let schema = view.name.clone();
+        if take(ui, Key::T) {
+            self.editing.begin(&schema, view.period as f64 / 1e9);
+        }
+        if take(ui, Key::P) && seen.answers {
+            asks.push(Ask::Act(if view.state == State::Slept {
+                Action::Play { schema }
+            } else {
+                Action::Stop { schema }
+            }));
+        } else if take(ui, Key::F) && seen.answers {
+            asks.push(Ask::Act(Action::Force { schema }));
+        } else if take(ui, Key::R) && seen.answers {
+            asks.push(Ask::Act(Action::Release { schema }));
+        }
+    }
+
+    /// Moves the selection by so many schemas, and no further than the ends.
+    fn select(&mut self, seen: &Seen<'_>, rows: &[Row], by: isize) {
+        let order: Vec<_> = rows
+            .iter()
+            .filter_map(|row| match row {
+                Row::Schema { schema, .. } => seen.snapshot.schemas.get(*schema),
+                Row::Group { .. } | Row::Apart => None,
+            })
+            .collect();
+        let place = order
+            .iter()
+            .position(|view| Some(&view.name) == self.selected.as_ref());
+        let next = match place {
+            Some(place) => place.saturating_add_signed(by).min(order.len() - 1),
+            None => 0,
+        };
+        if let Some(view) = order.get(next) {
+            self.selected = Some(view.name.clone());
+            self.reveal = true;
+        }
+    }
+}
+
+fn take(ui: &Ui, key: Key) -> bool {
+    ui.input_mut(|input| input.consume_key(Modifiers::NONE, key))
+}

@@ -1,0 +1,319 @@
+//! The hierarchy as rows: fathers before children, groups between them, what is folded or filtered left out. Refuses to lose a
+//! schema: what no group and no father leads to is listed at the end.
+
+use std::collections::BTreeSet;
+
+use jde_abi::describe::Kind;
+use jde_core::Health;
+use jde_host::snapshot::{SchemaView, Snapshot};
+use serde::{Deserialize, Serialize};
+
+use super::bands;
+
+/// A row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Row {
+    /// A group, by its place.
+    Group { group: usize, depth: usize },
+    /// A schema, by its place.
+    Schema {
+        schema: usize,
+        depth: usize,
+        below: Below,
+    },
+    /// A title for those that compete with nobody.
+    Apart,
+}
+
+/// What is below a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Below {
+    Nothing,
+    Shown,
+    Folded,
+}
+
+/// Which schemas are shown.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Filter {
+    /// Words that all are part of its name, type, kind, state or health.
+    pub(super) text: String,
+    /// Only those that do not sleep.
+    pub(super) awake: bool,
+    /// Only those that are not well, or held by an operator, or were late or refused.
+    pub(super) troubled: bool,
+}
+
+impl Filter {
+    /// Whether it leaves nothing out.
+    pub(super) fn is_empty(&self) -> bool {
+        self.text.trim().is_empty() && !self.awake && !self.troubled
+    }
+
+    fn lets(&self, view: &SchemaView, words: &[String]) -> bool {
+        if self.awake && view.state == jde_core::State::Slept {
+            return false;
+        }
+        if self.troubled && !is_troubled(view) {
+            return false;
+        }
+        words.is_empty() || {
+            let kind = match view.kind {
+                Kind::Perceptive => "perceptive",
+                Kind::Motor => "motor",
+                Kind::Driver => "driver",
+            };
+            let text = format!(
+                "{} {} {kind} {} {}",
+                view.name,
+                view.type_name,
+                bands::word(view.state),
+                health(&view.health).0
+            )
+            .to_lowercase();
+            words.iter().all(|word| text.contains(word))
+        }
+    }
+}
+
+/// Whether a person should look at it.
+pub(super) fn is_troubled(view: &SchemaView) -> bool {
+    view.health != Health::Ok || view.overruns + view.faults + view.refused > 0 || view.operator.is_some()
+}
+
+/// Its health in a word, and why, if there is more to say.
+pub(super) fn health(health: &Health) -> (&'static str, Option<&str>) {
+    match health {
+        Health::Ok => ("ok", None),
+        Health::Overrun => ("overrun", Some("it missed its deadline or passed its budget")),
+        Health::ArbitrationFailed(reason) => ("arbitration", Some(reason)),
+        Health::Faulted(reason) => ("faulted", Some(reason)),
+    }
+}
+
+/// Lists the hierarchy; how many schemas the filter leaves out is the second answer.
+pub(super) fn rows(snapshot: &Snapshot, filter: &Filter, folded: &BTreeSet<String>) -> (Vec<Row>, usize) {
+    let count = snapshot.schemas.len();
+    let mut list = List {
+        snapshot,
+        groups: vec![Vec::new(); count],
+        alone: vec![Vec::new(); count],
+        listed: vec![false; count],
+        shown: vec![true; count],
+        folded,
+        filtered: !filter.is_empty(),
+        rows: Vec::new(),
+    };
+    let mut roots = Vec::new();
+    for (group, view) in snapshot.groups.iter().enumerate() {
+        match view.father.and_then(|father| list.groups.get_mut(father)) {
+            Some(groups) => groups.push(group),
+            None => roots.push(group),
+        }
+    }
+    for (schema, view) in snapshot.schemas.iter().enumerate() {
+        if let (Some(father), None) = (view.father, view.group)
+            && let Some(alone) = list.alone.get_mut(father)
+        {
+            alone.push(schema);
+        }
+    }
+    let left_out = if list.filtered { list.filter(filter) } else { 0 };
+    for group in roots {
+        list.group(group, 0);
+    }
+    let mut apart: Vec<usize> = (0..count).filter(|&schema| !list.listed[schema]).collect();
+    apart.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
+    let heading = list.rows.len();
+    for schema in apart {
+        list.schema(schema, 1);
+    }
+    if list.rows.len() > heading {
+        list.rows.insert(heading, Row::Apart);
+    }
+    (list.rows, left_out)
+}
+
+struct List<'a> {
+    snapshot: &'a Snapshot,
+    /// The groups of each schema.
+    groups: Vec<Vec<usize>>,
+    /// The children of each that compete with nobody.
+    alone: Vec<Vec<usize>>,
+    listed: Vec<bool>,
+    /// Let through, or father of one that is.
+    shown: Vec<bool>,
+    folded: &'a BTreeSet<String>,
+    filtered: bool,
+    rows: Vec<Row>,
+}
+
+impl List<'_> {
+    /// Marks those that are let through, and their fathers; answers how many are not let through.
+    fn filter(&mut self, filter: &Filter) -> usize {
+        let words: Vec<_> = filter.text.split_whitespace().map(str::to_lowercase).collect();
+        let schemas = &self.snapshot.schemas;
+        self.shown = vec![false; schemas.len()];
+        let mut left_out = 0;
+        for (place, view) in schemas.iter().enumerate() {
+            if !filter.lets(view, &words) {
+                left_out += 1;
+                continue;
+            }
+            let mut next = Some(place);
+            while let Some(shown) = next.and_then(|place| self.shown.get_mut(place)) {
+                if std::mem::replace(shown, true) {
+                    break;
+                }
+                next = next.and_then(|place| schemas[place].father);
+            }
+        }
+        left_out
+    }
+
+    fn group(&mut self, group: usize, depth: usize) {
+        let members = &self.snapshot.groups[group].members;
+        if !members
+            .iter()
+            .any(|&member| self.shown.get(member).is_some_and(|shown| *shown))
+        {
+            for &member in members {
+                self.skip(member);
+            }
+            return;
+        }
+        self.rows.push(Row::Group { group, depth });
+        for &member in members {
+            self.schema(member, depth + 1);
+        }
+    }
+
+    fn schema(&mut self, schema: usize, depth: usize) {
+        let Some(listed) = self.listed.get_mut(schema) else {
+            return;
+        };
+        if std::mem::replace(listed, true) {
+            return;
+        }
+        if !self.shown[schema] {
+            self.skip_below(schema);
+            return;
+        }
+        let place = self.rows.len();
+        let below = |below| Row::Schema { schema, depth, below };
+        self.rows.push(below(Below::Nothing));
+        let has_children = !self.groups[schema].is_empty() || !self.alone[schema].is_empty();
+        // Whoever looks for something finds it in a folded part too.
+        if has_children && !self.filtered && self.folded.contains(&self.snapshot.schemas[schema].name) {
+            self.rows[place] = below(Below::Folded);
+            self.skip_below(schema);
+            return;
+        }
+        for group in self.groups[schema].clone() {
+            self.group(group, depth + 1);
+        }
+        for child in self.alone[schema].clone() {
+            self.schema(child, depth + 1);
+        }
+        if self.rows.len() > place + 1 {
+            self.rows[place] = below(Below::Shown);
+        }
+    }
+
+    fn skip(&mut self, schema: usize) {
+        if let Some(listed) = self.listed.get_mut(schema)
+            && !std::mem::replace(listed, true)
+        {
+            self.skip_below(schema);
+        }
+    }
+
+    fn skip_below(&mut self, schema: usize) {
+        let snapshot = self.snapshot;
+        for group in self.groups[schema].clone() {
+            for &member in &snapshot.groups[group].members {
+                self.skip(member);
+            }
+        }
+        for child in self.alone[schema].clone() {
+            self.skip(child);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    fn text(snapshot: &Snapshot, filter: &Filter, folded: &[&str]) -> Vec<String> {
+        let folded = folded.iter().map(|name| (*name).to_owned()).collect();
+        let (list, _) = rows(snapshot, filter, &folded);
+        let lines = list.into_iter().map(|row| match row {
+            Row::Group { group, depth } => {
+                format!("{}[{}]", "  ".repeat(depth), snapshot.groups[group].name)
+            }
+            Row::Schema { schema, depth, below } => {
+                let fold = if below == Below::Folded { " +" } else { "" };
+                format!("{}{}{fold}", "  ".repeat(depth), snapshot.schemas[schema].name)
+            }
+            Row::Apart => "#".to_owned(),
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn children_stand_below_their_father_in_their_groups() {
+        let snapshot = fixture::navigation().snapshot;
+        let all = [
+            "[roots]",
+            "  teleop",
+            "  example",
+            "    [example/base]",
+            "      goon",
+            "      vff",
+            "      stop",
+            "#",
+            "  pioneer",
+        ];
+        assert_eq!(text(&snapshot, &Filter::default(), &[]), all);
+        let folded = ["[roots]", "  teleop", "  example +", "#", "  pioneer"];
+        assert_eq!(text(&snapshot, &Filter::default(), &["example"]), folded);
+    }
+
+    #[test]
+    fn a_filter_shows_those_that_fit_below_their_fathers_even_in_folded_parts() {
+        let snapshot = fixture::navigation().snapshot;
+        let found = ["[roots]", "  example", "    [example/base]", "      vff"];
+        let by_words = Filter {
+            text: "MOTOR vff/".to_owned(),
+            ..Filter::default()
+        };
+        assert_eq!(text(&snapshot, &by_words, &["example"]), found);
+        let drivers = Filter {
+            text: "driver".to_owned(),
+            ..Filter::default()
+        };
+        assert_eq!(text(&snapshot, &drivers, &[]), ["#", "  pioneer"]);
+        let troubled = Filter {
+            troubled: true,
+            ..Filter::default()
+        };
+        let (list, left_out) = rows(&snapshot, &troubled, &BTreeSet::new());
+        assert_eq!(left_out, 4);
+        assert_eq!(list.len(), 5, "goon, stop and their fathers: {list:?}");
+    }
+
+    #[test]
+    fn a_hierarchy_that_bites_its_tail_ends_and_loses_nobody() {
+        let mut snapshot = fixture::navigation().snapshot;
+        snapshot.groups[0].father = Some(4);
+        let (list, _) = rows(&snapshot, &Filter::default(), &BTreeSet::new());
+        let schemas = list
+            .iter()
+            .filter(|row| matches!(row, Row::Schema { .. }))
+            .count();
+        assert_eq!(schemas, snapshot.schemas.len());
+    }
+}

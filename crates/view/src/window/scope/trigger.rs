@@ -1,0 +1,298 @@
+//! The trigger: a condition in the recorder's words that moves the window to the moment at which it comes true, with what led to
+//! it. Whether it is true is decided by the recorder's own code.
+
+use jde_link::message::{Schemas, VariableInfo};
+use jde_log::trigger::{Condition, Names, Triggers};
+use serde::{Deserialize, Serialize};
+
+use super::axis::Axis;
+use super::index::newest;
+use crate::session::{Heard, Past};
+use jde_host::story::Line;
+use std::sync::Arc;
+
+/// What happens after it fired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Mode {
+    /// The window follows the present until it fires again.
+    #[default]
+    Auto,
+    /// The window stays until it fires again.
+    Normal,
+    /// The window stays.
+    Single,
+}
+
+/// Where it stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum Phase {
+    /// There is no condition.
+    #[default]
+    Off,
+    /// It waits.
+    Armed,
+    /// It fired, and the window fills with what comes after.
+    Fired { at: f64 },
+    /// It fired once and waits no longer.
+    Done { at: f64 },
+}
+
+/// What is kept of it from one start to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Kept {
+    /// The condition.
+    pub(super) text: String,
+    pub(super) mode: Mode,
+    /// Where in the window the moment is put, 0 to 1.
+    pub(super) share: f64,
+}
+
+/// The trigger.
+#[derive(Default)]
+pub(super) struct Trigger {
+    pub(super) kept: Kept,
+    /// Why the condition is none.
+    pub(super) trouble: Option<String>,
+    phase: Phase,
+    /// The last time that it fired, and why in words.
+    last: Option<(f64, String)>,
+    watched: Option<Triggers>,
+    heard: Heard,
+    names: Option<Names>,
+}
+
+impl Default for Kept {
+    fn default() -> Self {
+        Self {
+            text: String::new(),
+            mode: Mode::default(),
+            share: 0.5,
+        }
+    }
+}
+
+impl Mode {
+    pub(super) const ALL: [Self; 3] = [Self::Auto, Self::Normal, Self::Single];
+
+    pub(super) fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Auto => ("auto", "Goes on after a while when nothing comes."),
+            Self::Normal => ("normal", "Shows the last time until the next."),
+            Self::Single => ("single", "Stops at the first time."),
+        }
+    }
+}
+
+impl Trigger {
+    pub(super) fn new(kept: Kept) -> Self {
+        Self {
+            kept,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn phase(&self) -> &Phase {
+        &self.phase
+    }
+
+    /// When it fired last, and why.
+    pub(super) fn last(&self) -> Option<&(f64, String)> {
+        self.last.as_ref()
+    }
+
+    /// Takes the text up as its condition; none for an empty one.
+    pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &Past) {
+        (self.trouble, self.watched, self.phase) = (None, None, Phase::Off);
+        let text = self.kept.text.trim();
+        if text.is_empty() {
+            return;
+        }
+        let names = self.names.get_or_insert_with(|| names(schemas, variables));
+        match Condition::new(text, names) {
+            Ok(condition) => {
+                self.watched = Some(Triggers::new(names.clone(), vec![condition]));
+                self.again(past);
+            }
+            Err(error) => self.trouble = Some(error.to_string()),
+        }
+    }
+
+    /// Waits for what comes from now on.
+    pub(super) fn again(&mut self, past: &Past) {
+        if self.watched.is_some() {
+            (self.phase, self.heard) = (Phase::Armed, past.heard());
+        }
+    }
+
+    /// The variables whose values it must be given.
+    pub(super) fn variables(&self) -> Vec<String> {
+        let watched = self.watched.iter().flat_map(Triggers::variables);
+        watched.map(str::to_owned).collect()
+    }
+
+    /// Hears what is new, and moves the window when it fires. A value is its time in ns, its variable and its bytes.
+    pub(super) fn step(
+        &mut self,
+        past: &Past,
+        values: &[(u64, &str, Option<&[u8]>)],
+        now: u64,
+        axis: &mut Axis,
+    ) {
+        let heard = past.heard();
+        let Some(watched) = &mut self.watched else { return };
+        if heard.turns != self.heard.turns {
+            self.heard = heard;
+        }
+        let mut fired = Vec::new();
+        for line in fresh(past, self.heard, heard) {
+            watched.line(&line, &mut fired);
+        }
+        self.heard = heard;
+        for &(time, variable, bytes) in values {
+            match bytes {
+                Some(bytes) => watched.value(time, variable, bytes, &mut fired),
+                None => watched.retracted(time, variable, &mut fired),
+            }
+        }
+        watched.pass(now, &mut fired);
+        let now = now as f64 / 1e9;
+        if let Phase::Fired { at } = self.phase
+            && now >= at + (1.0 - self.kept.share) * axis.span()
+        {
+            match self.kept.mode {
+                Mode::Single => {
+                    self.phase = Phase::Done { at };
+                    axis.pause(now);
+                }
+                Mode::Auto | Mode::Normal => self.phase = Phase::Armed,
+            }
+        }
+        // While a person looks at something, it stays.
+        if axis.is_paused() {
+            return;
+        }
+        match (&self.phase, fired.into_iter().next()) {
+            (Phase::Armed, Some(firing)) => {
+                let at = firing.time as f64 / 1e9;
+                self.last = Some((at, firing.text));
+                self.phase = Phase::Fired { at };
+                axis.show_at(at, self.kept.share);
+            }
+            (Phase::Armed, None) if self.kept.mode == Mode::Auto && !axis.is_live() => {
+                let quiet = self
+                    .last
+                    .as_ref()
+                    .is_none_or(|(at, _)| now > at + 2.0 * axis.span());
+                if quiet {
+                    axis.follow();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What was heard between, in the order of time.
+fn fresh(past: &Past, before: Heard, now: Heard) -> Vec<Line> {
+    let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
+    let happenings = newest(
+        past.happenings(),
+        now.happenings.saturating_sub(before.happenings),
+    );
+    let mut lines: Vec<_> = decisions
+        .map(|decision| Line::Decision(decision.clone()))
+        .chain(happenings.map(|happening| Line::Happening(happening.clone())))
+        .collect();
+    lines.sort_by_key(Line::time);
+    lines
+}
+
+fn names(schemas: &Schemas, variables: &[VariableInfo]) -> Names {
+    let typed =
+        |variable: &VariableInfo| Some((variable.name.clone(), Arc::new(variable.value_type().ok()?)));
+    Names {
+        schemas: schemas.schemas.iter().map(|schema| schema.name.clone()).collect(),
+        groups: schemas.groups.iter().map(|group| group.name.clone()).collect(),
+        variables: variables.iter().filter_map(typed).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture::{self, Fixed};
+    use super::*;
+
+    fn armed(text: &str, mode: Mode) -> (Trigger, Fixed, Axis) {
+        let fixed = fixture::navigation();
+        let mut trigger = Trigger::new(Kept {
+            text: text.to_owned(),
+            mode,
+            share: 0.2,
+        });
+        trigger.arm(&fixed.schemas, &[], &fixed.past);
+        (trigger, fixed, Axis::new(10.0))
+    }
+
+    fn collide(fixed: &mut Fixed, number: u64, time: f64) {
+        for (number, case) in [(number, "alone"), (number + 1, "collision")] {
+            let selection = fixture::selection(number, time, "example/base", Some("goon"), "vff", case);
+            fixed.past.hear(Line::Decision(selection), 0);
+        }
+    }
+
+    #[test]
+    fn what_happened_before_it_was_armed_does_not_fire_it() {
+        let (mut trigger, fixed, mut axis) = armed("collision", Mode::Auto);
+        trigger.step(&fixed.past, &[], 10_000_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &Phase::Armed);
+        assert!(axis.is_live());
+    }
+
+    #[test]
+    fn it_puts_the_moment_at_its_share_of_the_window_and_waits_again_when_the_window_is_full() {
+        let (mut trigger, mut fixed, mut axis) = armed("collision:example/base", Mode::Normal);
+        collide(&mut fixed, 10, 11.0);
+        trigger.step(&fixed.past, &[], 11_050_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &Phase::Fired { at: 11.0 });
+        let scale = axis.scale(11.05, eframe::egui::Rangef::new(0.0, 100.0));
+        assert!((scale.x(11.0) - 20.0).abs() < 1e-3);
+        // A second one while the window fills is not another beginning.
+        collide(&mut fixed, 12, 12.0);
+        trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
+        assert_eq!(trigger.last().expect("it fired").0, 11.0);
+        trigger.step(&fixed.past, &[], 19_000_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &Phase::Armed);
+        assert!(!axis.is_live(), "normal: the window stays");
+    }
+
+    #[test]
+    fn automatic_goes_back_to_the_present_and_single_stops() {
+        let (mut auto, mut fixed, mut axis) = armed("collision", Mode::Auto);
+        collide(&mut fixed, 10, 11.0);
+        for time in [11, 20, 32] {
+            auto.step(&fixed.past, &[], time * 1_000_000_000, &mut axis);
+        }
+        assert!(axis.is_live());
+
+        let (mut single, mut fixed, mut axis) = armed("collision", Mode::Single);
+        collide(&mut fixed, 10, 11.0);
+        for time in [11, 20, 32] {
+            single.step(&fixed.past, &[], time * 1_000_000_000, &mut axis);
+        }
+        assert_eq!(single.phase(), &Phase::Done { at: 11.0 });
+        assert!(axis.is_paused());
+    }
+
+    #[test]
+    fn a_condition_that_is_none_says_why_with_the_nearest_name() {
+        let (trigger, ..) = armed("collison", Mode::Auto);
+        let trouble = trigger.trouble.as_deref().unwrap_or_default();
+        assert!(trouble.contains("did you mean `collision`?"), "{trouble}");
+        assert_eq!(trigger.phase(), &Phase::Off);
+        let (trigger, ..) = armed("collision:example/bose", Mode::Auto);
+        let trouble = trigger.trouble.as_deref().unwrap_or_default();
+        assert!(trouble.contains("`example/base`"), "{trouble}");
+    }
+}

@@ -1,0 +1,326 @@
+//! Why a group switched: the list of switches, and the record of the one that is opened (R15), in words that need no manual.
+
+use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
+use jde_host::snapshot::GroupView;
+use jde_host::story::Decision;
+use jde_panel::Ink;
+
+use super::index::{self, Index};
+use super::ink;
+use super::seen::Seen;
+use crate::look::{self, Look, time};
+
+/// Which record is looked at.
+#[derive(Debug, Default)]
+pub(super) struct Why {
+    /// Its number; none for the newest.
+    opened: Option<u64>,
+    /// Selections that changed nothing are listed too.
+    all: bool,
+    /// The list has to show the opened one.
+    scroll: bool,
+}
+
+impl Why {
+    /// Opens a record.
+    pub(super) fn open(&mut self, number: u64) {
+        (self.opened, self.scroll) = (Some(number), true);
+    }
+
+    /// The record that a person opened.
+    pub(super) fn opened(&self) -> Option<u64> {
+        self.opened
+    }
+
+    /// Opens the switch after or before the one that is looked at; answers with its number.
+    pub(super) fn turn(&mut self, index: &Index, forward: bool) -> Option<u64> {
+        let switches = index.switches();
+        let newest = *switches.back()?;
+        let place = switches.partition_point(|number| *number < self.opened.unwrap_or(newest));
+        let exact = switches.get(place) == self.opened.as_ref().or(Some(&newest));
+        let next = match (forward, exact) {
+            (true, true) => place + 1,
+            (true, false) => place,
+            (false, _) => place.checked_sub(1)?,
+        };
+        let number = *switches.get(next)?;
+        self.open(number);
+        Some(number)
+    }
+
+    /// Draws the list and the record; answers with a moment that the window shall show.
+    pub(super) fn show(&mut self, ui: &mut Ui, seen: &Seen<'_>, index: &Index, look: &Look) -> Option<f64> {
+        let mut reveal = None;
+        ui.horizontal(|ui| {
+            ui.strong("Why");
+            for (text, forward, tip) in [
+                ("Previous", false, "The switch before (left arrow)."),
+                ("Next", true, "The switch after (right arrow)."),
+            ] {
+                if ui.button(text).on_hover_text(tip).clicked()
+                    && let Some(number) = self.turn(index, forward)
+                {
+                    reveal = index::decision(seen.past, number).map(|decision| decision.time_s);
+                }
+            }
+            let newest = ui.selectable_label(self.opened.is_none(), "Newest");
+            if newest.on_hover_text("Shows each switch as it comes.").clicked() {
+                self.opened = None;
+            }
+            ui.checkbox(&mut self.all, "selections without a switch")
+                .on_hover_text(
+                    "A group selects again after each iteration of its winner; most of that changes nothing.",
+                );
+            if seen.past.missed() > 0 {
+                let text = format!("{} lines did not come", seen.past.missed());
+                ui.label(RichText::new(text).color(look::ink(Ink::Warn, look)))
+                    .on_hover_text("The network or this machine was too slow for them.");
+            }
+        });
+        let rect = ui.available_rect_before_wrap();
+        let left = rect.with_max_x(rect.left() + (rect.width() * 0.42).clamp(180.0, 420.0));
+        let right = rect.with_min_x(left.right() + 10.0);
+        ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(left), |ui| {
+            if let Some(time) = self.list(ui, seen, index, look) {
+                reveal = Some(time);
+            }
+        });
+        ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(right), |ui| {
+            ScrollArea::vertical()
+                .id_salt("record")
+                .auto_shrink(false)
+                .show(ui, |ui| {
+                    let number = self.opened.or(index.switches().back().copied());
+                    match number.map(|number| (number, index::decision(seen.past, number))) {
+                        None => {
+                            ui.weak(
+                                "Nobody has switched yet. When a group changes its winner, it says here why.",
+                            );
+                        }
+                        Some((_, Some(decision))) => record(ui, decision, seen, look),
+                        Some((number, None)) => {
+                            ui.weak(format!("The record of selection {number} is no longer kept."));
+                        }
+                    }
+                });
+        });
+        reveal
+    }
+
+    fn list(&mut self, ui: &mut Ui, seen: &Seen<'_>, index: &Index, look: &Look) -> Option<f64> {
+        let (count, switches) = if self.all {
+            (seen.past.decisions().len(), None)
+        } else {
+            (index.switches().len(), Some(index.switches()))
+        };
+        let get = |nth: usize| {
+            // Newest first.
+            let place = count - 1 - nth;
+            match switches {
+                Some(switches) => index::decision(seen.past, switches[place]),
+                None => seen.past.decisions().get(place),
+            }
+        };
+        let shown = self.opened.or(index.switches().back().copied());
+        let mut reveal = None;
+        let height = 18.0;
+        ui.spacing_mut().item_spacing = Vec2::ZERO;
+        let mut area = ScrollArea::vertical().id_salt("switches").auto_shrink(false);
+        if std::mem::take(&mut self.scroll)
+            && let Some(number) = shown
+        {
+            let place = match switches {
+                Some(switches) => switches.partition_point(|each| *each < number),
+                None => seen.past.decisions().partition_point(|each| each.number < number),
+            };
+            let from_top = (count.saturating_sub(place + 1)) as f32 * height;
+            area = area.vertical_scroll_offset((from_top - ui.available_height() / 2.0).max(0.0));
+        }
+        area.show_rows(ui, height, count, |ui, range| {
+            for nth in range {
+                let (rect, response) =
+                    ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
+                let Some(decision) = get(nth) else { continue };
+                line(ui, rect, decision, shown == Some(decision.number), look);
+                response.widget_info(|| WidgetInfo::labeled(Role::Button, true, in_a_line(decision)));
+                if response.clicked() {
+                    self.opened = Some(decision.number);
+                    reveal = Some(decision.time_s);
+                }
+            }
+        });
+        reveal
+    }
+}
+
+/// A selection in a line: `4.000 s example/base: goon › vff`.
+fn in_a_line(decision: &Decision) -> String {
+    let who = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
+    let choice = if decision.changed {
+        format!("{} › {}", who(&decision.before), who(&decision.choice))
+    } else {
+        format!("{} stays", who(&decision.choice))
+    };
+    format!("{:.3} s  {}: {choice}", decision.time_s, decision.group)
+}
+
+fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, look: &Look) {
+    if opened {
+        let ground = ui.visuals().selection.bg_fill.gamma_multiply(0.35);
+        ui.painter().rect_filled(rect, 2.0, ground);
+    }
+    let color = if decision.changed {
+        ui.visuals().text_color()
+    } else {
+        ui.visuals().weak_text_color()
+    };
+    let inside = rect.shrink2(vec2(4.0, 0.0));
+    let case = Rect::from_min_max(inside.right_top() - vec2(58.0, 0.0), inside.right_bottom());
+    let text = inside.with_max_x(case.left());
+    ink::write(ui.painter(), text, &in_a_line(decision), ink::font(), color);
+    ink::write(
+        ui.painter(),
+        case,
+        &decision.case,
+        ink::small(),
+        case_color(&decision.case, look),
+    );
+}
+
+fn case_color(case: &str, look: &Look) -> eframe::egui::Color32 {
+    let ink = match case {
+        "collision" => Ink::Warn,
+        "absence" => Ink::Bad,
+        "forced" => Ink::Goal,
+        _ => Ink::Faint,
+    };
+    look::ink(ink, look)
+}
+
+/// A record in words.
+fn record(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
+    ui.spacing_mut().item_spacing.y = 3.0;
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new(in_a_line(decision)).strong());
+        let case = match decision.case.as_str() {
+            "alone" => "alone: one was ready, and wins without a question",
+            "collision" => "collision: several were ready",
+            "absence" => "absence: nobody was ready",
+            "forced" => "forced: an operator decided",
+            other => other,
+        };
+        ui.label(RichText::new(case).color(case_color(&decision.case, look)));
+    });
+    let facts = |ui: &mut Ui| {
+        ui.label(format!("{}: {}", decider(&decision.decider), decision.reason));
+        ui.label(format!("Cause: {}", decision.cause));
+        takeover(ui, decision, seen, look);
+    };
+    // Side by side where there is room, so that nothing has to be scrolled for.
+    if ui.available_width() > 620.0 {
+        ui.horizontal_top(|ui| {
+            ui.vertical(|ui| candidates(ui, decision, look));
+            ui.add_space(16.0);
+            ui.vertical(facts);
+        });
+    } else {
+        candidates(ui, decision, look);
+        facts(ui);
+    }
+}
+
+fn candidates(ui: &mut Ui, decision: &Decision, look: &Look) {
+    if decision.candidates.is_empty() {
+        ui.weak("Nobody was awake.");
+        return;
+    }
+    let grid = Grid::new("candidates")
+        .num_columns(5)
+        .spacing(vec2(14.0, 1.0))
+        .striped(true)
+        .min_row_height(17.0);
+    grid.show(ui, |ui| {
+        for title in ["candidate", "precondition", "urgency", "was", ""] {
+            ui.weak(title);
+        }
+        ui.end_row();
+        for candidate in &decision.candidates {
+            let chosen = decision.choice.as_ref() == Some(&candidate.name);
+            let name = RichText::new(&candidate.name);
+            ui.label(if chosen { name.strong() } else { name });
+            let (holds, ink) = if candidate.ready {
+                ("holds", Ink::Good)
+            } else {
+                ("does not hold", Ink::Faint)
+            };
+            ui.label(RichText::new(holds).color(look::ink(ink, look)));
+            let urgency = candidate
+                .urgency
+                .map_or_else(|| "no number".to_owned(), |urgency| format!("{urgency:.3}"));
+            ui.label(urgency);
+            ui.label(candidate.state.to_uppercase());
+            let wins = if chosen { "wins" } else { "" };
+            ui.label(RichText::new(wins).color(look::ink(Ink::Good, look)));
+            ui.end_row();
+        }
+    });
+}
+
+/// Who decided, as a beginning of a sentence.
+fn decider(decider: &str) -> String {
+    match decider {
+        "nobody" => "No decision was needed".to_owned(),
+        "father" => "Its father decided".to_owned(),
+        "arbitration-failed" => "Its father failed to decide, so the order of priority did".to_owned(),
+        "absence-policy" => "The policy for absences decided".to_owned(),
+        "operator" => "An operator decided".to_owned(),
+        policy => format!("The policy “{policy}” decided"),
+    }
+}
+
+/// How long the winner took to act, against what the group's contract allows (R17).
+fn takeover(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
+    let allowed = seen
+        .snapshot
+        .groups
+        .iter()
+        .find(|group| group.name == decision.group)
+        .map(|GroupView { allowed, .. }| *allowed as f64 / 1e9);
+    let took = decision.takeover_us.map(|took| took / 1e6);
+    let of = allowed.map_or_else(String::new, |allowed| {
+        format!(" of {} allowed", time::span(allowed))
+    });
+    let (text, ink) = match (took, decision.changed) {
+        (Some(took), _) if allowed.is_some_and(|allowed| took > allowed) => (
+            format!("Took over in {}{of}: too late", time::span(took)),
+            Ink::Bad,
+        ),
+        (Some(took), _) => (format!("Took over in {}{of}", time::span(took)), Ink::Plain),
+        (None, true) if decision.choice.is_none() => ("Nobody had to take over".to_owned(), Ink::Faint),
+        (None, true) => (
+            "Not carried out: another choice came before".to_owned(),
+            Ink::Faint,
+        ),
+        (None, false) => ("Nothing changed".to_owned(), Ink::Faint),
+    };
+    ui.label(RichText::new(text).color(look::ink(ink, look)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    #[test]
+    fn previous_and_next_go_through_the_switches_and_stop_at_the_ends() {
+        let fixed = fixture::navigation();
+        let mut index = Index::default();
+        index.take(&fixed.past, &fixed.schemas);
+        let mut why = Why::default();
+        let back: Vec<_> = (0..5).map(|_| why.turn(&index, false)).collect();
+        assert_eq!(back, [Some(3), Some(2), Some(1), None, None]);
+        let on: Vec<_> = (0..4).map(|_| why.turn(&index, true)).collect();
+        assert_eq!(on, [Some(2), Some(3), Some(4), None]);
+        assert_eq!(why.opened(), Some(4));
+    }
+}
