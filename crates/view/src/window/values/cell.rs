@@ -125,10 +125,11 @@ fn put(into: &mut String, value: &Value, unit: &str, look: &Look) {
         Value::Map(fields) => {
             for (place, (name, value)) in fields.iter().enumerate() {
                 into.push_str(if place == 0 { "" } else { "  " });
-                if !matches!(value, Value::Map(_)) {
-                    let _ = write!(into, "{name} ");
-                }
+                let _ = write!(into, "{name} ");
+                let inner = matches!(value, Value::Map(_));
+                into.push_str(if inner { "(" } else { "" });
                 put(into, value, "", look);
+                into.push_str(if inner { ")" } else { "" });
                 if into.len() > LONGEST {
                     return;
                 }

@@ -75,8 +75,14 @@ pub(super) fn show(
                     }
                     _ => *number,
                 };
+                // From a millisecond to a minute every order of size has its place.
+                let wide = least > 0.0 && greatest > 100.0 * least;
                 ui.spacing_mut().slider_width = 80.0;
-                let slider = ui.add(Slider::new(&mut at, least..=greatest).show_value(false));
+                let slider = ui.add(
+                    Slider::new(&mut at, least..=greatest)
+                        .show_value(false)
+                        .logarithmic(wide),
+                );
                 slider.widget_info(|| egui::WidgetInfo::slider(true, at, format!("slide {path}")));
                 if slider.changed() {
                     edit.asked = Some((at, seen.sequence()));
