@@ -33,6 +33,8 @@ use stage::Stage;
 
 pub(crate) use gpu::offer;
 #[cfg(test)]
+pub(crate) use orbit::Eye;
+#[cfg(test)]
 pub(crate) use seen::frame;
 
 /// The window.
