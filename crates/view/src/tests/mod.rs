@@ -4,7 +4,7 @@ mod common;
 mod frame;
 mod painter;
 mod panel;
+mod robot;
 mod scope;
 mod space;
-mod robot;
 mod values;
