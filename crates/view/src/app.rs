@@ -6,19 +6,20 @@ use std::thread;
 
 use eframe::egui;
 use jde_link::Client;
-use jde_link::message::About;
 
-use crate::layout::{Desk, Settings};
+use crate::desk::Desk;
 use crate::look::Look;
+use crate::player::Player;
 use crate::session::Session;
+use crate::settings::{Drawer, Settings};
 use crate::start::{Chosen, Start};
 use crate::{Error, Opening};
 
+/// The name of the file with the settings.
+const SETTINGS: &str = "settings";
+
 pub(crate) fn run(opening: Opening) -> Result<(), Error> {
-    let screen = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
-        .iter()
-        .any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));
-    if !screen {
+    if !crate::has_screen() {
         return Err(Error::NoScreen);
     }
     let options = eframe::NativeOptions {
@@ -33,7 +34,7 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
         if let Some(card) = &context.wgpu_render_state {
             crate::window::space::offer(&context.egui_ctx, card);
         }
-        Ok(Box::new(App::new(&context.egui_ctx, opening)))
+        Ok(Box::new(App::new(&context.egui_ctx, opening, Drawer::of_user())))
     });
     eframe::run_native("jde", options, build).map_err(|error| Error::Window(error.to_string()))
 }
@@ -42,6 +43,9 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
 pub(crate) struct App {
     opening: Opening,
     settings: Settings,
+    /// As they were written last.
+    saved: Settings,
+    drawer: Drawer,
     page: Page,
 }
 
@@ -49,24 +53,28 @@ enum Page {
     /// What runs, and what was recorded.
     Start(Start),
     /// Looks for an application and connects.
-    Connecting {
-        name: String,
-        session: Receiver<Result<Session, String>>,
-    },
+    Connecting { name: String, opened: Receiver<Opened> },
     /// The windows on one application.
     Open(Box<Desk>),
 }
 
+/// What came of looking for an application.
+type Opened = Result<(Session, Option<Player>), String>;
+
 impl App {
-    pub(crate) fn new(ctx: &egui::Context, opening: Opening) -> Self {
-        let settings = Settings::load();
+    pub(crate) fn new(ctx: &egui::Context, opening: Opening, drawer: Drawer) -> Self {
+        let settings: Settings = drawer.take(SETTINGS).unwrap_or_default();
         settings.apply(ctx);
         let mut app = Self {
-            page: Page::Start(Start::new(&opening)),
+            page: Page::Start(Start::new(ctx, &opening)),
             opening,
+            saved: settings.clone(),
             settings,
+            drawer,
         };
-        if let Some(name) = app.opening.application.clone() {
+        if let Some(file) = app.opening.recording.clone() {
+            app.play(ctx, file);
+        } else if let Some(name) = app.opening.application.clone() {
             app.connect(ctx, name);
         }
         app
@@ -74,24 +82,21 @@ impl App {
 
     /// One frame.
     pub(crate) fn frame(&mut self, ui: &mut egui::Ui) {
-        let look = Look::of(ui.ctx(), self.settings.units);
+        let ctx = ui.ctx().clone();
+        let look = Look::of(&ctx, self.settings.units);
         let mut next = None;
         match &mut self.page {
-            Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Open),
-            Page::Connecting { name, session } => match session.try_recv() {
-                Ok(Ok(session)) => next = Some(Next::Desk(Box::new(session))),
+            Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Chosen),
+            Page::Connecting { name, opened } => match opened.try_recv() {
+                Ok(Ok(opened)) => next = Some(Next::Desk(Box::new(opened))),
                 Ok(Err(reason)) => next = Some(Next::Start(Some(reason))),
-                Err(TryRecvError::Disconnected) => next = Some(Next::Start(None)),
+                Err(TryRecvError::Disconnected) => {
+                    next = Some(Next::Start(Some(format!("{name} was not opened"))));
+                }
                 Err(TryRecvError::Empty) => {
-                    ui.centered_and_justified(|ui| {
-                        ui.horizontal(|ui| {
-                            ui.spinner();
-                            ui.label(format!("Looking for {name}"));
-                            if ui.button("Cancel").clicked() {
-                                next = Some(Next::Start(None));
-                            }
-                        })
-                    });
+                    if connecting(ui, name) {
+                        next = Some(Next::Start(None));
+                    }
                 }
             },
             Page::Open(desk) => {
@@ -100,48 +105,98 @@ impl App {
                 }
             }
         }
+        if self.settings != self.saved {
+            self.saved = self.settings.clone();
+            self.drawer.keep(SETTINGS, &self.saved);
+        }
         match next {
             None => {}
-            Some(Next::Open(Chosen::Application(about))) => self.connect(ui.ctx(), named(&about)),
-            Some(Next::Open(Chosen::Recording(file))) => self.play(ui.ctx(), file),
-            Some(Next::Desk(session)) => self.page = Page::Open(Box::new(Desk::open(*session))),
+            Some(Next::Chosen(Chosen::Application(about))) => {
+                self.connect(&ctx, format!("{}@{}", about.name, about.id));
+            }
+            Some(Next::Chosen(Chosen::Recording(file))) => self.play(&ctx, file),
+            Some(Next::Desk(opened)) => {
+                let (session, player) = *opened;
+                let title = player.as_ref().map_or_else(
+                    || session.about().name.clone(),
+                    |player| player.file().display().to_string(),
+                );
+                self.page = Page::Open(Box::new(Desk::open(session, self.drawer.clone(), player)));
+                ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title} - jde")));
+            }
             Some(Next::Start(reason)) => {
-                let mut start = Start::new(&self.opening);
+                let mut start = Start::new(&ctx, &self.opening);
                 start.trouble = reason;
                 self.page = Page::Start(start);
+                ctx.send_viewport_cmd(egui::ViewportCommand::Title("jde".to_owned()));
             }
         }
     }
 
     fn connect(&mut self, ctx: &egui::Context, name: String) {
-        let (done, session) = channel();
         let (reach, repaint, asked) = (self.opening.reach.clone(), ctx.clone(), name.clone());
+        self.look_for(
+            ctx,
+            name.split('@').next().unwrap_or_default().to_owned(),
+            move || {
+                let session = Client::connect(&reach)
+                    .and_then(|client| client.application(Some(&asked)))
+                    .and_then(|remote| Session::open(remote, repaint))
+                    .map_err(|error| error.to_string())?;
+                Ok((session, None))
+            },
+        );
+    }
+
+    fn play(&mut self, ctx: &egui::Context, file: PathBuf) {
+        let (program, repaint) = (self.opening.player.clone(), ctx.clone());
+        self.look_for(ctx, file.display().to_string(), move || {
+            let (player, remote) = Player::start(&program, &file)?;
+            let session = Session::open(remote, repaint).map_err(|error| error.to_string())?;
+            Ok((session, Some(player)))
+        });
+    }
+
+    fn look_for(
+        &mut self,
+        ctx: &egui::Context,
+        name: String,
+        look: impl FnOnce() -> Opened + Send + 'static,
+    ) {
+        let (done, opened) = channel();
+        let repaint = ctx.clone();
         let look = move || {
-            let opened = Client::connect(&reach)
-                .and_then(|client| client.application(Some(&asked)))
-                .and_then(|remote| Session::open(remote, repaint.clone()));
-            let _ = done.send(opened.map_err(|error| error.to_string()));
+            let _ = done.send(look());
             repaint.request_repaint();
         };
+        // Without a thread its end is dropped, and the page says so.
         if let Err(error) = thread::Builder::new().name("view-connect".to_owned()).spawn(look) {
             tracing::error!("no thread to connect: {error}");
         }
-        self.page = Page::Connecting { name, session };
+        self.page = Page::Connecting { name, opened };
     }
+}
 
-    fn play(&mut self, _ctx: &egui::Context, _file: PathBuf) {}
+/// Draws the wait; answers whether the person does not want to wait any more.
+fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
+    egui::CentralPanel::default()
+        .show(ui, |ui| {
+            ui.vertical_centered(|ui| {
+                ui.add_space(ui.available_height() / 3.0);
+                ui.spinner();
+                ui.label(format!("Opening {name}"));
+                ui.button("Cancel").clicked()
+            })
+            .inner
+        })
+        .inner
 }
 
 /// What comes after the present page.
 enum Next {
-    Open(Chosen),
-    Desk(Box<Session>),
+    Chosen(Chosen),
+    Desk(Box<(Session, Option<Player>)>),
     Start(Option<String>),
-}
-
-/// What finds this application and no other.
-fn named(about: &About) -> String {
-    format!("{}@{}", about.name, about.id)
 }
 
 impl eframe::App for App {

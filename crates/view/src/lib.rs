@@ -8,9 +8,11 @@
 
 mod app;
 mod canvas;
-mod layout;
+mod desk;
 mod look;
+mod player;
 mod session;
+mod settings;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -52,4 +54,13 @@ pub enum Error {
 /// [`Error`]; whatever goes wrong later is shown in the window.
 pub fn run(opening: Opening) -> Result<(), Error> {
     app::run(opening)
+}
+
+/// Whether there is a screen to open windows on, as far as the environment tells.
+#[must_use]
+pub fn has_screen() -> bool {
+    let names = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];
+    names
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
 }

@@ -1,12 +1,24 @@
 //! The start page: what runs here or where the user pointed, and recordings at hand. A click opens either.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
-use jde_link::message::About;
+use egui_extras::{Column, TableBuilder};
+use jde_link::message::{About, Network};
+use jde_link::{Client, Reach};
 
 use crate::Opening;
-use crate::layout::Settings;
+use crate::desk::look_menu;
+use crate::settings::Settings;
+
+/// Between two looks at what runs.
+const LOOK: Duration = Duration::from_secs(1);
+/// Recordings that are listed at most, the newest first.
+const MOST: usize = 200;
 
 /// What was chosen.
 pub(crate) enum Chosen {
@@ -20,18 +32,282 @@ pub(crate) enum Chosen {
 pub(crate) struct Start {
     /// Why the last choice came to nothing.
     pub(crate) trouble: Option<String>,
+    seen: Arc<Mutex<Seen>>,
+    typed: String,
+}
+
+/// What was found last.
+#[derive(Default)]
+struct Seen {
+    looked: bool,
+    running: Vec<About>,
+    recordings: Vec<File>,
+    trouble: Option<String>,
+}
+
+/// A recording.
+#[derive(Clone, Debug, PartialEq)]
+struct File {
+    path: PathBuf,
+    bytes: u64,
+    written: SystemTime,
 }
 
 impl Start {
-    pub(crate) fn new(_opening: &Opening) -> Self {
-        Self { trouble: None }
+    /// Begins to look, again each second until the page is gone.
+    pub(crate) fn new(ctx: &egui::Context, opening: &Opening) -> Self {
+        let seen = Arc::new(Mutex::new(Seen::default()));
+        let (told, reach, folders) = (
+            Arc::downgrade(&seen),
+            opening.reach.clone(),
+            opening.recordings.clone(),
+        );
+        let repaint = ctx.clone();
+        let look = move || look(&told, &reach, &folders, &repaint);
+        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(look) {
+            lock(&seen).trouble = Some(format!("no thread to look: {error}"));
+        }
+        Self {
+            trouble: None,
+            seen,
+            typed: String::new(),
+        }
     }
 
     /// Draws it; answers with what was chosen.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, _settings: &mut Settings) -> Option<Chosen> {
-        if let Some(trouble) = &self.trouble {
-            ui.label(trouble);
-        }
-        None
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Chosen> {
+        let mut chosen = None;
+        egui::Panel::top("start-bar").show(ui, |ui| {
+            egui::MenuBar::new().ui(ui, |ui| {
+                ui.strong("jde");
+                ui.menu_button("Look", |ui| look_menu(ui, settings));
+            });
+        });
+        egui::CentralPanel::default().show(ui, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                if let Some(trouble) = &self.trouble {
+                    ui.colored_label(ui.visuals().error_fg_color, trouble);
+                    ui.add_space(8.0);
+                }
+                let seen = lock(&self.seen);
+                ui.heading("Applications that run");
+                if let Some(trouble) = &seen.trouble {
+                    ui.colored_label(ui.visuals().error_fg_color, trouble);
+                }
+                ui.push_id("running", |ui| chosen = chosen.take().or(running(ui, &seen)));
+                ui.add_space(16.0);
+                ui.heading("Recordings");
+                ui.push_id("recordings", |ui| {
+                    chosen = chosen.take().or(recordings(ui, &seen))
+                });
+                drop(seen);
+                ui.add_space(8.0);
+                ui.horizontal(|ui| {
+                    let label = ui.label("Another recording:");
+                    let field = egui::TextEdit::singleline(&mut self.typed)
+                        .hint_text("drive.mcap")
+                        .desired_width(320.0);
+                    let field = ui.add(field).labelled_by(label.id);
+                    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                    if (ui.button("Open").clicked() || entered) && !self.typed.trim().is_empty() {
+                        chosen = Some(Chosen::Recording(PathBuf::from(self.typed.trim())));
+                    }
+                });
+            });
+        });
+        let dropped = ui.input(|input| {
+            input
+                .raw
+                .dropped_files
+                .iter()
+                .find_map(|file| Some(file.path().to_owned()))
+        });
+        chosen.or(dropped.map(Chosen::Recording))
     }
+}
+
+fn running(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
+    if seen.running.is_empty() {
+        if seen.looked {
+            ui.label("Nothing runs that you may look into. In a terminal:");
+            ui.code("jde demo");
+            ui.code("jde run apps/safe-navigation.toml");
+            ui.label("It appears here by itself.");
+        } else {
+            ui.spinner();
+        }
+        return None;
+    }
+    let mut chosen = None;
+    table(
+        ui,
+        &[
+            "Name",
+            "Application",
+            "Where",
+            "Since",
+            "Clients from the network",
+        ],
+        seen.running.len(),
+        |row, column, ui| {
+            let about = &seen.running[row];
+            match column {
+                0 => {
+                    if ui.link(&about.name).on_hover_text("Opens its windows.").clicked() {
+                        chosen = Some(Chosen::Application(Box::new(about.clone())));
+                    }
+                }
+                1 => drop(ui.label(&about.application).on_hover_text(&about.file)),
+                2 => drop(ui.label(format!("{}@{}", about.user, about.host))),
+                3 => drop(ui.label(ago(UNIX_EPOCH + Duration::from_nanos(about.started_ns)))),
+                _ => drop(ui.label(match about.network {
+                    Network::Closed => "do not get in",
+                    Network::Read => "may look",
+                    Network::Operate => "may look and operate",
+                })),
+            }
+        },
+    );
+    chosen
+}
+
+fn recordings(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
+    if seen.recordings.is_empty() {
+        if seen.looked {
+            ui.label("None here. A drive is recorded with");
+            ui.code("jde run apps/safe-navigation.toml --record drive.mcap");
+            ui.label("A file can also be dropped on this window.");
+        }
+        return None;
+    }
+    let mut chosen = None;
+    table(
+        ui,
+        &["File", "Size", "Written"],
+        seen.recordings.len(),
+        |row, column, ui| {
+            let file = &seen.recordings[row];
+            match column {
+                0 => {
+                    let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+                    let link = ui.link(name).on_hover_text(file.path.display().to_string());
+                    if link.clicked() {
+                        chosen = Some(Chosen::Recording(file.path.clone()));
+                    }
+                }
+                1 => drop(ui.label(size(file.bytes))),
+                _ => drop(ui.label(ago(file.written))),
+            }
+        },
+    );
+    chosen
+}
+
+fn table(ui: &mut egui::Ui, head: &[&str], rows: usize, mut cell: impl FnMut(usize, usize, &mut egui::Ui)) {
+    let mut table = TableBuilder::new(ui).striped(true).vscroll(false);
+    for _ in head {
+        table = table.column(Column::auto().at_least(90.0));
+    }
+    table
+        .header(20.0, |mut header| {
+            for title in head {
+                header.col(|ui| drop(ui.weak(*title)));
+            }
+        })
+        .body(|body| {
+            body.rows(20.0, rows, |mut row| {
+                let place = row.index();
+                for column in 0..head.len() {
+                    row.col(|ui| cell(place, column, ui));
+                }
+            });
+        });
+}
+
+/// Looks again and again, until nobody wants to know.
+fn look(told: &Weak<Mutex<Seen>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
+    loop {
+        let found = Client::connect(reach).and_then(|client| client.applications());
+        let recordings = files(folders);
+        let Some(seen) = told.upgrade() else { return };
+        {
+            let mut seen = lock(&seen);
+            let before = (
+                seen.looked,
+                seen.running.len(),
+                seen.recordings.len(),
+                seen.trouble.is_some(),
+            );
+            seen.looked = true;
+            (seen.running, seen.trouble) = match found {
+                Ok(running) => (running, None),
+                Err(error) => (Vec::new(), Some(error.to_string())),
+            };
+            seen.recordings = recordings;
+            if before
+                != (
+                    true,
+                    seen.running.len(),
+                    seen.recordings.len(),
+                    seen.trouble.is_some(),
+                )
+            {
+                repaint.request_repaint();
+            }
+        }
+        drop(seen);
+        thread::sleep(LOOK);
+    }
+}
+
+/// The recordings in folders, the newest first.
+fn files(folders: &[PathBuf]) -> Vec<File> {
+    let mut files: Vec<File> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
+    files.sort_by(|one, other| other.written.cmp(&one.written));
+    files.truncate(MOST);
+    files
+}
+
+fn in_folder(folder: &Path) -> Vec<File> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    entries
+        .filter_map(|entry| {
+            let entry = entry.ok()?;
+            let path = entry.path();
+            let about = entry.metadata().ok()?;
+            (path.extension()? == "mcap" && about.is_file()).then(|| File {
+                path,
+                bytes: about.len(),
+                written: about.modified().unwrap_or(UNIX_EPOCH),
+            })
+        })
+        .collect()
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+fn ago(then: SystemTime) -> String {
+    let seconds = SystemTime::now()
+        .duration_since(then)
+        .unwrap_or_default()
+        .as_secs();
+    match seconds {
+        0..60 => format!("{seconds} s ago"),
+        60..3_600 => format!("{} min ago", seconds / 60),
+        3_600..86_400 => format!("{} h ago", seconds / 3_600),
+        _ => format!("{} days ago", seconds / 86_400),
+    }
+}
+
+fn lock(seen: &Mutex<Seen>) -> std::sync::MutexGuard<'_, Seen> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

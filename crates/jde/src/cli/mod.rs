@@ -17,6 +17,8 @@ mod run;
 mod shell;
 mod sim;
 mod verbs;
+#[cfg(feature = "view")]
+mod view;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -79,6 +81,8 @@ enum Verb {
     #[command(flatten)]
     Client(Box<Client>),
     Shell(shell::Shell),
+    #[cfg(feature = "view")]
+    View(view::View),
 }
 
 /// Does what the command line asks.
@@ -106,6 +110,8 @@ pub(crate) fn main() -> ExitCode {
         Verb::Completions(completions) => completions.run(),
         Verb::Client(verb) => verb.run(&Context::default()),
         Verb::Shell(shell) => shell.run(),
+        #[cfg(feature = "view")]
+        Verb::View(view) => view.run(&Context::default()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -77,6 +77,9 @@ struct Play {
     /// No screen: it plays to its end.
     #[arg(long, conflicts_with = "decide")]
     plain: bool,
+    /// Stand at the end instead of ending there, until it is stopped.
+    #[arg(long, conflicts_with = "decide")]
+    stay: bool,
 }
 
 impl Replay {
@@ -91,6 +94,7 @@ impl Replay {
                 paused: self.play.paused,
                 looping: self.play.looping,
                 plain: self.play.plain,
+                stay: self.play.stay,
             });
         }
         let span = Span {

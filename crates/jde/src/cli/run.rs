@@ -26,6 +26,7 @@ use crate::terminal;
   jde run safe-navigation --lockstep --for 60s --picture path.png
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
   jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
+  jde run safe-navigation --view
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
@@ -70,12 +71,30 @@ pub(super) struct Link {
     /// Let tools in also in lockstep, which is usually over before anybody looks.
     #[arg(long)]
     link: bool,
+    /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
+    #[cfg(feature = "view")]
+    #[arg(long, conflicts_with = "no_link")]
+    view: bool,
+}
+
+impl Link {
+    #[cfg(feature = "view")]
+    fn view(&self) -> bool {
+        self.view
+    }
+
+    #[cfg(not(feature = "view"))]
+    fn view(&self) -> bool {
+        false
+    }
 }
 
 impl From<Link> for LinkWanted {
     fn from(link: Link) -> Self {
+        let view = link.view();
         Self {
-            on: match (link.no_link, link.link || link.name.is_some()) {
+            view,
+            on: match (link.no_link, link.link || view || link.name.is_some()) {
                 (true, _) => Some(false),
                 (false, true) => Some(true),
                 (false, false) => None,

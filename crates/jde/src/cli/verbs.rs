@@ -14,7 +14,8 @@ const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Look into what runs",
         &[
-            "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "info", "shell",
+            "view", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "info",
+            "shell",
         ],
     ),
     (

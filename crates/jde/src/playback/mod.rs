@@ -46,6 +46,8 @@ pub(crate) struct How {
     pub(crate) looping: bool,
     /// Lines instead of a screen.
     pub(crate) plain: bool,
+    /// Stand at the end instead of ending there.
+    pub(crate) stay: bool,
 }
 
 /// Plays a recording until its end, or on a terminal until the user leaves.
@@ -93,7 +95,7 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
         let told = events.clone();
         let turns = {
             let player = &player;
-            scope.spawn(move || player.play(&mut stage, &told, lines))
+            scope.spawn(move || player.play(&mut stage, &told, lines && !how.stay))
         };
         let shown = if lines {
             while !turns.is_finished() {

@@ -182,8 +182,16 @@ impl Subject for Playing {
         &self.board
     }
 
-    fn limits(&self, _: &Variable) -> (Range, bool) {
-        (Range::default(), false)
+    fn limits(&self, variable: &Variable) -> (Range, bool) {
+        let declared = variable.describe();
+        let range = match (declared.owner.as_str(), declared.name.as_str()) {
+            (STEERING, "position") => Range {
+                least: Some(0.0),
+                greatest: Some(self.player.index.end as f64 / 1e9),
+            },
+            _ => Range::default(),
+        };
+        (range, false)
     }
 
     fn writer(&self, _: u32) -> String {

@@ -1,8 +1,11 @@
 //! The way into a run for tools: opened with it, closed with it. A run goes on without one, unless the application or the user
 //! asked for it in so many words.
 
+use std::os::unix::process::CommandExt;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 use jde_host::app::{self, Application};
 use jde_host::event::Observer;
@@ -18,6 +21,8 @@ pub(crate) struct Wanted {
     pub(crate) name: Option<String>,
     /// Whether there is to be a link; none leaves it to the way the application runs.
     pub(crate) on: Option<bool>,
+    /// Whether windows are opened beside it.
+    pub(crate) view: bool,
 }
 
 /// The link of a run.
@@ -25,6 +30,7 @@ pub(crate) struct Way {
     settings: Settings,
     /// Whether the run must not start without it.
     required: bool,
+    view: bool,
     title: Title,
     events: Events,
     link: Arc<Mutex<Option<Link>>>,
@@ -45,8 +51,15 @@ impl Way {
         if !wanted.on.unwrap_or(!lockstep && !link.off) {
             return Ok(None);
         }
+        #[cfg(feature = "view")]
+        if wanted.view && !jde_view::has_screen() {
+            return Err(Failure::usage(
+                jde_view::Error::NoScreen.to_string(),
+                "run it without --view, and look with jde view --at from a machine that has a screen",
+            ));
+        }
         let settings = settings(wanted.name.clone(), application)?;
-        let required = settings.named || settings.is_networked() || wanted.on == Some(true);
+        let required = settings.named || settings.is_networked() || wanted.on == Some(true) || wanted.view;
         let mut title = Title::new(application, speed);
         if lockstep {
             "lockstep".clone_into(&mut title.executor);
@@ -54,6 +67,7 @@ impl Way {
         Ok(Some(Self {
             settings,
             required,
+            view: wanted.view,
             title,
             events: Events::of(application),
             link: Arc::default(),
@@ -68,7 +82,7 @@ impl Way {
     /// Opens it before anybody writes a variable. A link that fails is told; one that was asked for keeps the run from starting.
     pub(crate) fn before_start(&self) -> BeforeStart {
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
-        let (events, link) = (self.events.clone(), Arc::clone(&self.link));
+        let (events, link, view) = (self.events.clone(), Arc::clone(&self.link), self.view);
         Box::new(move |handle: &Handle| {
             let subject = Arc::new(Running::new(handle.clone(), title));
             match Link::open(&settings, subject, &events) {
@@ -79,6 +93,9 @@ impl Way {
                             "another `{}` runs here, so tools call this one `{name}`; --name gives it a name of its own",
                             settings.name
                         );
+                    }
+                    if view {
+                        open_windows(&open.about().name)?;
                     }
                     *link.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
                     Ok(())
@@ -97,6 +114,23 @@ impl Way {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
         drop(link);
     }
+}
+
+/// Opens windows on the application: a process of its own, which may end, hang or be killed at any time.
+fn open_windows(name: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let mut windows = Command::new(std::env::current_exe()?)
+        .args(["view", name])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        // What ends the application from the keyboard does not end the windows, which then show how it ended.
+        .process_group(0)
+        .spawn()?;
+    // It is waited for so that nothing of it stays; nobody waits for that thread.
+    thread::Builder::new()
+        .name("windows".to_owned())
+        .spawn(move || windows.wait())?;
+    Ok(())
 }
 
 /// How an application is linked, as far as that is known without its secrets.

@@ -40,7 +40,6 @@ impl Units {
         let (number, unit) = self.convert(number, unit);
         let size = number.abs();
         let digits = match size {
-            _ if number.fract() == 0.0 && size < 1e6 => 0,
             _ if size >= 100.0 => 0,
             _ if size >= 10.0 => 1,
             _ if size >= 1.0 => 2,
@@ -82,7 +81,7 @@ mod tests {
             length: Length::Millimetres,
         };
         assert_eq!(old.show(0.4, "m/s"), "400 mm/s");
-        assert_eq!(old.show(2.0, "rad"), "2 rad");
+        assert_eq!(old.show(2.0, "rad"), "2.00 rad");
         assert_eq!(old.show(0.25, ""), "0.250");
     }
 }

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui;
-use jde_host::snapshot::{SchemaView, Snapshot};
+use jde_host::snapshot::{HoldKind, SchemaView, Snapshot};
 use jde_host::story::{Kind, Line};
 use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
 use jde_link::{Error, Rate, Remote, Sample, Watching};
@@ -178,6 +178,26 @@ impl Session {
     /// What has happened as far as it is kept.
     pub(crate) fn past(&self) -> &Past {
         &self.past
+    }
+
+    /// The schemas that have a panel of their own.
+    pub(crate) fn panels(&self) -> impl Iterator<Item = &str> {
+        let schemas = self.snapshot.schemas.iter();
+        schemas
+            .filter(|schema| schema.panel)
+            .map(|schema| schema.name.as_str())
+    }
+
+    /// The schemas at the top.
+    pub(crate) fn roots(&self) -> impl Iterator<Item = &str> {
+        let tops = self.schemas.groups.iter().filter(|group| group.father.is_none());
+        tops.flat_map(|group| group.members.iter().map(String::as_str))
+    }
+
+    /// Whether an operator keeps a schema asleep.
+    pub(crate) fn is_stopped(&self, schema: &str) -> bool {
+        let hold = self.view(schema).and_then(|view| view.operator.as_ref());
+        hold.is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
     }
 
     /// s since the application's start, as of the newest snapshot.

@@ -6,6 +6,7 @@ use egui_kittest::kittest::Queryable;
 use super::common::{Robot, until};
 use crate::Opening;
 use crate::app::App;
+use crate::settings::Drawer;
 
 #[test]
 fn an_application_that_is_named_is_opened() {
@@ -19,7 +20,7 @@ fn an_application_that_is_named_is_opened() {
     };
     let mut harness = Harness::builder().with_size([1200.0, 800.0]).build_ui_state(
         |ui, app: &mut Option<App>| {
-            app.get_or_insert_with(|| App::new(ui.ctx(), opening.clone()))
+            app.get_or_insert_with(|| App::new(ui.ctx(), opening.clone(), Drawer::at(None)))
                 .frame(ui);
         },
         None,

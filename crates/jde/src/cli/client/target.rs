@@ -62,6 +62,13 @@ impl Context {
         Ok(Client::connect(&reach(&at, key.as_deref())?)?)
     }
 
+    /// Where applications are looked for.
+    #[cfg(feature = "view")]
+    pub(crate) fn reach(&self, target: &Target) -> Result<Reach, Failure> {
+        let (_, at, key) = self.asked(target, None);
+        reach(&at, key.as_deref())
+    }
+
     /// The application that is meant; `named` is what a name before a colon says.
     pub(crate) fn remote(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
         let asked = self.asked(target, named);

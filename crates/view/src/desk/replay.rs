@@ -1,0 +1,106 @@
+//! The bar below the windows of a recording: where it is, and how it goes on. It writes the modulations of the schema `replay`, by
+//! which every recording that plays is steered.
+
+use eframe::egui;
+use jde_link::Rate;
+use jde_link::message::Action;
+use jde_types::Flag;
+use serde_json::json;
+
+use crate::session::Session;
+
+const STEERING: &str = "replay";
+const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+
+/// What a person does to the slider.
+#[derive(Default)]
+pub(super) struct Slider {
+    /// Where it is dragged to, until the recording is there.
+    dragged: Option<f64>,
+}
+
+impl Slider {
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let number = |name: &str| {
+            session
+                .read::<f64>(&of(name), Rate::Hz(20))
+                .map(|(number, _)| number)
+        };
+        let flag = |name: &str| {
+            session
+                .read::<Flag>(&of(name), Rate::Hz(20))
+                .map(|(flag, _)| flag.get())
+        };
+        let position = number("position").unwrap_or_default();
+        let paused = flag("paused").unwrap_or_default();
+        let looping = flag("loop").unwrap_or_default();
+        let speed = number("speed").unwrap_or(1.0);
+        let end = session
+            .variables()
+            .iter()
+            .find(|variable| variable.name == of("position"))
+            .and_then(|variable| variable.range.greatest);
+        ui.horizontal(|ui| {
+            let play = if paused { "▶ Play" } else { "⏸ Pause" };
+            if ui.button(play).on_hover_text("Space").clicked() || space(ui) {
+                set(session, "paused", json!(!paused));
+            }
+            let step = ui.button("⏭ Next takeover");
+            if step
+                .on_hover_text("Goes on to the next change of winner, and stands there.")
+                .clicked()
+            {
+                set(session, "step", json!(true));
+            }
+            egui::ComboBox::from_id_salt("speed")
+                .selected_text(format!("{speed} x"))
+                .width(64.0)
+                .show_ui(ui, |ui| {
+                    for choice in SPEEDS {
+                        if ui
+                            .selectable_label(speed == choice, format!("{choice} x"))
+                            .clicked()
+                        {
+                            set(session, "speed", json!(choice));
+                        }
+                    }
+                })
+                .response
+                .on_hover_text("Seconds of the recording in a second.");
+            let mut again = looping;
+            if ui.checkbox(&mut again, "Loop").changed() {
+                set(session, "loop", json!(again));
+            }
+            ui.label(format!("{position:.2} s"));
+            let Some(end) = end else { return };
+            ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
+            let mut place = self.dragged.unwrap_or(position);
+            let slider = egui::Slider::new(&mut place, 0.0..=end.max(f64::MIN_POSITIVE)).show_value(false);
+            let slider = ui.add(slider).on_hover_text("Where the recording is.");
+            if slider.changed() {
+                self.dragged = Some(place);
+                set(session, "position", json!(place));
+            } else if !slider.dragged() {
+                self.dragged = None;
+            }
+            ui.label(format!("{end:.1} s"));
+        });
+    }
+}
+
+/// Space plays and pauses, where nothing else has the keyboard.
+fn space(ui: &egui::Ui) -> bool {
+    ui.memory(|memory| memory.focused().is_none()) && ui.input(|input| input.key_pressed(egui::Key::Space))
+}
+
+fn of(name: &str) -> String {
+    format!("{STEERING}.{name}")
+}
+
+fn set(session: &Session, name: &str, value: serde_json::Value) {
+    session.act(Action::Modulate {
+        schema: STEERING.to_owned(),
+        variable: name.to_owned(),
+        value,
+    });
+}

@@ -1,0 +1,145 @@
+//! What a person chose for all applications, and how each one's windows were left: files in the user's configuration folder.
+//!
+//! A file that cannot be read is put aside under another name and said; one that cannot be written costs nothing but its memory.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use eframe::egui;
+use etcetera::BaseStrategy;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::look::Units;
+
+/// What a person chose for all applications.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub(crate) struct Settings {
+    /// Units of numbers.
+    pub(crate) units: Units,
+    /// Dark, light, or as the desktop.
+    pub(crate) theme: egui::ThemePreference,
+    /// How large everything is.
+    pub(crate) zoom: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            units: Units::default(),
+            theme: egui::ThemePreference::System,
+            zoom: 1.0,
+        }
+    }
+}
+
+impl Settings {
+    /// Makes a context look as chosen.
+    pub(crate) fn apply(&self, ctx: &egui::Context) {
+        ctx.set_theme(self.theme);
+        ctx.set_zoom_factor(self.zoom.clamp(0.5, 3.0));
+    }
+}
+
+/// Where choices are kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawer {
+    folder: Option<PathBuf>,
+}
+
+impl Drawer {
+    /// The user's: `jde/view` in the folder for configuration.
+    pub(crate) fn of_user() -> Self {
+        let folder = etcetera::choose_base_strategy()
+            .ok()
+            .map(|places| places.config_dir().join("jde").join("view"));
+        Self { folder }
+    }
+
+    /// Another one.
+    pub(crate) fn at(folder: Option<PathBuf>) -> Self {
+        Self { folder }
+    }
+
+    /// What is kept under a name; nothing if there is none, or if it cannot be read: then it is put aside, and said.
+    pub(crate) fn take<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
+        let path = self.path(name)?;
+        let text = fs::read_to_string(&path).ok()?;
+        match serde_json::from_str(&text) {
+            Ok(kept) => Some(kept),
+            Err(error) => {
+                let aside = path.with_extension("unreadable");
+                let _ = fs::rename(&path, &aside);
+                tracing::warn!(
+                    "{} cannot be read ({error}) and is now {}",
+                    path.display(),
+                    aside.display()
+                );
+                None
+            }
+        }
+    }
+
+    /// Keeps something under a name, whole or not at all.
+    pub(crate) fn keep<T: Serialize>(&self, name: &str, value: &T) {
+        let Some(path) = self.path(name) else { return };
+        if let Err(error) = write(&path, value) {
+            tracing::warn!("{} cannot be written: {error}", path.display());
+        }
+    }
+
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        let safe: String = name
+            .chars()
+            .map(|letter| {
+                if letter.is_alphanumeric() || "-_.".contains(letter) {
+                    letter
+                } else {
+                    '-'
+                }
+            })
+            .collect();
+        Some(self.folder.as_ref()?.join(format!("{safe}.json")))
+    }
+}
+
+fn write<T: Serialize>(path: &Path, value: &T) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let part = path.with_extension("part");
+    fs::write(&part, serde_json::to_vec_pretty(value)?)?;
+    fs::rename(&part, path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_chosen_is_there_at_the_next_start() {
+        let folder = tempfile::tempdir().unwrap();
+        let drawer = Drawer::at(Some(folder.path().join("deep/down")));
+        let chosen = Settings {
+            zoom: 1.5,
+            theme: egui::ThemePreference::Light,
+            ..Settings::default()
+        };
+        drawer.keep("settings", &chosen);
+        assert_eq!(drawer.take::<Settings>("settings"), Some(chosen));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_put_aside_and_not_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("settings.json"), "{ zoom").unwrap();
+        let drawer = Drawer::at(Some(folder.path().to_owned()));
+        assert_eq!(drawer.take::<Settings>("settings"), None);
+        assert_eq!(
+            fs::read_to_string(folder.path().join("settings.unreadable")).unwrap(),
+            "{ zoom"
+        );
+    }
+}
