@@ -6,5 +6,6 @@ mod painter;
 mod panel;
 mod robot;
 mod scope;
+mod scope_live;
 mod space;
 mod values;

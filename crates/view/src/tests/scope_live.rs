@@ -1,0 +1,138 @@
+//! The oscilloscope on applications that run: what a person does in it is seen in the application, and the other way round.
+
+use eframe::egui::{Key, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use jde_core::State;
+use jde_host::snapshot::{HoldKind, SchemaView};
+
+use super::common::{Robot, until};
+use crate::look::{Look, Units};
+use crate::session::Session;
+use crate::window::Window;
+use crate::window::scope::Scope;
+
+struct Looked {
+    session: Session,
+    scope: Scope,
+}
+
+fn looked(robot: &Robot) -> Harness<'static, Looked> {
+    let looked = Looked {
+        session: robot.session(),
+        scope: Scope::open(&serde_json::Value::Null),
+    };
+    Harness::builder().with_size(vec2(1000.0, 600.0)).build_ui_state(
+        |ui, looked: &mut Looked| {
+            looked.session.begin_frame();
+            let look = Look::of(ui.ctx(), Units::default());
+            looked.scope.show(ui, &looked.session, &look);
+        },
+        looked,
+    )
+}
+
+fn has(harness: &Harness<'_, Looked>, text: &str) -> bool {
+    harness.query_all_by_label_contains(text).next().is_some()
+}
+
+fn click(harness: &mut Harness<'_, Looked>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run_steps(2);
+}
+
+/// What a schema does, asked of the application itself.
+fn view(robot: &Robot, name: &str) -> SchemaView {
+    let snapshot = robot.handle().snapshot();
+    let mut schemas = snapshot.schemas.into_iter();
+    schemas
+        .find(|view| view.name == name)
+        .expect("the application has it")
+}
+
+fn hold(robot: &Robot, name: &str) -> Option<HoldKind> {
+    view(robot, name).operator.map(|hold| hold.kind)
+}
+
+#[test]
+fn r14_play_stop_force_and_release_reach_the_application_and_are_shown_with_who_did_it() {
+    let robot = Robot::of("family");
+    let mut harness = looked(&robot);
+    until(&mut harness, |harness| has(harness, "hijo1, "));
+
+    click(&mut harness, "Stop hijo1");
+    until(&mut harness, |_| view(&robot, "hijo1").state == State::Slept);
+    until(&mut harness, |harness| {
+        has(harness, "hijo1, SLEPT, ok, stopped by ")
+    });
+    click(&mut harness, "Play hijo1");
+    until(&mut harness, |_| view(&robot, "hijo1").state != State::Slept);
+    click(&mut harness, "Force hijo2");
+    until(&mut harness, |_| hold(&robot, "hijo2") == Some(HoldKind::Forced));
+    until(&mut harness, |harness| {
+        has(harness, "hijo2, WINNER, ok, forced by ")
+    });
+    for name in ["hijo1", "hijo2"] {
+        click(&mut harness, &format!("Release {name}"));
+        until(&mut harness, |_| hold(&robot, name).is_none());
+    }
+    until(&mut harness, |harness| !has(harness, " by "));
+}
+
+#[test]
+fn a_period_that_is_typed_is_the_period_of_the_schema() {
+    let robot = Robot::of("family");
+    let mut harness = looked(&robot);
+    until(&mut harness, |harness| has(harness, "Period of padre: 1 s"));
+    click(&mut harness, "Period of padre: 1 s");
+    harness.step();
+    harness.get_by_label("New period of padre").type_text("20 Hz");
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    until(&mut harness, |_| view(&robot, "padre").period == 50_000_000);
+    until(&mut harness, |harness| has(harness, "Period of padre: 50 ms"));
+}
+
+#[test]
+fn a_trigger_fires_on_a_collision_and_the_record_says_why() {
+    let robot = Robot::of("family");
+    let mut harness = looked(&robot);
+    until(&mut harness, |harness| has(harness, "hijo1, "));
+    harness.get_by_label("Trigger").focus();
+    harness.step();
+    harness.get_by_label("Trigger").type_text("collision:padre/base");
+    harness.step();
+    harness.key_press(Key::Enter);
+    harness.run_steps(2);
+    assert!(has(&harness, "armed"));
+    until(&mut harness, |harness| has(harness, "triggered at "));
+    until(&mut harness, |harness| {
+        has(harness, "collision: several were ready") && has(harness, "holds")
+    });
+}
+
+#[test]
+fn a_trace_of_a_variable_shows_its_value() {
+    let robot = Robot::of("family");
+    let mut harness = looked(&robot);
+    until(&mut harness, |harness| has(harness, "hijo1, "));
+    click(&mut harness, "+ trace");
+    harness.run_steps(2);
+    harness
+        .get_by_label("Name of the trace")
+        .type_text("odometry position.x");
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(2);
+    let name = "trace pioneer.odometry.pose.pose.position.x: ";
+    until(&mut harness, |harness| {
+        let label = harness.query_by_label_contains(name);
+        label.is_some_and(|label| {
+            use egui_kittest::kittest::NodeT;
+            let text = label.accesskit_node().label().unwrap_or_default();
+            !text.ends_with('–')
+        })
+    });
+    click(&mut harness, "Remove trace pioneer.odometry.pose.pose.position.x");
+    assert!(!has(&harness, name));
+}
