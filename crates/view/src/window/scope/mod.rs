@@ -185,7 +185,9 @@ impl Scope {
             .map(|(variable, sample)| (sample.time, *variable, sample.bytes.as_deref()))
             .collect();
         let now = session.snapshot().time;
-        self.trigger.step(session.past(), &values, now, &mut self.axis);
+        if let Some(at) = self.trigger.step(session.past(), &values, now, &mut self.axis) {
+            self.why.open_at(session.past(), at);
+        }
     }
 }
 

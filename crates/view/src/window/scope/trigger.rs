@@ -132,16 +132,17 @@ impl Trigger {
         watched.map(str::to_owned).collect()
     }
 
-    /// Hears what is new, and moves the window when it fires. A value is its time in ns, its variable and its bytes.
+    /// Hears what is new, and moves the window when it fires; answers with the moment. A value is its time in ns, its variable and
+    /// its bytes.
     pub(super) fn step(
         &mut self,
         past: &Past,
         values: &[(u64, &str, Option<&[u8]>)],
         now: u64,
         axis: &mut Axis,
-    ) {
+    ) -> Option<f64> {
         let heard = past.heard();
-        let Some(watched) = &mut self.watched else { return };
+        let watched = self.watched.as_mut()?;
         if heard.turns != self.heard.turns {
             self.heard = heard;
         }
@@ -171,7 +172,7 @@ impl Trigger {
         }
         // While a person looks at something, it stays.
         if axis.is_paused() {
-            return;
+            return None;
         }
         match (&self.phase, fired.into_iter().next()) {
             (Phase::Armed, Some(firing)) => {
@@ -179,6 +180,7 @@ impl Trigger {
                 self.last = Some((at, firing.text));
                 self.phase = Phase::Fired { at };
                 axis.show_at(at, self.kept.share);
+                return Some(at);
             }
             (Phase::Armed, None) if self.kept.mode == Mode::Auto && !axis.is_live() => {
                 let quiet = self
@@ -191,6 +193,7 @@ impl Trigger {
             }
             _ => {}
         }
+        None
     }
 }
 

@@ -9,6 +9,7 @@ use super::index::{self, Index};
 use super::ink;
 use super::seen::Seen;
 use crate::look::{self, Look, time};
+use crate::session::Past;
 
 /// Which record is looked at.
 #[derive(Debug, Default)]
@@ -25,6 +26,19 @@ impl Why {
     /// Opens a record.
     pub(super) fn open(&mut self, number: u64) {
         (self.opened, self.scroll) = (Some(number), true);
+    }
+
+    /// Opens the record of a moment, if there is one.
+    pub(super) fn open_at(&mut self, past: &Past, at: f64) {
+        // Times go through whole ns.
+        let place = past
+            .decisions()
+            .partition_point(|decision| decision.time_s < at - 1e-6);
+        if let Some(decision) = past.decisions().get(place)
+            && decision.time_s <= at + 1e-6
+        {
+            self.open(decision.number);
+        }
     }
 
     /// The record that a person opened.
