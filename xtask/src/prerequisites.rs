@@ -44,6 +44,25 @@ const TOOLS: &[Tool] = &[
         from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
     },
     Tool {
+        name: "a screen without a monitor",
+        // Windows are tested in one, and drawn by Mesa's renderers, which need no graphics card.
+        probe: &[
+            "sh",
+            "-c",
+            "command -v Xvfb xdotool && ls /usr/share/vulkan/icd.d/lvp_icd.*",
+        ],
+        from: Source::Apt(&[
+            "libegl1",
+            "libgl1-mesa-dri",
+            "libxcursor1",
+            "libxi6",
+            "libxkbcommon-x11-0",
+            "mesa-vulkan-drivers",
+            "xdotool",
+            "xvfb",
+        ]),
+    },
+    Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
         from: Source::Rustup("rustfmt"),

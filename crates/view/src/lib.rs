@@ -3,9 +3,6 @@
 //!
 //! It refuses to control: what a person does here becomes an operator's request (R14), and who is asked decides.
 
-// Windows come one by one.
-#![allow(dead_code)]
-
 mod app;
 mod canvas;
 mod desk;

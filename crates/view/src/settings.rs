@@ -58,7 +58,8 @@ impl Drawer {
         Self { folder }
     }
 
-    /// Another one.
+    /// Another one, or none.
+    #[cfg(test)]
     pub(crate) fn at(folder: Option<PathBuf>) -> Self {
         Self { folder }
     }

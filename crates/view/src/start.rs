@@ -120,7 +120,8 @@ impl Start {
                 .raw
                 .dropped_files
                 .iter()
-                .find_map(|file| Some(file.path().to_owned()))
+                .map(|file| file.path().to_owned())
+                .next()
         });
         chosen.or(dropped.map(Chosen::Recording))
     }
@@ -263,7 +264,7 @@ fn look(told: &Weak<Mutex<Seen>>, reach: &Reach, folders: &[PathBuf], repaint: &
 /// The recordings in folders, the newest first.
 fn files(folders: &[PathBuf]) -> Vec<File> {
     let mut files: Vec<File> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
-    files.sort_by(|one, other| other.written.cmp(&one.written));
+    files.sort_by_key(|file| std::cmp::Reverse(file.written));
     files.truncate(MOST);
     files
 }

@@ -23,7 +23,6 @@ pub(crate) struct Canvas<'a> {
     home: Area,
     size: Vec2,
     forward_up: bool,
-    grid: bool,
     wants: Wants,
 }
 
@@ -31,8 +30,6 @@ pub(crate) struct Canvas<'a> {
 pub(crate) struct Shown {
     /// The whole of it.
     pub(crate) response: Response,
-    /// From metres to the screen and back.
-    pub(crate) transform: Transform,
     /// What was done of what is wanted, in its order.
     pub(crate) touches: Vec<Touch>,
 }
@@ -46,7 +43,6 @@ impl<'a> Canvas<'a> {
             home,
             size: Vec2::INFINITY,
             forward_up: false,
-            grid: true,
             wants: Wants::default(),
         }
     }
@@ -59,11 +55,6 @@ impl<'a> Canvas<'a> {
     /// With x up and y to the left.
     pub(crate) fn forward_up(self, forward_up: bool) -> Self {
         Self { forward_up, ..self }
-    }
-
-    /// With or without a grid.
-    pub(crate) fn grid(self, grid: bool) -> Self {
-        Self { grid, ..self }
     }
 
     /// What is handed back instead of moving the view.
@@ -97,9 +88,7 @@ impl<'a> Canvas<'a> {
             let visuals = ui.visuals();
             let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect));
             painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
-            if self.grid {
-                grid::draw(&painter, &transform, look);
-            }
+            grid::draw(&painter, &transform, look);
             draw(&mut Pencil::new(painter.clone(), transform, look));
             if let Some(pointer) = response.hover_pos() {
                 grid::place(&painter, &transform, pointer, look);
@@ -113,11 +102,7 @@ impl<'a> Canvas<'a> {
             // Over what was drawn.
             paint_buttons(ui, response.id, rect);
         }
-        Shown {
-            response,
-            transform,
-            touches,
-        }
+        Shown { response, touches }
     }
 
     /// Zoom and fit for those who have no wheel; answers whether one was pressed.

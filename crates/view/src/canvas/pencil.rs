@@ -36,7 +36,6 @@ pub(crate) struct Pencil<'a> {
     transform: Transform,
     look: &'a Look,
     bounds: Bounds,
-    outline: &'a [[f64; 2]],
 }
 
 impl<'a> Pencil<'a> {
@@ -52,13 +51,7 @@ impl<'a> Pencil<'a> {
             transform,
             look,
             bounds,
-            outline: &OUTLINE,
         }
-    }
-
-    /// The outline of robots from now on, m, x ahead; convex.
-    pub(crate) fn outline(&mut self, outline: &'a [[f64; 2]]) {
-        self.outline = outline;
     }
 
     /// From metres to the screen.
@@ -198,18 +191,14 @@ impl<'a> Pencil<'a> {
     /// The outline of a robot at x, y and heading; a mark of its place where it would be too small to see.
     pub(crate) fn robot(&self, [x, y, heading]: [f64; 3]) {
         let (sin, cos) = heading.sin_cos();
-        let longest = self
-            .outline
-            .iter()
-            .map(|[x, y]| 2.0 * x.hypot(*y))
-            .fold(0.0, f64::max);
+        let longest = OUTLINE.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
         let larger = (SMALLEST / (longest * self.transform.scale())).max(1.0);
         let stand = |[ahead, left]: [f64; 2]| {
             let (ahead, left) = (ahead * larger, left * larger);
             [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
         };
-        let body: Vec<_> = self.outline.iter().map(|corner| stand(*corner)).collect();
-        let front = self.outline.iter().map(|[x, _]| *x).fold(0.0, f64::max);
+        let body: Vec<_> = OUTLINE.iter().map(|corner| stand(*corner)).collect();
+        let front = OUTLINE.iter().map(|[x, _]| *x).fold(0.0, f64::max);
         let ink = look::ink(Ink::Plain, self.look);
         self.polygon(&body, ink.gamma_multiply(0.18));
         self.line(&body, true, 1.5, ink);

@@ -20,7 +20,7 @@ impl Desk {
         let mut leave = false;
         egui::MenuBar::new().ui(ui, |ui| {
             leave = ui
-                .button("⏴ Applications")
+                .button("Applications")
                 .on_hover_text("Back to what runs and what was recorded. The robot goes on.")
                 .clicked();
             ui.separator();
@@ -135,9 +135,9 @@ impl Desk {
         }
         let roots: Vec<_> = self.session.roots().map(str::to_owned).collect();
         let held = roots.iter().all(|root| self.session.is_stopped(root));
-        let stop = egui::RichText::new("■ Stop everything").strong();
+        let stop = egui::RichText::new("Stop everything").strong();
         if held {
-            let go = ui.button("▶ Let it go on");
+            let go = ui.button("Let it go on");
             if go
                 .on_hover_text("Releases the roots: the hierarchy decides again.")
                 .clicked()

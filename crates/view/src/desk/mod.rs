@@ -30,7 +30,7 @@ pub(crate) struct Desk {
     saved: Option<String>,
     looked: f64,
     /// The recording that plays for these windows; it ends with them.
-    player: Option<Player>,
+    _player: Option<Player>,
     slider: replay::Slider,
 }
 
@@ -58,14 +58,9 @@ impl Desk {
             drawer,
             saved: None,
             looked: 0.0,
-            player,
+            _player: player,
             slider: replay::Slider::default(),
         }
-    }
-
-    /// The application.
-    pub(crate) fn session(&self) -> &Session {
-        &self.session
     }
 
     /// Draws all of it; answers whether the person wants to leave.

@@ -41,11 +41,11 @@ impl Slider {
             .find(|variable| variable.name == of("position"))
             .and_then(|variable| variable.range.greatest);
         ui.horizontal(|ui| {
-            let play = if paused { "▶ Play" } else { "⏸ Pause" };
+            let play = if paused { "Play" } else { "Pause" };
             if ui.button(play).on_hover_text("Space").clicked() || space(ui) {
                 set(session, "paused", json!(!paused));
             }
-            let step = ui.button("⏭ Next takeover");
+            let step = ui.button("Next takeover");
             if step
                 .on_hover_text("Goes on to the next change of winner, and stands there.")
                 .clicked()

@@ -277,7 +277,8 @@ impl Session {
         self.openings.take()
     }
 
-    /// The way to the application, for what is not offered above. Its calls wait: not for the window's thread.
+    /// The way to the application. Its calls wait: not for the window's thread.
+    #[cfg(test)]
     pub(crate) fn remote(&self) -> &Remote {
         &self.remote
     }

@@ -84,8 +84,7 @@ impl Watched {
 
     pub(super) fn newest(&mut self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
         let slot = Arc::clone(&self.variable(name, rate).slot);
-        let newest = lock(&slot).newest.clone();
-        newest
+        lock(&slot).newest.clone()
     }
 
     pub(super) fn since(&mut self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {

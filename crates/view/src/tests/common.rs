@@ -42,11 +42,6 @@ impl Robot {
         Self::start(application, &plugins)
     }
 
-    /// An application as text; its paths are relative to `apps`.
-    pub(crate) fn written(text: &str) -> Self {
-        Self::linked(text, plugins())
-    }
-
     /// An application as text, with plugins of the test's own linked in.
     pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");

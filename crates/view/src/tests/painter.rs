@@ -30,7 +30,8 @@ impl Schema for Painter {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.counted += 1;
         self.count.write(cx, self.counted);
-        self.velocity.write(cx, Twist::default());
+        self.velocity
+            .write(cx, Twist::planar(self.speed.get(cx), self.turn.get(cx)));
         Ok(())
     }
 }

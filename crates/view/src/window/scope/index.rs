@@ -82,11 +82,6 @@ impl Index {
         self.heard = heard;
     }
 
-    /// The place of a schema.
-    pub(super) fn place(&self, schema: &str) -> Option<usize> {
-        self.places.get(schema).copied()
-    }
-
     /// The switches of a group, oldest first.
     pub(super) fn group(&self, name: &str) -> Option<&VecDeque<Switch>> {
         self.groups.get(name)
