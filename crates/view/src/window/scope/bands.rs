@@ -11,7 +11,7 @@ use crate::look::{self, Look};
 use crate::session::Band;
 
 /// Bands of one column that are looked at: at its beginning and at its end.
-const LOOKED_AT: usize = 32;
+const LOOKED_AT: usize = 12;
 
 /// Columns that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,6 +83,10 @@ pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f
             }
             if level(state) > level(high) {
                 high = state;
+            }
+            // It cannot get wider.
+            if (low, high) == (State::Slept, State::Winner) {
+                break;
             }
         }
         push(
