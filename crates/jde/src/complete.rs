@@ -1,16 +1,19 @@
-//! Names for the shell to complete: of applications that run, and of what is in them. Whoever does not answer at once is left
+//! Names for the shell to complete: of applications that run, of what is in them, and of what is in recordings. Whoever does not answer at once is left
 //! out: a key pressed in a shell must not wait.
 
 use std::ffi::OsStr;
+use std::path::Path;
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
 use clap_complete::CompletionCandidate;
 use jde_link::{Client, Folder, Rate, Reach, Remote};
+use jde_log::Recording;
 
 use crate::attached::name::split_application;
 use crate::attached::panel;
+use crate::recorded;
 
 /// How long a key pressed in a shell may wait.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -112,6 +115,26 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     widgets
         .filter(|id| id.starts_with(&current))
         .map(CompletionCandidate::new)
+        .collect()
+}
+
+/// Numbers of the recording that stands on the same command line.
+pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
+    let begun = current.to_string_lossy().into_owned();
+    let named = |word: &std::ffi::OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
+    let names = std::env::args_os().find(named).and_then(|file| {
+        in_time(move || {
+            let recording = Recording::open(Path::new(&file)).ok()?;
+            Some(recorded::names(&recording))
+        })
+    });
+    let names = names.unwrap_or_default().into_iter();
+    names
+        .filter(|(name, _)| name.starts_with(&begun))
+        .map(|(name, doc)| {
+            let doc = doc.lines().next().map(str::to_owned);
+            CompletionCandidate::new(name).help(doc.map(Into::into))
+        })
         .collect()
 }
 

@@ -5,6 +5,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_host::app::Application;
 
+use crate::Cast;
+
 /// Where a recording comes from: kept in its metadata, and the application's file whole beside it.
 #[derive(Clone, Debug)]
 pub struct Origin {
@@ -18,12 +20,14 @@ pub struct Origin {
     pub folder: Option<String>,
     /// Name and text of its file, if it has one that can be read.
     pub file: Option<(String, Vec<u8>)>,
+    /// Its schemas and groups, if they are known.
+    pub cast: Option<Cast>,
 }
 
 impl Origin {
-    /// What is known of an application that starts now.
+    /// What is known of an application that starts now; `lockstep` if it runs in virtual time.
     #[must_use]
-    pub fn of(application: &Application) -> Self {
+    pub fn of(application: &Application, lockstep: bool) -> Self {
         let name = application.path.file_name();
         let name = name.map(|name| name.to_string_lossy().into_owned());
         Self {
@@ -36,6 +40,7 @@ impl Origin {
                 .map(|folder| folder.display().to_string())
                 .filter(|folder| !folder.is_empty()),
             file: name.zip(std::fs::read(&application.path).ok()),
+            cast: Some(Cast::of(application, lockstep)),
         }
     }
 
@@ -53,6 +58,7 @@ impl Origin {
             ("seed".to_owned(), self.seed.to_string()),
             ("start_ns".to_owned(), self.start().to_string()),
         ]);
-        known.into_iter().chain(folder).collect()
+        let cast = self.cast.as_ref().map(Cast::told);
+        known.into_iter().chain(folder).chain(cast).collect()
     }
 }

@@ -119,10 +119,27 @@ impl Survey {
     /// # Errors
     /// [`ReadError::File`]; damage is no error.
     pub fn of(recording: &Recording) -> Result<Self, ReadError> {
+        let mut survey = Self::begin(recording)?;
+        for message in recording.messages()? {
+            match message {
+                Ok(message) => survey.hear(&message),
+                Err(error) => survey.ends(error)?,
+            }
+        }
+        survey.finish();
+        Ok(survey)
+    }
+
+    /// What is known of a recording before its messages are read. For those who read them for something else too: then come
+    /// [`hear`](Self::hear) for each, and [`finish`](Self::finish).
+    ///
+    /// # Errors
+    /// [`ReadError::File`].
+    pub fn begin(recording: &Recording) -> Result<Self, ReadError> {
         let said = |key: &str| recording.metadata("jde").and_then(|jde| jde.get(key)).cloned();
         let number = |key: &str| said(key).and_then(|number| number.parse().ok());
         let length = std::fs::metadata(recording.path());
-        let mut survey = Self {
+        Ok(Self {
             application: said("application"),
             seed: number("seed"),
             jde: said("jde"),
@@ -147,20 +164,28 @@ impl Survey {
                 reason: damage.reason.clone(),
             }),
             ..Self::default()
-        };
-        for message in recording.messages()? {
-            match message {
-                Ok(message) => survey.message(&message),
-                Err(ReadError::Damaged { offset, reason, .. }) => {
-                    survey.damage = Some(Damaged { offset, reason });
-                }
-                Err(error) => return Err(error),
+        })
+    }
+
+    /// It ends with this error.
+    ///
+    /// # Errors
+    /// The error, unless it is damage.
+    pub fn ends(&mut self, error: ReadError) -> Result<(), ReadError> {
+        match error {
+            ReadError::Damaged { offset, reason, .. } => {
+                self.damage = Some(Damaged { offset, reason });
+                Ok(())
             }
+            ReadError::File { .. } | ReadError::NotMcap(_) => Err(error),
         }
-        for topic in &mut survey.topics {
+    }
+
+    /// All messages have been heard.
+    pub fn finish(&mut self) {
+        for topic in &mut self.topics {
             topic.rate_hz = rate(topic);
         }
-        Ok(survey)
     }
 
     /// From the first message to the last, s; 0 without any.
@@ -170,7 +195,8 @@ impl Survey {
         times.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 / 1e9)
     }
 
-    fn message(&mut self, message: &Message) {
+    /// Takes in the next message.
+    pub fn hear(&mut self, message: &Message) {
         self.messages += 1;
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use jde_core::{GroupContract, contract};
 use jde_host::app::Application;
+use jde_host::policy_name;
 use jde_host::turn::{OnTurn, Turn};
 use jde_types::Value;
 use serde::{Deserialize, Serialize};
 
-use crate::{Recorder, Stamps};
+use crate::{Recorder, Recording, Stamps};
 
 /// Where turns are found.
 pub(crate) const TOPIC: &str = "/jde/turns";
@@ -35,6 +37,9 @@ pub struct Member {
     /// Its type: `stop/stop`.
     #[serde(rename = "type")]
     pub type_name: String,
+    /// Its period at the start, ns; none in recordings that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_ns: Option<u64>,
     /// The names of its ports, by their numbers.
     pub ports: Vec<String>,
 }
@@ -46,6 +51,12 @@ pub struct Troupe {
     pub name: String,
     /// Who competes, in the order of priority.
     pub members: Vec<String>,
+    /// How collisions are settled; none in recordings that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy: Option<String>,
+    /// The longest takeover by contract (R17), ns; none where there is none, or nobody says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub takeover_ns: Option<u64>,
 }
 
 /// Keeps every turn of an application in a recording, for [`crate::replay`]. `lockstep` if it runs in virtual time.
@@ -57,8 +68,7 @@ pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> 
             "doc".to_owned(),
             "What every schema did, and what it saw.".to_owned(),
         ),
-        // Names and numbers always have a form in JSON.
-        (CAST.to_owned(), serde_json::to_string(&cast).unwrap_or_default()),
+        cast.told(),
     ]);
     let topic = recorder.topic(TOPIC, Arc::new(Turn::describe()), about);
     let count = AtomicU64::new(0);
@@ -80,6 +90,7 @@ impl Cast {
     pub fn of(application: &Application, lockstep: bool) -> Self {
         let instances = application.instances.iter();
         let name = |number: &usize| application.instances[*number].name.clone();
+        let contracts = contract(&application.spec());
         Self {
             lockstep,
             schemas: instances
@@ -89,6 +100,7 @@ impl Cast {
                         "{}/{}",
                         application.plugins[instance.plugin].name, instance.schema.name
                     ),
+                    period_ns: Some(instance.period_ns),
                     ports: instance
                         .schema
                         .ports
@@ -103,9 +115,29 @@ impl Cast {
                 .map(|group| Troupe {
                     name: group.name.clone(),
                     members: group.members.iter().map(name).collect(),
+                    policy: Some(policy_name(group.policy).to_owned()),
+                    takeover_ns: contracts
+                        .iter()
+                        .find(|contract| contract.name == group.name)
+                        .map(GroupContract::total),
                 })
                 .collect(),
         }
+    }
+
+    /// What a recording says of those that are in it; none if it says nothing, as others' recordings do.
+    #[must_use]
+    pub fn of_recording(recording: &Recording) -> Option<Self> {
+        let mut channels = recording.channels();
+        channels
+            .find_map(|channel| Self::read(&channel.about))
+            .or_else(|| Self::read(recording.metadata("jde")?))
+    }
+
+    /// It as recordings say it: a name and a text.
+    pub(crate) fn told(&self) -> (String, String) {
+        // Names and numbers always have a form in JSON.
+        (CAST.to_owned(), serde_json::to_string(self).unwrap_or_default())
     }
 
     /// What a recording says of its topic of turns.

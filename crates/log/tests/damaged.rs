@@ -19,6 +19,7 @@ fn record(file: &Path) {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: Some(("app.toml".to_owned(), b"name = \"bench\"".to_vec())),
+            cast: None,
         },
         application: None,
         overwrite: false,

@@ -23,6 +23,7 @@ fn record_until_killed(file: &Path) {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
+            cast: None,
         },
         application: None,
         overwrite: false,

@@ -71,6 +71,20 @@ const TABLE: &[Row] = &[
             "crates/types",
         ],
     ),
+    // What is told of a recording is read from it, and the world it drove in from its file.
+    row(
+        "crates/report",
+        &[
+            "crates/abi",
+            "crates/board",
+            "crates/core",
+            "crates/host",
+            "crates/log",
+            "crates/ros",
+            "crates/sim",
+            "crates/types",
+        ],
+    ),
     row("crates/ros", &["crates/abi"]),
     // Lists are built from what plugins say through the ABI.
     row("crates/panel", &["crates/abi"]),

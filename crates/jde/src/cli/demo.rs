@@ -11,7 +11,7 @@ use super::{conclude, log};
 use crate::failure::{self, Failure};
 use crate::load;
 use crate::log::Filter;
-use crate::report::Summary;
+use crate::summary::Summary;
 use crate::session::{self, How, Telling, View};
 use crate::terminal::{self, FAINT, TITLE};
 

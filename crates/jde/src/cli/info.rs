@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::print_json;
 use crate::attached::table::{Cell, Side, Table};
 use crate::failure::{Failure, shown};
-use crate::report::counted;
+use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
 
 /// What a recording that began with its application may lack of the beginning, ns.

@@ -9,10 +9,12 @@ mod demo;
 mod describe;
 mod info;
 mod new;
+mod plot;
 mod plugins;
 pub(crate) mod quantity;
 mod recording;
 mod replay;
+mod report;
 mod run;
 mod shell;
 mod sim;
@@ -30,7 +32,7 @@ use self::client::{Client, Context};
 use crate::failure::Failure;
 use crate::load::Loaded;
 use crate::log::{Filter, Log};
-use crate::report::{self, Summary};
+use crate::summary::{self, Summary};
 use crate::session::Finished;
 use crate::terminal::{self, Color};
 
@@ -72,6 +74,8 @@ enum Verb {
     Run(run::Run),
     Replay(replay::Replay),
     Info(info::Info),
+    Plot(plot::Plot),
+    Report(report::Report),
     Sim(sim::Sim),
     Check(check::Check),
     Describe(describe::Describe),
@@ -102,6 +106,8 @@ pub(crate) fn main() -> ExitCode {
         Verb::Run(run) => run.run(common.log),
         Verb::Replay(replay) => replay.run(common.log),
         Verb::Info(info) => info.run(),
+        Verb::Plot(plot) => plot.run(),
+        Verb::Report(report) => report.run(),
         Verb::Sim(sim) => sim.run(),
         Verb::Check(check) => check.run(),
         Verb::Describe(describe) => describe.run(),
@@ -148,7 +154,7 @@ fn conclude(
     fulfilled: impl Fn(&Summary) -> bool,
 ) -> Result<(), Failure> {
     let Finished { summary, mut words } = finished;
-    report::tell(&summary, &mut words)?;
+    summary::tell(&summary, &mut words)?;
     words.write_all(last_words.as_bytes())?;
     words.flush()?;
     if json {

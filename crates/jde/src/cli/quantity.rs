@@ -1,6 +1,7 @@
 //! Times, speeds and sizes as people write them on a command line.
 
 use jde_core::Nanos;
+use jde_report::{SIDES, Size};
 
 /// Units of time and their nanoseconds.
 const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 60e9), ("h", 3600e9)];
@@ -66,9 +67,31 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Reads "1200x800", in pixels.
+pub(super) fn pixels(text: &str) -> Result<Size, String> {
+    let (least, most) = (SIDES.start(), SIDES.end());
+    let wrong = || format!("`{text}` is no size; write width and height, such as 1200x800, from {least} to {most} pixels each");
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
+    let side = |text: &str| text.trim().parse().ok().filter(|side| SIDES.contains(side));
+    Ok(Size {
+        width: side(width).ok_or_else(wrong)?,
+        height: side(height).ok_or_else(wrong)?,
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{rate, size, speed, time};
+    use super::{Size, pixels, rate, size, speed, time};
+
+    #[test]
+    fn pixels_are_wide_and_high() {
+        let picture = |width, height| Ok(Size { width, height });
+        assert_eq!(pixels("1200x800"), picture(1200, 800));
+        assert_eq!(pixels("8000 × 200"), picture(8000, 200));
+        for text in ["", "1200", "x", "1200x", "0x800", "199x800", "1200x8001", "-1x2", "1e3x900"] {
+            assert!(pixels(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn sizes_have_units() {

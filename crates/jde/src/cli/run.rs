@@ -11,7 +11,7 @@ use super::{conclude, log, quantity};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
-use crate::report::Summary;
+use crate::summary::Summary;
 use crate::session::{self, How, LinkWanted, Telling, View};
 use crate::terminal;
 

@@ -18,7 +18,7 @@ use super::{print_json, quantity};
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::places;
-use crate::report::counted;
+use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, WARN, Words};
 
 /// Where clients of the protocol look for a robot.

@@ -8,16 +8,16 @@ use clap::builder::StyledStr;
 use crate::terminal::TITLE;
 
 /// What verbs are for, and those for it.
-const GROUPS: [(&str, &[&str]); 4] = [
+const GROUPS: [(&str, &[&str]); 5] = [
     ("Run", &["demo", "run", "replay", "sim"]),
     ("Write", &["new", "check", "describe", "plugins"]),
     (
         "Look into what runs",
         &[
-            "view", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "info",
-            "shell",
+            "view", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "shell",
         ],
     ),
+    ("Tell what was recorded", &["info", "plot", "report"]),
     (
         "Steer what runs",
         &[

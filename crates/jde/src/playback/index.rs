@@ -63,17 +63,17 @@ pub(super) struct Cycle {
 }
 
 /// A variable of a recording.
-pub(super) struct Recorded {
+pub(crate) struct Recorded {
     /// Its full name.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// `export`, `modulation` or `command`.
-    pub(super) access: String,
+    pub(crate) access: String,
     /// Its type.
-    pub(super) value_type: Arc<Type>,
+    pub(crate) value_type: Arc<Type>,
     /// What it means.
-    pub(super) doc: String,
+    pub(crate) doc: String,
     /// Unit of a plain number.
-    pub(super) unit: String,
+    pub(crate) unit: String,
 }
 
 /// A value of a variable, or what a panel showed.
@@ -93,6 +93,29 @@ pub(super) enum Next {
     Value(Value),
     Line(Nanos, Line),
     Cycle(Cycle),
+}
+
+impl Recorded {
+    /// What a channel says of its values, which are of this type.
+    pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
+        let said = |key: &str| channel.about.get(key).cloned().unwrap_or_default();
+        let name = match said("variable") {
+            // A recording of others has topics, not variables.
+            name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
+            name => name,
+        };
+        let access = match said("access") {
+            access if access.is_empty() => "export".to_owned(),
+            access => access,
+        };
+        Self {
+            name,
+            access,
+            value_type: Arc::new(value_type),
+            doc: said("doc"),
+            unit: said("unit"),
+        }
+    }
 }
 
 impl Index {
@@ -249,31 +272,14 @@ fn panels(recording: &Recording) -> BTreeMap<String, String> {
 }
 
 /// Every topic whose values have a form here; of others nothing can be shown.
-fn variables(recording: &Recording) -> BTreeMap<String, Recorded> {
+pub(crate) fn variables(recording: &Recording) -> BTreeMap<String, Recorded> {
     let of = |channel: &Channel| {
         let text = std::str::from_utf8(&channel.definition).ok()?;
         if channel.encoding != "cdr" || channel.definition_encoding != "ros2msg" || channel.topic == TURNS {
             return None;
         }
         let value_type = definition::read(&channel.type_name, text).ok()?;
-        let said = |key: &str| channel.about.get(key).cloned().unwrap_or_default();
-        let name = match said("variable") {
-            // A recording of others has topics, not variables.
-            name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
-            name => name,
-        };
-        let access = match said("access") {
-            access if access.is_empty() => "export".to_owned(),
-            access => access,
-        };
-        let recorded = Recorded {
-            name,
-            access,
-            value_type: Arc::new(value_type),
-            doc: said("doc"),
-            unit: said("unit"),
-        };
-        Some((channel.topic.clone(), recorded))
+        Some((channel.topic.clone(), Recorded::of(channel, value_type)))
     };
     recording.channels().filter_map(of).collect()
 }

@@ -23,6 +23,7 @@ use crate::interrupt::Interrupts;
 use crate::terminal::{self, FAINT, TITLE, WARN};
 use gallery::Gallery;
 use index::Index;
+pub(crate) use index::{Recorded, variables};
 use player::{Player, StopOnDrop};
 use stage::Stage;
 use subject::{Playing, STEERING};

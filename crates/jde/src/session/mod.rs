@@ -27,9 +27,9 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::load::Loaded;
 use crate::log::Log;
-use crate::report::Summary;
+use crate::summary::Summary;
 use crate::terminal::Words;
-use crate::{report, top};
+use crate::{summary, top};
 use digest::Digested;
 use link::Way;
 use live::Live;
@@ -94,7 +94,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     // Before the start: nobody wants to hear after a long run that its files cannot be written.
     let decisions = how.decisions.as_deref().map(create).transpose()?;
     drop(how.picture.as_deref().map(create).transpose()?);
-    let world = report::world(&application);
+    let world = summary::world(&application);
     let trace = how.picture.is_some().then(|| Trace::new(world.is_none()));
     let telling = match how.view {
         View::Screen => Telling::Nothing,
@@ -148,7 +148,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     let digest = digest.map_err(Failure::file(file))?;
     let summary = Summary::new(&handle, &kept, &outcome, wall, digest, recorded);
     if let Some(file) = &how.picture {
-        report::draw(&handle, &kept, world.as_deref(), file)?;
+        summary::draw(&handle, &kept, world.as_deref(), file)?;
     }
     Ok(Finished {
         summary,

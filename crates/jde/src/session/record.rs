@@ -114,7 +114,7 @@ impl Recording {
         let file = record.file.clone();
         let named = shown(&file);
         let options = Options {
-            origin: Origin::of(application),
+            origin: Origin::of(application, lockstep),
             application: Some(application),
             overwrite: record.overwrite,
             lossless: lockstep,

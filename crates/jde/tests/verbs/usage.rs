@@ -2,7 +2,7 @@
 
 use crate::support::{jde, said};
 
-const VERBS: [&str; 27] = [
+const VERBS: [&str; 29] = [
     "demo",
     "run",
     "check",
@@ -12,6 +12,8 @@ const VERBS: [&str; 27] = [
     "completions",
     "replay",
     "info",
+    "plot",
+    "report",
     "apps",
     "ps",
     "top",
@@ -85,6 +87,10 @@ fn wrong_use_ends_with_status_2_and_says_what_to_do() {
         &["run", "x.toml", "--lockstep", "--speed", "2x"],
         &["run", "x.toml", "--log", "goon=loud"],
         &["describe"],
+        &["plot"],
+        &["plot", "x.mcap", "--size", "huge"],
+        &["plot", "x.mcap", "--from", "never"],
+        &["report"],
         &["completions", "dos"],
         &["new", "schema", "Not A Name"],
     ] {

@@ -81,6 +81,7 @@ fn options(lossless: bool) -> Options<'static> {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
+            cast: None,
         },
         application: None,
         overwrite: false,

@@ -114,7 +114,7 @@ impl Scene {
 
     fn recorder(&self, application: &Application, lossless: bool) -> Arc<Recorder> {
         let options = jde_log::Options {
-            origin: Origin::of(application),
+            origin: Origin::of(application, true),
             application: Some(application),
             overwrite: false,
             lossless,

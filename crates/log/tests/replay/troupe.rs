@@ -195,7 +195,7 @@ fn recorded(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
     let text = format!("{head}{TEXT}");
     let application = application(&plugins, &text);
     let options = jde_log::Options {
-        origin: Origin::of(&application),
+        origin: Origin::of(&application, true),
         application: Some(&application),
         overwrite: false,
         lossless: !real,

@@ -13,6 +13,7 @@ pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
             started: SystemTime::UNIX_EPOCH,
             folder: None,
             file: None,
+            cast: None,
         },
         application: None,
         overwrite: false,

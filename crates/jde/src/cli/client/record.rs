@@ -117,7 +117,7 @@ impl Record {
         drop(watching);
         let recorded = Recorded::of(&self.file, waits, recorder.finish());
         let mut out = terminal::out();
-        report::tell_recording(&recorded, &mut out)?;
+        summary::tell_recording(&recorded, &mut out)?;
         for (topic, lost) in recorder.status().lost_of {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
@@ -142,6 +142,7 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
             // Its file is on its own machine.
             folder: None,
             file: None,
+            cast: None,
         },
         application: None,
         overwrite,

@@ -16,7 +16,7 @@ use crate::cli::{print_json, quantity};
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
-use crate::plot;
+use crate::strip;
 use crate::terminal::{self, FAINT};
 
 /// How often a plot wants values: twice for each of its redraws.
@@ -197,7 +197,7 @@ impl Watch {
             several: applications.len() > 1,
             start: Instant::now(),
         };
-        plot::run(&applications.join(", "), names.collect(), &mut source)?;
+        strip::run(&applications.join(", "), names.collect(), &mut source)?;
         Ok(())
     }
 }
@@ -213,8 +213,8 @@ struct Incoming<'w> {
     start: Instant,
 }
 
-impl plot::Source for Incoming<'_> {
-    fn take(&mut self) -> Vec<plot::Sample> {
+impl strip::Source for Incoming<'_> {
+    fn take(&mut self) -> Vec<strip::Sample> {
         let mut samples = Vec::new();
         while let Ok(told) = self.told.try_recv() {
             match told {
@@ -232,7 +232,7 @@ impl plot::Source for Incoming<'_> {
                     } else {
                         sample.time as f64 / 1e9
                     };
-                    samples.push(plot::Sample {
+                    samples.push(strip::Sample {
                         trace,
                         time,
                         // A value that is none breaks the line.

@@ -67,6 +67,7 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
         started: SystemTime::UNIX_EPOCH,
         folder: None,
         file: None,
+        cast: None,
     };
     let plan = Plan {
         path: folder.path().join("drive.mcap"),

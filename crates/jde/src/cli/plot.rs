@@ -1,0 +1,70 @@
+//! `jde plot`: a picture of a recording.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use clap_complete::ArgValueCompleter;
+use jde_core::Nanos;
+use jde_log::Recording;
+use jde_report::{Picture, PictureError, Size, Wanted};
+
+use super::quantity;
+use crate::complete;
+use crate::failure::{Failure, shown};
+use crate::recorded::{self, Output, Stretch};
+
+/// Draw a recording as a picture: where the robot went, or numbers over time, and who acted when.
+///
+/// Without names: the path in the colours of who acted, over the walls where the recording knows them. With names of variables or of
+/// their fields: a chart for each unit. Below, on one axis of time, the states of every schema, and a mark wherever a winner
+/// changed. Reads any MCAP file, also of others, and one that is damaged up to the damage.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde plot drive.mcap
+  jde plot drive.mcap pioneer.odometry.twist.twist.linear.x pioneer.velocity.linear.x --from 10s --to 40s
+  jde plot drive.mcap --size 2400x1600 -o - | feh -")]
+pub(super) struct Plot {
+    /// The recording.
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+    /// Numbers to draw: SCHEMA.VARIABLE, with .FIELD behind it if need be.
+    #[arg(value_name = "VARIABLE.FIELD", add = ArgValueCompleter::new(complete::recorded))]
+    variables: Vec<String>,
+    /// The PNG file, - for standard output; without it one named after the recording.
+    #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    output: Option<PathBuf>,
+    /// Begin at this time of the application.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    from: Option<Nanos>,
+    /// End at this time of the application.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    to: Option<Nanos>,
+    /// Pixels of the picture; a larger one shows the same more finely.
+    #[arg(long, value_name = "SIZE", value_parser = quantity::pixels, default_value = "1200x800")]
+    size: Size,
+}
+
+impl Plot {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let output = Output::of(self.output, &self.file, "png", "picture")?;
+        let recording = Recording::open(&self.file)?;
+        let wanted = Wanted {
+            columns: self.size.columns(),
+            series: recorded::series(&recording, &self.variables)?,
+            ..Wanted::default()
+        };
+        let stretch = Stretch {
+            from: self.from,
+            to: self.to,
+        };
+        let tale = recorded::read(&recording, stretch, wanted)?;
+        if tale.is_empty() {
+            return Err(Failure::usage(
+                format!("{} holds nothing that can be drawn: no path, no states, no such values", shown(&self.file)),
+                "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
+            ));
+        }
+        let png = Picture::of_tale(&tale, self.size).png();
+        output.write(&png.map_err(|error: PictureError| Failure::Broken(error.to_string()))?)
+    }
+}

@@ -1,0 +1,67 @@
+//! Where a picture or a page goes: a file named after the recording, another, or standard output. Never over the recording itself.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use crate::failure::{Failure, shown};
+use crate::terminal::{self, TITLE};
+
+/// Where it goes.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    /// To a file, written over if it is there.
+    File(PathBuf),
+    /// To standard output.
+    Standard,
+}
+
+impl Output {
+    /// Where somebody asked for it to go, or beside the recording with another ending. What it is is said if that cannot be.
+    ///
+    /// # Errors
+    /// That is the recording, or a terminal.
+    pub(crate) fn of(asked: Option<PathBuf>, recording: &Path, ending: &str, what: &str) -> Result<Self, Failure> {
+        let path = match asked {
+            Some(path) if path == Path::new("-") => {
+                if io::stdout().is_terminal() {
+                    return Err(Failure::usage(
+                        format!("a {what} is nothing for a terminal"),
+                        format!("give -o FILE.{ending}, or send it on: -o - | ..."),
+                    ));
+                }
+                return Ok(Self::Standard);
+            }
+            Some(path) => path,
+            None => recording.with_extension(ending),
+        };
+        let real = |path: &Path| path.canonicalize().ok();
+        if path == recording || (real(&path).is_some() && real(&path) == real(recording)) {
+            return Err(Failure::usage(
+                format!("{} is the recording itself", shown(&path)),
+                format!("give -o FILE.{ending}"),
+            ));
+        }
+        Ok(Self::File(path))
+    }
+
+    /// Writes it, and says where to.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
+        match self {
+            Self::Standard => {
+                let mut out = io::stdout().lock();
+                out.write_all(bytes)?;
+                out.flush()?;
+            }
+            Self::File(path) => {
+                std::fs::write(path, bytes).map_err(Failure::file(path))?;
+                let mut out = terminal::out();
+                writeln!(out, "wrote {TITLE}{}{TITLE:#}", shown(path))?;
+                out.flush()?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! Numbers of a recording by name: `pioneer.odometry.twist.twist.linear.x`. Also of recordings by others, whose topics are called
+//! like variables, if their types are described or are standard ones.
+
+use std::collections::BTreeMap;
+
+use jde_abi::describe::{FieldKind, Form, Type};
+use jde_link::message::{Range, VariableInfo};
+use jde_log::{Channel, Recording};
+use jde_report::Series;
+use jde_ros::{cdr, definition};
+use jde_types::{
+    BatteryState, Image, LaserScan, Odometry, Path, Pose, PoseStamped, Pose2D, Range as Distance, Twist,
+    Value as _,
+};
+
+use crate::attached::name;
+use crate::attached::part::Part;
+use crate::failure::{Failure, shown};
+use crate::playback::{Recorded, variables};
+
+/// Most names that are offered to be completed.
+const MOST_NAMES: usize = 2000;
+
+/// The numbers of these names.
+///
+/// # Errors
+/// There is no such variable or field, with the nearest named; or it is no number.
+pub(crate) fn series(recording: &Recording, asked: &[String]) -> Result<Vec<Series>, Failure> {
+    let known = known(recording);
+    asked.iter().map(|asked| one(recording, &known, asked)).collect()
+}
+
+/// The names of all numbers, with what their variables mean.
+pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
+    let mut names = Vec::new();
+    for recorded in known(recording).into_values() {
+        fields(&recorded.value_type, &recorded.name, &mut |name| {
+            names.push((name, recorded.doc.clone()));
+        });
+        if names.len() >= MOST_NAMES {
+            break;
+        }
+    }
+    names.truncate(MOST_NAMES);
+    names
+}
+
+fn one(recording: &Recording, known: &BTreeMap<String, Recorded>, asked: &str) -> Result<Series, Failure> {
+    if known.is_empty() {
+        return Err(Failure::usage(
+            format!("{} holds no variables that can be drawn", shown(recording.path())),
+            "`jde info` shows what it holds",
+        ));
+    }
+    // As ROS would write it: `/odom.pose.pose.position.x`.
+    let asked = asked.trim_start_matches('/').replace('/', ".");
+    let names = known.values().map(|recorded| recorded.name.as_str());
+    let (variable, path) = name::variable(&asked, names)?;
+    let named = known.iter().find(|(_, recorded)| recorded.name == variable);
+    let Some((topic, recorded)) = named else {
+        return Err(Failure::usage(format!("there is no variable `{asked}`"), "`jde info` shows what there is"));
+    };
+    let part = Part::of(&info(recorded), path)?;
+    if !part.is_number() {
+        return Err(Failure::usage(
+            format!("`{asked}` is no number, and only numbers are drawn"),
+            format!("name a field, such as {}", field(recorded)),
+        ));
+    }
+    let value_type = recorded.value_type.clone();
+    Ok(Series {
+        topic: topic.clone(),
+        variable: variable.to_owned(),
+        name: part.name().to_owned(),
+        unit: part.unit.clone(),
+        number: Box::new(move |message| part.number(&cdr::decode(&value_type, message).ok()?)),
+    })
+}
+
+/// A number of a variable, for example.
+fn field(recorded: &Recorded) -> String {
+    let mut first = None;
+    fields(&recorded.value_type, &recorded.name, &mut |name| {
+        first.get_or_insert(name);
+    });
+    first.unwrap_or_else(|| format!("{}.FIELD", recorded.name))
+}
+
+/// All that is recorded in a form that is known, by topic.
+fn known(recording: &Recording) -> BTreeMap<String, Recorded> {
+    let mut known = variables(recording);
+    for channel in recording.channels().filter(|channel| channel.encoding == "cdr") {
+        if !known.contains_key(&channel.topic)
+            && let Some(recorded) = standard(channel)
+        {
+            known.insert(channel.topic.clone(), recorded);
+        }
+    }
+    known
+}
+
+/// A topic of others whose definition has texts or lists without bound, if its type is one that is known all the same.
+fn standard(channel: &Channel) -> Option<Recorded> {
+    let types = [
+        BatteryState::describe(),
+        Image::describe(),
+        LaserScan::describe(),
+        Odometry::describe(),
+        Path::describe(),
+        Pose::describe(),
+        Pose2D::describe(),
+        PoseStamped::describe(),
+        Distance::describe(),
+        Twist::describe(),
+    ];
+    let value_type = types
+        .into_iter()
+        .find(|value_type| definition::name(value_type) == channel.type_name)?;
+    Some(Recorded::of(channel, value_type))
+}
+
+/// As a running application would tell of it.
+fn info(recorded: &Recorded) -> VariableInfo {
+    VariableInfo {
+        name: recorded.name.clone(),
+        owner: String::new(),
+        variable: String::new(),
+        access: recorded.access.clone(),
+        type_name: definition::name(&recorded.value_type),
+        definition: definition::definition(&recorded.value_type),
+        unit: recorded.unit.clone(),
+        doc: recorded.doc.clone(),
+        range: Range::default(),
+        fixed: false,
+        status: None,
+    }
+}
+
+/// Tells the names of all numbers of a type; elements of lists are not told apart.
+fn fields(value_type: &Type, name: &str, tell: &mut dyn FnMut(String)) {
+    if let [alone] = value_type.fields.as_slice()
+        && matches!(alone.kind, FieldKind::Scalar(_))
+        && alone.form == Form::One
+    {
+        tell(name.to_owned());
+        return;
+    }
+    for field in &value_type.fields {
+        let name = format!("{name}.{}", field.name);
+        match (&field.kind, field.form) {
+            (FieldKind::Scalar(_), Form::One) => tell(name),
+            (FieldKind::Struct(inner), Form::One) => fields(inner, &name, tell),
+            (FieldKind::Scalar(_) | FieldKind::Struct(_), _) => {}
+        }
+    }
+}

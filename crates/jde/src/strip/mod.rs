@@ -1,0 +1,79 @@
+//! A strip chart: numbers over time in a terminal, one trace for each, drawn as they come.
+//!
+//! It sees its numbers through [`Source`] alone and refuses to know where they come from.
+
+mod draw;
+mod traces;
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+
+use crate::screen;
+use traces::Traces;
+
+/// Time between two redraws.
+const REDRAW: Duration = Duration::from_millis(50);
+/// Seconds that the picture may show.
+const WINDOWS: [f64; 7] = [2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0];
+
+/// Where numbers come from.
+pub(crate) trait Source {
+    /// Gives what came since the last call, in order; returns at once.
+    fn take(&mut self) -> Vec<Sample>;
+
+    /// Gives what is to be said below the picture: that the application is gone, for one.
+    fn status(&self) -> Option<String>;
+
+    /// Whether it is to end: somebody asked the process to.
+    fn is_over(&self) -> bool;
+}
+
+/// A number of a trace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sample {
+    /// Which trace.
+    pub(crate) trace: usize,
+    /// When, s.
+    pub(crate) time: f64,
+    /// The number; one that is not finite breaks the line.
+    pub(crate) value: f64,
+}
+
+/// Shows traces until the user leaves. `names` are those of the traces, with their units.
+///
+/// Errors: standard input or output is not a terminal, or it went away.
+pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> io::Result<()> {
+    screen::with_screen(|terminal| {
+        let mut traces = Traces::new(names);
+        let mut window = 2;
+        loop {
+            for sample in source.take() {
+                traces.add(sample);
+            }
+            if source.is_over() {
+                return Ok(());
+            }
+            let status = source.status();
+            terminal.draw(|frame| draw::draw(frame, &traces, title, WINDOWS[window], status.as_deref()))?;
+            let redraw = Instant::now() + REDRAW;
+            while event::poll(redraw.saturating_duration_since(Instant::now()))? {
+                let Event::Key(key) = event::read()? else { continue };
+                if key.kind == KeyEventKind::Release {
+                    continue;
+                }
+                match key.code {
+                    KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
+                    KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Ok(()),
+                    KeyCode::Char(' ') => traces.pause(),
+                    KeyCode::Char('[') => window = window.saturating_sub(1),
+                    KeyCode::Char(']') => window = (window + 1).min(WINDOWS.len() - 1),
+                    KeyCode::Char('c') => traces.clear(),
+                    _ => {}
+                }
+                break;
+            }
+        }
+    })
+}

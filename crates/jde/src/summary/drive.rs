@@ -1,0 +1,125 @@
+//! From a run to its picture: the world of the simulator that served it, and where the robot went in it.
+
+use std::path::{Path, PathBuf};
+
+use jde_abi::describe::Role;
+use jde_board::value::{self, Value};
+use jde_host::Handle;
+use jde_host::app::{Application, Binding, Instance};
+use jde_report::{Drive, Moment, Picture, PictureError, Takeover, Target, Thing};
+use jde_sim::{RobotConfig, World};
+
+use crate::failure::Failure;
+use crate::session::{Kept, Sample, Trace};
+
+/// Modulation of a simulator's driver that names its world.
+const WORLD: &str = "world";
+/// What the unit of a modulation says if it is a path.
+const PATH: &str = "path";
+
+/// The world file that the application's simulator is given, if it has one.
+pub(crate) fn world(application: &Application) -> Option<PathBuf> {
+    application
+        .instances
+        .iter()
+        .find_map(|instance| match modulation(instance, WORLD, PATH)? {
+            Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
+            _ => None,
+        })
+}
+
+/// Draws a drive.
+///
+/// # Errors
+/// The world cannot be read any more, or the picture not written.
+pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Path) -> Result<(), Failure> {
+    let Some(trace) = &kept.trace else { return Ok(()) };
+    let application = handle.application();
+    let mut drive = Drive {
+        title: application.name.clone(),
+        schema_names: application
+            .instances
+            .iter()
+            .map(|instance| instance.name.clone())
+            .collect(),
+        scans: trace.scans.clone().unwrap_or_default(),
+        path: path(trace),
+        targets: targets(trace),
+        takeovers: takeovers(trace, kept),
+        ..Drive::default()
+    };
+    if let Some(path) = world {
+        let world =
+            World::load(path, application.seed).map_err(|error| Failure::Broken(error.to_string()))?;
+        drive.bounds = Some(world.bounds());
+        drive.shapes = world.shapes().map(Thing::from).collect();
+        drive.robot_radius = radius(application);
+    }
+    Picture::of_drive(&drive).save(file).map_err(|error| match error {
+        PictureError::Write { path, error } => Failure::File { path, error },
+        PictureError::Encode(_) => Failure::Broken(error.to_string()),
+    })
+}
+
+fn path(trace: &Trace) -> Vec<Moment> {
+    let moment = |sample: &Sample| Moment {
+        time: sample.time as f64 / 1e9,
+        x: sample.pose.x,
+        y: sample.pose.y,
+        heading: sample.pose.theta,
+        winner: sample.acting,
+    };
+    trace.path.iter().map(moment).collect()
+}
+
+fn targets(trace: &Trace) -> Vec<Target> {
+    let named = trace.targets.iter().enumerate();
+    let target = |(number, (x, y)): (usize, &(f64, f64))| Target {
+        x: *x,
+        y: *y,
+        reached: number < trace.reached,
+    };
+    named.map(target).collect()
+}
+
+/// Only of schemas that act themselves: a father takes over together with one of its children.
+fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
+    let actors: Vec<usize> = kept.tally.actors().collect();
+    let acting = trace.takeovers.iter().filter(|(_, to)| actors.contains(to));
+    acting
+        .filter_map(|(time, to)| {
+            let place = trace.place(*time)?;
+            Some(Takeover {
+                x: place.x,
+                y: place.y,
+                to: *to,
+            })
+        })
+        .collect()
+}
+
+/// The radius of the simulated robot: the one it is given, or that of every robot that is given none.
+fn radius(application: &Application) -> f64 {
+    let given = application.instances.iter().find_map(|instance| {
+        modulation(instance, WORLD, PATH)?;
+        match modulation(instance, "radius", "m")? {
+            Value::Float(radius) => Some(radius),
+            _ => None,
+        }
+    });
+    given.unwrap_or_else(|| RobotConfig::default().radius)
+}
+
+/// The initial value of a modulation; what is only a number or a text is given as such.
+fn modulation(instance: &Instance, name: &str, unit: &str) -> Option<Value> {
+    let ports = instance.schema.ports.iter().zip(&instance.bindings);
+    let mut named = ports.filter(|(port, _)| port.name == name && port.unit == unit);
+    let (port, binding) = named.find(|(port, _)| matches!(port.role, Role::Modulation { .. }))?;
+    let Binding::Modulation { initial } = binding else {
+        return None;
+    };
+    Some(match value::decode(&port.value_type, initial) {
+        Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
+        other => other,
+    })
+}

@@ -1,0 +1,202 @@
+//! The summary of a run in words.
+
+use std::io::{self, Write};
+
+use super::Summary;
+use super::data::{Ending, GroupSummary, SchemaSummary};
+use crate::session::{Recorded, RecordedFile, of};
+use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+
+/// Tells what came of a run.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
+    writeln!(words)?;
+    headline(summary, words)?;
+    for group in summary.groups.iter().filter(|group| !group.winners.is_empty()) {
+        tell_group(group, words)?;
+    }
+    writeln!(words)?;
+    if let Some(recorded) = &summary.recording {
+        tell_recording(recorded, words)?;
+    }
+    let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
+    let mut troubled = summary.schemas.iter().filter(troubled).peekable();
+    if troubled.peek().is_none() {
+        return writeln!(words, "no faults, no overruns, nothing refused");
+    }
+    for SchemaSummary {
+        schema,
+        iterations,
+        overruns,
+        refused,
+        faults,
+    } in troubled
+    {
+        let style = if *faults > 0 { BAD } else { WARN };
+        let (faults, overruns) = (counted(*faults, "fault"), counted(*overruns, "overrun"));
+        writeln!(
+            words,
+            "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused in {}",
+            counted(*iterations, "iteration")
+        )?;
+    }
+    Ok(())
+}
+
+/// Tells what was recorded.
+pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
+    let Some(files) = &recorded.files else {
+        let Recorded {
+            file,
+            kept,
+            lost,
+            bytes,
+            trouble,
+            ..
+        } = recorded;
+        write!(words, "recorded {TITLE}{file}{TITLE:#}: ")?;
+        return tell_file(*kept, *lost, *bytes, trouble.as_deref(), words);
+    };
+    if files.is_empty() {
+        writeln!(words, "recorded nothing: no condition came true")?;
+    }
+    for RecordedFile {
+        file,
+        reason,
+        time_s,
+        fired,
+        kept,
+        lost,
+        bytes,
+        trouble,
+    } in files
+    {
+        write!(
+            words,
+            "recorded {TITLE}{file}{TITLE:#}, {reason} at {time_s:.3} s"
+        )?;
+        if let more @ 1.. = fired.saturating_sub(1) {
+            write!(words, " and {more} more")?;
+        }
+        write!(words, ": ")?;
+        tell_file(*kept, *lost, *bytes, trouble.as_deref(), words)?;
+    }
+    if recorded.short > 0 {
+        let short = counted(recorded.short, "message");
+        writeln!(
+            words,
+            "{WARN}memory was too small{WARN:#}: {short} had to go early; give more with --memory, or take less with --before"
+        )?;
+    }
+    Ok(())
+}
+
+fn tell_file(
+    kept: u64,
+    lost: u64,
+    bytes: u64,
+    trouble: Option<&str>,
+    words: &mut dyn Write,
+) -> io::Result<()> {
+    let (kept, megabytes) = (counted(kept, "message"), bytes as f64 / 1e6);
+    write!(words, "{kept}, {megabytes:.1} MB, ")?;
+    match lost {
+        0 => write!(words, "nothing lost")?,
+        lost => write!(words, "{WARN}{lost} lost{WARN:#}")?,
+    }
+    match trouble {
+        None => writeln!(words),
+        Some(trouble) => writeln!(words, "; {BAD}it ends early{BAD:#}: {trouble}"),
+    }
+}
+
+/// So many of something, in words.
+pub(crate) fn counted(count: u64, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
+}
+
+fn headline(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
+    let (style, how) = match summary.outcome {
+        Ending::Done => (GOOD, "the mission is done"),
+        Ending::Failed => (BAD, "the mission failed"),
+        Ending::Broken => (BAD, "the application could not go on"),
+        Ending::TimeUp if summary.has_mission => (BAD, "the time was up before the mission was done"),
+        Ending::TimeUp => (TITLE, "the time is up"),
+        Ending::Stopped => (TITLE, "stopped"),
+    };
+    write!(
+        words,
+        "{TITLE}{}{TITLE:#}: {style}{how}{style:#}",
+        summary.application
+    )?;
+    if !summary.note.is_empty() && summary.note != summary.counts {
+        write!(words, " ({})", summary.note)?;
+    }
+    if let (Some(reached), Some(targets)) = (summary.reached, summary.targets) {
+        write!(words, "; {} {}", of(reached, targets), summary.counts)?;
+    }
+    writeln!(words, " in {:.1} s", summary.sim_seconds)?;
+    match summary.collisions {
+        None => {}
+        Some(0) => write!(words, "no collision")?,
+        Some(1) => write!(words, "{BAD}1 collision{BAD:#}")?,
+        Some(many) => write!(words, "{BAD}{many} collisions{BAD:#}")?,
+    }
+    if let Some(clearance) = summary.min_clearance_m {
+        write!(words, ", never nearer than {clearance:.2} m to anything")?;
+    }
+    if summary.collisions.is_some() {
+        writeln!(words)?;
+    }
+    Ok(())
+}
+
+fn tell_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
+    let width = group
+        .winners
+        .iter()
+        .map(|share| share.schema.len())
+        .max()
+        .unwrap_or(0)
+        .max("nobody".len());
+    writeln!(
+        words,
+        "\n{TITLE}{}{TITLE:#}{FAINT}, as WINNER{FAINT:#}",
+        group.group
+    )?;
+    for share in &group.winners {
+        writeln!(
+            words,
+            "  {:<width$}  {:>8.1} s  {:>5.1} %  {FAINT}{}{FAINT:#}",
+            share.schema,
+            share.seconds,
+            share.share * 100.0,
+            counted(share.takeovers, "takeover")
+        )?;
+    }
+    // Less than a cycle is the handovers themselves.
+    if group.nobody_seconds >= 0.05 {
+        writeln!(
+            words,
+            "  {FAINT}{:<width$}  {:>8.1} s{FAINT:#}",
+            "nobody", group.nobody_seconds
+        )?;
+    }
+    if let Some(worst) = group.worst_takeover_us {
+        let style = if worst > group.allowed_takeover_us {
+            WARN
+        } else {
+            FAINT
+        };
+        writeln!(
+            words,
+            "  {style}worst takeover {:.1} ms; its contract allows {:.1} ms{style:#}",
+            worst / 1e3,
+            group.allowed_takeover_us / 1e3
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,220 @@
+//! Bands of states: a row for every schema, as high as its state, in its colour while it is WINNER; above those that compete a row
+//! for their group, in the colour of who wins, with a mark at every switch.
+//!
+//! A column in which a state was only for a while shows it the fainter, and never so faint that it is not seen.
+
+use jde_core::State;
+
+use super::{Area, SMALL, TEXT};
+use crate::drawing::{Align, Drawing, Ink, Shape, Tone};
+use crate::map::Palette;
+use crate::tale::{Row, Tale};
+
+/// Units of the names, and of the numbers at the right.
+pub(crate) const NAMES: f32 = 200.0;
+pub(crate) const NUMBERS: f32 = 110.0;
+/// Units of a row: as high as is easily read, and as low as can be seen.
+const HIGHEST: f32 = 30.0;
+const LOWEST: f32 = 5.0;
+/// Rows lower than this have no names.
+const NAMED: f32 = 13.0;
+/// Units that a child's name is further in.
+const STEP: f32 = 12.0;
+/// Of a row: how high its states are.
+const WINNER: f32 = 0.78;
+const READY: f32 = 0.48;
+const CHECKING: f32 = 0.16;
+/// Shades of what was only for a part of a column, and the faintest of them.
+const SHADES: f32 = 8.0;
+const FAINTEST: f32 = 0.375;
+
+/// Rows that fit some paper.
+pub(crate) struct Bands<'t> {
+    tale: &'t Tale,
+    rows: Vec<Row>,
+    /// Rows for which there was no room.
+    pub(crate) left_out: usize,
+    row: f32,
+}
+
+impl<'t> Bands<'t> {
+    /// The rows of a tale, in no more than this height; none if there are no schemas.
+    pub(crate) fn new(tale: &'t Tale, most: f32) -> Self {
+        let mut rows = tale.hierarchy.rows();
+        let fit = (most / LOWEST) as usize;
+        let all = rows.len();
+        if all > fit {
+            // Who never was awake has the least to show.
+            rows.retain(|row| match row {
+                Row::Schema(schema, _) => tale.bands[*schema].was_awake(),
+                Row::Group(..) => true,
+            });
+            rows.truncate(fit);
+        }
+        Self {
+            tale,
+            left_out: all - rows.len(),
+            row: (most / rows.len().max(1) as f32).clamp(LOWEST, HIGHEST),
+            rows,
+        }
+    }
+
+    /// Units of all rows.
+    pub(crate) fn height(&self) -> f32 {
+        self.rows.len() as f32 * self.row
+    }
+
+    /// Draws the rows from the top of an area on, which is that of the time axis; names are to its left.
+    pub(crate) fn draw(&self, drawing: &mut Drawing, area: Area, palette: &Palette) {
+        for (place, row) in self.rows.iter().enumerate() {
+            let row_area = Area {
+                top: area.top + place as f32 * self.row,
+                height: self.row,
+                ..area
+            };
+            match *row {
+                Row::Group(group, depth) => self.group(drawing, row_area, group, depth, palette),
+                Row::Schema(schema, depth) => self.schema(drawing, row_area, schema, depth, palette),
+            }
+        }
+    }
+
+    fn schema(&self, drawing: &mut Drawing, area: Area, schema: usize, depth: usize, palette: &Palette) {
+        let (name, band) = (&self.tale.hierarchy.schemas[schema].name, &self.tale.bands[schema]);
+        let acts = self.tale.hierarchy.is_actor(schema);
+        let own = if acts {
+            palette.tone(Some(schema))
+        } else {
+            Tone::Edge
+        };
+        let layers = [
+            (State::Checking, CHECKING, Tone::Edge.faded(0.7)),
+            (State::Ready, READY, own.faded(0.5)),
+            (State::Winner, WINNER, own.faded(1.0)),
+        ];
+        for (state, height, ink) in layers {
+            layer(drawing, area, band.shares(state), height, ink);
+        }
+        self.name(drawing, area, name, depth, Tone::Ink);
+        let whole = self.tale.columns.to - self.tale.columns.from;
+        let share = band.time(State::Winner) as f64 / whole as f64;
+        if band.was_awake() {
+            self.number(drawing, area, &percent(share));
+        }
+    }
+
+    fn group(&self, drawing: &mut Drawing, area: Area, group: usize, depth: usize, palette: &Palette) {
+        let (about, contest) = (&self.tale.hierarchy.groups[group], &self.tale.contests[group]);
+        let wide = area.width / self.tale.columns.count as f32;
+        let (top, height) = (area.top + area.height * 0.62, area.height * 0.2);
+        for member in &about.members {
+            let ink = match self.tale.hierarchy.is_actor(*member) {
+                true => palette.tone(Some(*member)).faded(1.0),
+                false => Tone::Edge.faded(1.0),
+            };
+            for (from, to, shade) in runs(self.tale.bands[*member].shares(State::Winner)) {
+                let bar = Shape::bar(area.left + from as f32 * wide, top, (to - from) as f32 * wide, height);
+                if let Some(bar) = bar {
+                    drawing.fill(bar, ink.tone.faded(shade));
+                }
+            }
+        }
+        // At least as wide as can be seen, around the middle of its column.
+        let mark = wide.max(1.4);
+        for (column, _) in contest.marks.iter().enumerate().filter(|(_, count)| **count > 0) {
+            let middle = area.left + (column as f32 + 0.5) * wide;
+            let left = (middle - mark / 2.0).clamp(area.left, area.right() - mark);
+            drawing.bar((left, area.top + area.height * 0.22), mark, area.height * 0.6, Tone::Ink);
+        }
+        self.name(drawing, area, &about.name, depth, Tone::Soft);
+        let switches = match contest.switches {
+            1 => "1 switch".to_owned(),
+            switches => format!("{switches} switches"),
+        };
+        self.number(drawing, area, &switches);
+    }
+
+    fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: Tone) {
+        if self.row < NAMED {
+            return;
+        }
+        let indent = STEP * depth.min(6) as f32;
+        let size = TEXT.min(self.row * 0.75);
+        let left = area.left - NAMES + indent;
+        // Elsewhere the same text may be in a wider typeface.
+        let text = drawing.fitted(name, size, (NAMES - indent - 10.0) * 0.9);
+        drawing.label(&text, size, (left, area.top + self.row * 0.58), Align::Left, tone);
+    }
+
+    fn number(&self, drawing: &mut Drawing, area: Area, text: &str) {
+        if self.row >= NAMED {
+            let at = (area.right() + NUMBERS - 4.0, area.top + self.row * 0.58);
+            drawing.label(text, SMALL.min(self.row * 0.7), at, Align::Right, Tone::Soft);
+        }
+    }
+}
+
+/// Bars of one state, from the bottom of the row to the height of that state.
+fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, height: f32, ink: Ink) {
+    let shares: Vec<f32> = shares.collect();
+    let wide = area.width / shares.len().max(1) as f32;
+    let high = area.height * height;
+    let top = area.top + area.height * 0.9 - high;
+    let mut runs: Vec<_> = runs(shares.into_iter()).collect();
+    // One shade after the other: bars of one colour are drawn at once.
+    runs.sort_by(|one, other| one.2.total_cmp(&other.2));
+    for (from, to, shade) in runs {
+        let faded = ink.tone.faded(shade * ink.opacity);
+        drawing.bar(
+            (area.left + from as f32 * wide, top),
+            (to - from) as f32 * wide,
+            high,
+            faded,
+        );
+    }
+}
+
+/// Stretches of columns of the same shade: their first, the one behind their last, and the shade.
+fn runs(shares: impl Iterator<Item = f32>) -> impl Iterator<Item = (usize, usize, f32)> {
+    let mut shades = shares.map(shade).enumerate().peekable();
+    std::iter::from_fn(move || {
+        loop {
+            let (from, shade) = shades.next()?;
+            let mut to = from + 1;
+            while shades.next_if(|(_, next)| *next == shade).is_some() {
+                to += 1;
+            }
+            if shade > 0.0 {
+                return Some((from, to, shade));
+            }
+        }
+    })
+}
+
+fn shade(share: f32) -> f32 {
+    // A hundred-thousandth is what rounding leaves behind.
+    if share < 1e-5 {
+        0.0
+    } else {
+        ((share - 1e-4) * SHADES).ceil().max(SHADES * FAINTEST) / SHADES
+    }
+}
+
+fn percent(share: f64) -> String {
+    match share * 100.0 {
+        share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
+        share => format!("{share:.0} %"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_one_shade_are_one_bar_and_short_states_are_seen() {
+        let shares = [0.0, 1.0, 1.0, 0.999_99, 0.01, 0.0, 0.5];
+        let runs: Vec<_> = runs(shares.into_iter()).collect();
+        assert_eq!(runs, [(1, 4, 1.0), (4, 5, FAINTEST), (6, 7, 0.5)]);
+    }
+}

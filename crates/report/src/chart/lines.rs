@@ -1,0 +1,206 @@
+//! Numbers over time as lines: of each column the least and the greatest, so that no extreme is lost however many values it has.
+//! A value holds until the next; where there is none, there is no line.
+
+use std::collections::BTreeMap;
+
+use super::axis::{self, numbers};
+use super::{Area, SMALL, TEXT};
+use crate::drawing::{Align, Drawing, Ink, Line, Point, Shape, Tone};
+use crate::tale::{Cell, Columns, Series, Trace};
+
+/// Units of the legend above a chart, and between two charts.
+const LEGEND: f32 = 26.0;
+const BETWEEN: f32 = 16.0;
+/// Units that an entry of the legend takes beside its name.
+const SIGN: f32 = 36.0;
+
+/// How a line looks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) ink: Ink,
+    pub(crate) width: f32,
+}
+
+/// Draws a chart for each unit, one above the other.
+pub(crate) fn charts(drawing: &mut Drawing, area: Area, columns: Columns, traces: &[(Series, Trace)]) {
+    let mut units: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (number, (series, _)) in traces.iter().enumerate() {
+        units.entry(&series.unit).or_default().push(number);
+    }
+    // In the order in which they were asked for.
+    let mut units: Vec<_> = units.into_iter().collect();
+    units.sort_by_key(|(_, numbers)| numbers[0]);
+    let height = area.height / units.len().max(1) as f32;
+    for (place, (unit, numbers)) in units.into_iter().enumerate() {
+        let part = Area {
+            top: area.top + place as f32 * height,
+            height: height - BETWEEN,
+            ..area
+        };
+        chart(drawing, part, columns, traces, &numbers, unit);
+    }
+}
+
+fn chart(
+    drawing: &mut Drawing,
+    area: Area,
+    columns: Columns,
+    traces: &[(Series, Trace)],
+    numbers_of: &[usize],
+    unit: &str,
+) {
+    let legend = legend(drawing, area, traces, numbers_of, unit);
+    let area = Area {
+        top: area.top + legend,
+        height: (area.height - legend).max(20.0),
+        ..area
+    };
+    let ranges = numbers_of.iter().filter_map(|number| traces[*number].1.range());
+    let range = ranges.reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)));
+    let (least, greatest) = around(range.unwrap_or((0.0, 1.0)));
+    axis::time_grid(drawing, area, columns);
+    for (value, text) in numbers(least, greatest, area.height) {
+        let y = at(area, least, greatest, value).floor() + 0.5;
+        let line = Line::new(Tone::Grid, 1.0);
+        drawing.polyline(&[(area.left, y), (area.right(), y)], line);
+        drawing.label(&text, SMALL, (area.left - 8.0, y), Align::Right, Tone::Soft);
+    }
+    frame(drawing, area);
+    for number in numbers_of {
+        let look = Look {
+            ink: Tone::Of(*number).into(),
+            width: 1.8,
+        };
+        line(drawing, area, traces[*number].1.cells(), (least, greatest), look);
+    }
+    if range.is_none() {
+        let middle = (area.left + area.width / 2.0, area.top + area.height / 2.0);
+        drawing.label("no value in this time", TEXT, middle, Align::Middle, Tone::Soft);
+    }
+}
+
+/// Writes the names above a chart, in as many rows as they need; answers with its height.
+fn legend(
+    drawing: &mut Drawing,
+    area: Area,
+    traces: &[(Series, Trace)],
+    numbers_of: &[usize],
+    unit: &str,
+) -> f32 {
+    let (mut x, mut y) = (area.left, area.top + LEGEND / 2.0);
+    for number in numbers_of {
+        let (series, trace) = &traces[*number];
+        let name = match unit {
+            "" => series.name.clone(),
+            unit => format!("{} [{unit}]", series.name),
+        };
+        let name = drawing.fitted(&name, TEXT, area.width - SIGN);
+        let range = trace.range().map_or(String::new(), |(least, greatest)| {
+            format!("  {} to {}", axis::number(least), axis::number(greatest))
+        });
+        let text = format!("{name}{range}");
+        let width = SIGN + drawing.width(&text, TEXT) + 20.0;
+        if x > area.left && x + width > area.right() {
+            (x, y) = (area.left, y + LEGEND);
+        }
+        let sign = Line::new(Tone::Of(*number), 4.0);
+        drawing.polyline(&[(x, y), (x + SIGN - 12.0, y)], sign);
+        drawing.label(&text, TEXT, (x + SIGN - 4.0, y), Align::Left, Tone::Ink);
+        x += width;
+    }
+    y - area.top + LEGEND / 2.0 + 2.0
+}
+
+/// Draws a small chart without words: a line between a least and a greatest, and one across where it should be.
+pub(crate) fn small(
+    drawing: &mut Drawing,
+    area: Area,
+    trace: &Trace,
+    range: (f64, f64),
+    wanted: Option<f64>,
+    look: Look,
+) {
+    frame(drawing, area);
+    let (least, greatest) = range;
+    if let Some(wanted) = wanted.filter(|wanted| (least..=greatest).contains(wanted)) {
+        let y = at(area, least, greatest, wanted);
+        let across = Line::new(Tone::Soft, 1.0).dashed(4.0, 3.0);
+        drawing.polyline(&[(area.left, y), (area.right(), y)], across);
+    }
+    line(drawing, area, trace.cells(), range, look);
+}
+
+fn frame(drawing: &mut Drawing, area: Area) {
+    if let Some(edge) = Shape::bar(area.left, area.top, area.width, area.height) {
+        drawing.stroke(edge, Line::new(Tone::Edge, 1.0));
+    }
+}
+
+fn line(drawing: &mut Drawing, area: Area, cells: &[Option<Cell>], (least, greatest): (f64, f64), look: Look) {
+    let wide = area.width / cells.len().max(1) as f32;
+    let y = |value: f64| at(area, least, greatest, value);
+    let mut points: Vec<Point> = Vec::new();
+    for (column, cell) in cells.iter().enumerate() {
+        let left = area.left + column as f32 * wide;
+        let Some(cell) = cell else {
+            drawing.polyline(&std::mem::take(&mut points), Line::new(look.ink, look.width));
+            continue;
+        };
+        let middle = left + wide / 2.0;
+        add(&mut points, (left, y(cell.first)));
+        if cell.least < cell.greatest {
+            // The way to the farther extreme first, and back over the other: as short as it can be.
+            let order = if cell.last >= cell.first {
+                [cell.least, cell.greatest]
+            } else {
+                [cell.greatest, cell.least]
+            };
+            order
+                .into_iter()
+                .for_each(|value| add(&mut points, (middle, y(value))));
+        }
+        add(&mut points, (left + wide, y(cell.last)));
+    }
+    drawing.polyline(&points, Line::new(look.ink, look.width));
+}
+
+/// Adds a point; on a level the end of the line moves instead.
+fn add(points: &mut Vec<Point>, point: Point) {
+    if let [.., before, last] = points.as_mut_slice()
+        && before.1 == last.1
+        && last.1 == point.1
+    {
+        *last = point;
+    } else {
+        points.push(point);
+    }
+}
+
+fn at(area: Area, least: f64, greatest: f64, value: f64) -> f32 {
+    let share = ((value - least) / (greatest - least)).clamp(-0.02, 1.02);
+    area.bottom() - area.height * share as f32
+}
+
+/// A range with a little room, also where all is the same.
+fn around((least, greatest): (f64, f64)) -> (f64, f64) {
+    let size = greatest.abs().max(least.abs());
+    let margin = ((greatest - least) * 0.06).max(size * 1e-3).max(1e-9);
+    (least - margin, greatest + margin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_line_has_two_points_and_a_range_has_room() {
+        let mut points = Vec::new();
+        for x in [0.0, 1.0, 2.0, 3.0] {
+            add(&mut points, (x, 5.0));
+        }
+        add(&mut points, (3.0, 7.0));
+        assert_eq!(points, [(0.0, 5.0), (3.0, 5.0), (3.0, 7.0)]);
+        let (least, greatest) = around((4.0, 4.0));
+        assert!(least < 4.0 && greatest > 4.0);
+    }
+}

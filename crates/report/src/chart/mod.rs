@@ -1,0 +1,34 @@
+//! Charts over time: bands of states, lines of numbers, and the axis below them. Where they stand on the paper is said by whoever
+//! wants them.
+
+mod axis;
+mod bands;
+mod lines;
+
+pub(crate) use axis::{number, round_up, seconds, time_axis, time_grid};
+pub(crate) use bands::{Bands, NAMES, NUMBERS};
+pub(crate) use lines::{Look, charts, small};
+
+/// A part of the paper, units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Area {
+    pub(crate) left: f32,
+    pub(crate) top: f32,
+    pub(crate) width: f32,
+    pub(crate) height: f32,
+}
+
+impl Area {
+    pub(crate) fn right(self) -> f32 {
+        self.left + self.width
+    }
+
+    pub(crate) fn bottom(self) -> f32 {
+        self.top + self.height
+    }
+}
+
+/// Size of names and numbers, units.
+pub(crate) const TEXT: f32 = 16.0;
+/// Size of what matters less, units.
+pub(crate) const SMALL: f32 = 14.0;

@@ -1,0 +1,145 @@
+//! Text as outlines, filled like any other shape: sharp at every size, and no second rasteriser.
+//!
+//! One typeface, left to right, without kerning: labels and names, no typesetting.
+
+use epaint_default_fonts::UBUNTU_LIGHT;
+use tiny_skia::{Path, PathBuilder};
+use ttf_parser::{Face, OutlineBuilder};
+
+/// The typeface of the picture.
+pub(crate) struct Font {
+    face: Face<'static>,
+}
+
+impl Font {
+    pub(crate) fn new() -> Self {
+        let face =
+            Face::parse(UBUNTU_LIGHT, 0).expect("the typeface is part of the program and a test reads it");
+        Self { face }
+    }
+
+    /// Gives the width of a text in pixels, for a size in pixels.
+    pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
+        let advance = |letter| {
+            let glyph = self.face.glyph_index(letter).unwrap_or_default();
+            f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
+        };
+        text.chars().map(advance).sum::<f32>() * self.scale(size)
+    }
+
+    /// Gives the height of a capital letter in pixels.
+    pub(crate) fn capital(&self, size: f32) -> f32 {
+        f32::from(self.face.capital_height().unwrap_or(self.face.ascender())) * self.scale(size)
+    }
+
+    /// Gives a text that is no wider than there is room, with an ellipsis where letters are missing.
+    pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
+        if self.width(text, size) <= room {
+            return text.to_owned();
+        }
+        let mut kept: String = text.to_owned();
+        while kept.pop().is_some() {
+            let shortened = format!("{kept}…");
+            if self.width(&shortened, size) <= room {
+                return shortened;
+            }
+        }
+        String::new()
+    }
+
+    /// Gives the outline of a text whose base line begins at a point of the picture; nothing for a text without ink.
+    pub(crate) fn outline(&self, text: &str, size: f32, (x, y): (f32, f32)) -> Option<Path> {
+        let mut pen = Pen {
+            path: PathBuilder::new(),
+            x,
+            y,
+            scale: self.scale(size),
+        };
+        for letter in text.chars() {
+            let glyph = self.face.glyph_index(letter).unwrap_or_default();
+            self.face.outline_glyph(glyph, &mut pen);
+            pen.x += f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0)) * pen.scale;
+        }
+        pen.path.finish()
+    }
+
+    fn scale(&self, size: f32) -> f32 {
+        size / f32::from(self.face.units_per_em())
+    }
+}
+
+/// Turns the typeface's units, y up, into pixels, y down.
+struct Pen {
+    path: PathBuilder,
+    x: f32,
+    y: f32,
+    scale: f32,
+}
+
+impl Pen {
+    fn at(&self, x: f32, y: f32) -> (f32, f32) {
+        (self.x + x * self.scale, self.y - y * self.scale)
+    }
+}
+
+impl OutlineBuilder for Pen {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.move_to(x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.line_to(x, y);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
+        self.path.quad_to(x1, y1, x, y);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
+        self.path.cubic_to(x1, y1, x2, y2, x, y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_has_ink_where_its_width_says() {
+        let font = Font::new();
+        let bounds = font.outline("goon 42 %", 20.0, (100.0, 50.0)).unwrap().bounds();
+        assert!(bounds.left() >= 99.0 && bounds.right() <= 100.0 + font.width("goon 42 %", 20.0) + 1.0);
+        assert!(bounds.top() < 50.0 - font.capital(20.0) * 0.9 && bounds.bottom() > 50.0);
+    }
+
+    #[test]
+    fn a_text_is_shortened_to_its_room() {
+        let font = Font::new();
+        assert_eq!(font.fitted("goon", 20.0, 100.0), "goon");
+        let short = font.fitted("a schema of a very long name", 20.0, 100.0);
+        assert!(short.ends_with('…') && font.width(&short, 20.0) <= 100.0, "{short}");
+        assert_eq!(font.fitted("goon", 20.0, 1.0), "");
+    }
+
+    #[test]
+    fn nothing_has_no_outline() {
+        assert!(Font::new().outline("", 20.0, (0.0, 0.0)).is_none());
+        assert!(Font::new().outline("  ", 20.0, (0.0, 0.0)).is_none());
+    }
+
+    #[test]
+    fn the_typeface_knows_the_letters_of_the_legend() {
+        let font = Font::new();
+        for letter in "aZ09 %·<().,-−éñ…→µ".chars() {
+            assert!(font.face.glyph_index(letter).is_some(), "{letter}");
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! A drawing: strokes, areas and texts in units of its own, from which [`raster`] makes pixels and [`svg`] a part of a page, so
+//! that what both show is drawn once.
+//!
+//! It refuses to know metres and seconds; who draws turns those into units.
+
+mod font;
+mod raster;
+mod shape;
+mod svg;
+pub(crate) mod tone;
+
+use tiny_skia::Rect;
+
+pub(crate) use font::Font;
+pub(crate) use shape::{Point, Shape};
+pub(crate) use tone::Tone;
+
+/// A colour, and how much of what is below it lets through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ink {
+    pub(crate) tone: Tone,
+    /// 0 nothing is seen of it, 1 nothing of what is below.
+    pub(crate) opacity: f32,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Line {
+    pub(crate) ink: Ink,
+    /// Units.
+    pub(crate) width: f32,
+    /// Units of line and of gap; `None` is a whole line.
+    pub(crate) dash: Option<[f32; 2]>,
+}
+
+/// Where a text stands beside its point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Align {
+    Left,
+    Middle,
+    Right,
+}
+
+/// What is drawn, from below to above.
+pub(crate) struct Drawing {
+    width: f32,
+    height: f32,
+    marks: Vec<Mark>,
+    clip: Option<Rect>,
+    font: Font,
+}
+
+/// One thing that is drawn.
+struct Mark {
+    what: What,
+    /// Ink only falls inside.
+    clip: Option<Rect>,
+}
+
+enum What {
+    Fill(Shape, Ink),
+    Stroke(Shape, Line),
+    Text {
+        text: String,
+        size: f32,
+        at: Point,
+        align: Align,
+        ink: Ink,
+    },
+    /// What the marks from here on are, for whoever points at them, until the next note.
+    Note(Option<String>),
+}
+
+impl From<Tone> for Ink {
+    fn from(tone: Tone) -> Self {
+        Self { tone, opacity: 1.0 }
+    }
+}
+
+impl Tone {
+    /// It lets through what is below.
+    pub(crate) fn faded(self, opacity: f32) -> Ink {
+        Ink {
+            tone: self,
+            opacity: opacity.clamp(0.0, 1.0),
+        }
+    }
+}
+
+impl Line {
+    pub(crate) fn new(ink: impl Into<Ink>, width: f32) -> Self {
+        Self {
+            ink: ink.into(),
+            width,
+            dash: None,
+        }
+    }
+
+    pub(crate) fn dashed(self, line: f32, gap: f32) -> Self {
+        Self {
+            dash: Some([line, gap]),
+            ..self
+        }
+    }
+}
+
+impl Drawing {
+    pub(crate) fn new(width: f32, height: f32) -> Self {
+        Self {
+            width: width.max(1.0),
+            height: height.max(1.0),
+            marks: Vec::new(),
+            clip: None,
+            font: Font::new(),
+        }
+    }
+
+    /// Lets ink only fall inside a rectangle, or everywhere again.
+    pub(crate) fn clip(&mut self, to: Option<Rect>) {
+        self.clip = to;
+    }
+
+    pub(crate) fn fill(&mut self, shape: Shape, ink: impl Into<Ink>) {
+        self.add(What::Fill(shape, ink.into()));
+    }
+
+    pub(crate) fn stroke(&mut self, shape: Shape, line: Line) {
+        self.add(What::Stroke(shape, line));
+    }
+
+    /// Draws a line through points; one that leads nowhere is a dot.
+    pub(crate) fn polyline(&mut self, points: &[Point], line: Line) {
+        let Some(first) = points.first() else { return };
+        // A way that never leaves its place has no length to stroke.
+        if points.iter().any(|point| point != first) {
+            self.stroke(Shape::Line(points.to_vec()), line);
+        } else {
+            self.disc(*first, line.width / 2.0, line.ink);
+        }
+    }
+
+    pub(crate) fn polygon(&mut self, points: &[Point], ink: impl Into<Ink>) {
+        self.fill(Shape::Area(points.to_vec()), ink);
+    }
+
+    pub(crate) fn disc(&mut self, at: Point, radius: f32, ink: impl Into<Ink>) {
+        self.fill(Shape::Disc(at, radius), ink);
+    }
+
+    pub(crate) fn ring(&mut self, at: Point, radius: f32, line: Line) {
+        self.stroke(Shape::Disc(at, radius), line);
+    }
+
+    /// Fills a rectangle; nothing if it has no size.
+    pub(crate) fn bar(&mut self, (x, y): Point, width: f32, height: f32, ink: impl Into<Ink>) {
+        if let Some(rect) = Rect::from_xywh(x, y, width, height) {
+            self.fill(Shape::Box(rect), ink);
+        }
+    }
+
+    /// Writes a text at its base line.
+    pub(crate) fn text(&mut self, text: &str, size: f32, at: Point, align: Align, ink: impl Into<Ink>) {
+        self.add(What::Text {
+            text: text.to_owned(),
+            size,
+            at,
+            align,
+            ink: ink.into(),
+        });
+    }
+
+    /// Writes a text with the middle of its capital letters at a height.
+    pub(crate) fn label(&mut self, text: &str, size: f32, (x, y): Point, align: Align, ink: impl Into<Ink>) {
+        let base = y + self.font.capital(size) / 2.0;
+        self.text(text, size, (x, base), align, ink);
+    }
+
+    /// Says what is drawn from here on to whoever points at it, or nothing again.
+    pub(crate) fn note(&mut self, note: Option<String>) {
+        self.add(What::Note(note));
+    }
+
+    /// Units of a text's width.
+    pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
+        self.font.width(text, size)
+    }
+
+    /// A text that is no wider than there is room, with an ellipsis where letters are missing.
+    pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
+        self.font.fitted(text, size, room)
+    }
+
+    fn add(&mut self, what: What) {
+        self.marks.push(Mark {
+            what,
+            clip: self.clip,
+        });
+    }
+}

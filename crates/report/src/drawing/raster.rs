@@ -1,0 +1,116 @@
+//! A drawing as pixels on light paper.
+
+use tiny_skia::{
+    Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash,
+    Transform,
+};
+
+use super::{Align, Drawing, Ink, Line, What};
+
+/// Most pixels on a side.
+const MOST: f32 = 16_384.0;
+
+impl Drawing {
+    /// Makes pixels of it, so many to a unit.
+    pub(crate) fn pixels(&self, scale: f32) -> Pixmap {
+        let side = |units: f32| (units * scale).round().clamp(1.0, MOST) as u32;
+        let pixmap = Pixmap::new(side(self.width), side(self.height));
+        let mut pixmap = pixmap.expect("no side is 0 or more than a picture can have");
+        pixmap.fill(Color::WHITE);
+        let mut brush = Brush {
+            pixmap,
+            mask: None,
+            scale: Transform::from_scale(scale, scale),
+        };
+        for mark in &self.marks {
+            brush.clip(mark.clip);
+            match &mark.what {
+                What::Fill(shape, ink) => {
+                    if let Some(path) = shape.path() {
+                        brush.fill(&path, *ink);
+                    }
+                }
+                What::Stroke(shape, line) => {
+                    if let Some(path) = shape.path() {
+                        brush.stroke(&path, *line);
+                    }
+                }
+                What::Text {
+                    text,
+                    size,
+                    at: (x, y),
+                    align,
+                    ink,
+                } => {
+                    let width = self.font.width(text, *size);
+                    let left = match align {
+                        Align::Left => *x,
+                        Align::Middle => x - width / 2.0,
+                        Align::Right => x - width,
+                    };
+                    if let Some(outline) = self.font.outline(text, *size, (left, *y)) {
+                        brush.fill(&outline, *ink);
+                        // The typeface is a light one, made for larger sizes: a hair of ink more reads better.
+                        brush.stroke(&outline, Line::new(*ink, size / 50.0));
+                    }
+                }
+                What::Note(_) => {}
+            }
+        }
+        brush.pixmap
+    }
+}
+
+struct Brush {
+    pixmap: Pixmap,
+    mask: Option<(Rect, Mask)>,
+    scale: Transform,
+}
+
+impl Brush {
+    fn clip(&mut self, to: Option<Rect>) {
+        if self.mask.as_ref().map(|(rect, _)| *rect) == to {
+            return;
+        }
+        self.mask = to.and_then(|rect| {
+            let mut mask = Mask::new(self.pixmap.width(), self.pixmap.height())?;
+            let path = PathBuilder::from_rect(rect);
+            mask.fill_path(&path, FillRule::Winding, false, self.scale);
+            Some((rect, mask))
+        });
+    }
+
+    fn fill(&mut self, path: &Path, ink: Ink) {
+        let mask = self.mask.as_ref().map(|(_, mask)| mask);
+        self.pixmap
+            .fill_path(path, &paint(ink), FillRule::Winding, self.scale, mask);
+    }
+
+    fn stroke(&mut self, path: &Path, line: Line) {
+        let stroke = Stroke {
+            width: line.width,
+            line_cap: if line.dash.is_some() {
+                LineCap::Butt
+            } else {
+                LineCap::Round
+            },
+            line_join: LineJoin::Round,
+            dash: line.dash.and_then(|dash| StrokeDash::new(dash.to_vec(), 0.0)),
+            ..Stroke::default()
+        };
+        let mask = self.mask.as_ref().map(|(_, mask)| mask);
+        self.pixmap
+            .stroke_path(path, &paint(line.ink), &stroke, self.scale, mask);
+    }
+}
+
+fn paint(ink: Ink) -> Paint<'static> {
+    let mut paint = Paint {
+        anti_alias: true,
+        ..Paint::default()
+    };
+    let color = ink.tone.light();
+    let alpha = (ink.opacity * 255.0).round() as u8;
+    paint.set_color_rgba8(color.red(), color.green(), color.blue(), alpha);
+    paint
+}

@@ -1,0 +1,264 @@
+//! A drawing as SVG within a page: colours by name, so that the page's light and dark are its own, and texts that can be read,
+//! searched and copied. Everything written by others is escaped.
+
+use std::fmt::{self, Write};
+
+use maud::{Markup, PreEscaped, Render};
+use tiny_skia::Rect;
+
+use super::{Align, Drawing, Ink, Line, Mark, Point, Shape, What};
+
+/// A part of a page.
+struct Svg<'d> {
+    drawing: &'d Drawing,
+    text: String,
+    clips: Vec<Rect>,
+    /// Within a group that has a note.
+    noted: bool,
+}
+
+impl Drawing {
+    /// Makes SVG of it, as wide as there is room. `label` is what it shows, for those who do not see it; `prefix` tells its names
+    /// from those of other drawings on the page.
+    pub(crate) fn svg(&self, label: &str, prefix: &str) -> Markup {
+        let mut svg = Svg {
+            drawing: self,
+            text: String::new(),
+            clips: Vec::new(),
+            noted: false,
+        };
+        // Writing to a text cannot fail.
+        let _ = svg.write(label, prefix);
+        PreEscaped(svg.text)
+    }
+}
+
+impl Svg<'_> {
+    fn write(&mut self, label: &str, prefix: &str) -> fmt::Result {
+        let (width, height) = (self.drawing.width, self.drawing.height);
+        write!(
+            self.text,
+            r#"<svg viewBox="0 0 {} {}" role="img" aria-label="{}">"#,
+            Short(width),
+            Short(height),
+            escaped(label)
+        )?;
+        let marks = &self.drawing.marks;
+        let mut at = 0;
+        while let Some(mark) = marks.get(at) {
+            at += match bars(&marks[at..]) {
+                Some((count, ink)) => {
+                    self.bars(&marks[at..at + count], ink, prefix)?;
+                    count
+                }
+                None => {
+                    self.mark(mark, prefix)?;
+                    1
+                }
+            };
+        }
+        if self.noted {
+            self.text.push_str("</g>");
+        }
+        self.text.push_str("<defs>");
+        for (number, clip) in self.clips.iter().enumerate() {
+            write!(
+                self.text,
+                r#"<clipPath id="{prefix}{number}"><rect x="{}" y="{}" width="{}" height="{}"/></clipPath>"#,
+                Short(clip.x()),
+                Short(clip.y()),
+                Short(clip.width()),
+                Short(clip.height())
+            )?;
+        }
+        self.text.push_str("</defs></svg>");
+        Ok(())
+    }
+
+    /// Rectangles of one colour as one path: there may be thousands.
+    fn bars(&mut self, marks: &[Mark], ink: Ink, prefix: &str) -> fmt::Result {
+        self.text.push_str("<path d=\"");
+        for mark in marks {
+            if let What::Fill(Shape::Box(rect), _) = &mark.what {
+                let (wide, high) = (Short(rect.width()), Short(rect.height()));
+                write!(
+                    self.text,
+                    "M{} {}h{wide}v{high}h-{wide}z",
+                    Short(rect.x()),
+                    Short(rect.y())
+                )?;
+            }
+        }
+        self.text.push('"');
+        self.filled(ink)?;
+        self.clipped(marks[0].clip, prefix)?;
+        self.text.push_str("/>");
+        Ok(())
+    }
+
+    fn mark(&mut self, mark: &Mark, prefix: &str) -> fmt::Result {
+        match &mark.what {
+            What::Fill(shape, ink) => {
+                self.shape(shape)?;
+                self.filled(*ink)?;
+            }
+            What::Stroke(shape, line) => {
+                self.shape(shape)?;
+                self.stroked(*line)?;
+            }
+            What::Text {
+                text,
+                size,
+                at: (x, y),
+                align,
+                ink,
+            } => {
+                let (x, y, size) = (Short(*x), Short(*y), Short(*size));
+                write!(self.text, r#"<text x="{x}" y="{y}" font-size="{size}""#)?;
+                self.text.push_str(match align {
+                    Align::Left => "",
+                    Align::Middle => r#" text-anchor="middle""#,
+                    Align::Right => r#" text-anchor="end""#,
+                });
+                self.filled(*ink)?;
+                self.clipped(mark.clip, prefix)?;
+                return write!(self.text, ">{}</text>", escaped(text));
+            }
+            What::Note(note) => {
+                if std::mem::replace(&mut self.noted, note.is_some()) {
+                    self.text.push_str("</g>");
+                }
+                if let Some(note) = note {
+                    write!(self.text, "<g><title>{}</title>", escaped(note))?;
+                }
+                return Ok(());
+            }
+        }
+        self.clipped(mark.clip, prefix)?;
+        self.text.push_str("/>");
+        Ok(())
+    }
+
+    fn shape(&mut self, shape: &Shape) -> fmt::Result {
+        match shape {
+            Shape::Line(points) => self.through(points, ""),
+            Shape::Area(points) => self.through(points, "z"),
+            Shape::Disc((x, y), radius) => {
+                let (x, y, radius) = (Short(*x), Short(*y), Short(*radius));
+                write!(self.text, r#"<circle cx="{x}" cy="{y}" r="{radius}""#)
+            }
+            Shape::Box(rect) => {
+                let (x, y) = (Short(rect.x()), Short(rect.y()));
+                let (wide, high) = (Short(rect.width()), Short(rect.height()));
+                write!(
+                    self.text,
+                    r#"<rect x="{x}" y="{y}" width="{wide}" height="{high}""#
+                )
+            }
+        }
+    }
+
+    fn through(&mut self, points: &[Point], end: &str) -> fmt::Result {
+        self.text.push_str("<path d=\"");
+        for (number, (x, y)) in points.iter().enumerate() {
+            let step = match number {
+                0 => 'M',
+                1 => 'L',
+                _ => ' ',
+            };
+            write!(self.text, "{step}{} {}", Short(*x), Short(*y))?;
+        }
+        write!(self.text, "{end}\"")
+    }
+
+    fn filled(&mut self, ink: Ink) -> fmt::Result {
+        write!(self.text, r#" fill="var({})""#, ink.tone)?;
+        if ink.opacity < 1.0 {
+            write!(self.text, r#" fill-opacity="{}""#, Short(ink.opacity))?;
+        }
+        Ok(())
+    }
+
+    fn stroked(&mut self, line: Line) -> fmt::Result {
+        let (tone, width) = (line.ink.tone, Short(line.width));
+        write!(
+            self.text,
+            r#" fill="none" stroke="var({tone})" stroke-width="{width}""#
+        )?;
+        if line.ink.opacity < 1.0 {
+            write!(self.text, r#" stroke-opacity="{}""#, Short(line.ink.opacity))?;
+        }
+        if let Some([line, gap]) = line.dash {
+            write!(self.text, r#" stroke-dasharray="{} {}""#, Short(line), Short(gap))?;
+        }
+        Ok(())
+    }
+
+    fn clipped(&mut self, clip: Option<Rect>, prefix: &str) -> fmt::Result {
+        let Some(clip) = clip else { return Ok(()) };
+        let known = self.clips.iter().position(|known| *known == clip);
+        let number = known.unwrap_or_else(|| {
+            self.clips.push(clip);
+            self.clips.len() - 1
+        });
+        write!(self.text, r#" clip-path="url(#{prefix}{number})""#)
+    }
+}
+
+/// How many rectangles of one colour come next, if any do.
+fn bars(marks: &[Mark]) -> Option<(usize, Ink)> {
+    let bar = |mark: &Mark| match mark.what {
+        What::Fill(Shape::Box(_), ink) => Some((ink, mark.clip)),
+        _ => None,
+    };
+    let first = bar(marks.first()?)?;
+    let count = marks.iter().take_while(|mark| bar(mark) == Some(first)).count();
+    Some((count, first.0))
+}
+
+fn escaped(text: &str) -> String {
+    text.render().into_string()
+}
+
+/// A number with the two digits that anybody sees.
+#[derive(Clone, Copy)]
+struct Short(f32);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rounded = (self.0 * 100.0).round() / 100.0;
+        // Without the sum, what is rounded to zero from below would read "-0".
+        write!(f, "{}", rounded + 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::drawing::{Align, Drawing, Line, Tone};
+
+    #[test]
+    fn what_others_wrote_is_text_and_no_markup() {
+        let mut drawing = Drawing::new(10.0, 10.0);
+        drawing.note(Some("<b>\"".to_owned()));
+        drawing.text("<script>alert(1)</script>", 5.0, (1.0, 2.0), Align::Left, Tone::Ink);
+        let svg = drawing.svg("a & \"b\"", "c").into_string();
+        assert!(!svg.contains("<script>") && !svg.contains("<b>"), "{svg}");
+        assert!(svg.contains("&lt;script&gt;") && svg.contains("a &amp; &quot;b&quot;"), "{svg}");
+    }
+
+    #[test]
+    fn bars_of_one_colour_are_one_path_and_groups_are_closed() {
+        let mut drawing = Drawing::new(10.0, 10.0);
+        drawing.note(Some("three".to_owned()));
+        for x in [0.0, 2.0, 4.0] {
+            drawing.bar((x, 0.5), 1.0, 2.25, Tone::Of(8));
+        }
+        drawing.bar((6.0, 0.5), 1.0, 2.0, Tone::Bad.faded(0.5));
+        drawing.polyline(&[(0.0, 0.0), (1.0, 1.0)], Line::new(Tone::Ink, 1.0).dashed(1.0, 2.0));
+        let svg = drawing.svg("bars", "c").into_string();
+        assert!(svg.contains("M0 0.5h1v2.25h-1zM2 0.5h1"), "{svg}");
+        assert_eq!(svg.matches("<path").count(), 3, "{svg}");
+        assert_eq!((svg.matches("<g>").count(), svg.matches("</g>").count()), (1, 1));
+        assert!(svg.contains("var(--of1)") && svg.contains("fill-opacity=\"0.5\""), "{svg}");
+    }
+}

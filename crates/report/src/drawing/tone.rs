@@ -1,0 +1,114 @@
+//! The colours of drawings by what they mean: Okabe and Ito's for schemas, which people who see colours differently tell apart,
+//! and greys for the rest. Each has a value for light and one for dark paper.
+
+use std::fmt::{self, Write as _};
+
+use tiny_skia::ColorU8;
+
+/// What a colour means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Tone {
+    /// What is drawn on.
+    Paper,
+    /// Titles, walls, targets.
+    Ink,
+    /// Labels and numbers.
+    Soft,
+    /// Edges of furniture.
+    Edge,
+    /// Furniture.
+    Furniture,
+    /// Lines every so many metres or seconds.
+    Grid,
+    /// Nobody wins, or somebody without a colour of its own.
+    Nobody,
+    /// What went wrong.
+    Bad,
+    /// One of several things that are told apart: from the eighth on they repeat.
+    Of(usize),
+}
+
+/// How many [`Tone::Of`] differ.
+pub(crate) const TOLD_APART: usize = 7;
+
+/// Light and dark. Without black, which is the walls', and the most alike last.
+const OKABE_ITO: [(u32, u32); TOLD_APART] = [
+    (0x0072b2, 0x4aa3df),
+    (0xe69f00, 0xe9a820),
+    (0xd55e00, 0xe8743b),
+    (0x009e73, 0x22b58c),
+    (0xcc79a7, 0xd68fb6),
+    (0x56b4e9, 0x86cdf2),
+    (0xf0e442, 0xe6dc5a),
+];
+
+impl Tone {
+    /// All that differ.
+    fn all() -> impl Iterator<Item = Self> {
+        [
+            Self::Paper,
+            Self::Ink,
+            Self::Soft,
+            Self::Edge,
+            Self::Furniture,
+            Self::Grid,
+            Self::Nobody,
+            Self::Bad,
+        ]
+        .into_iter()
+        .chain((0..TOLD_APART).map(Self::Of))
+    }
+
+    /// Its colours on light and on dark paper, 0xrrggbb.
+    fn values(self) -> (u32, u32) {
+        match self {
+            Self::Paper => (0xff_ffff, 0x15_181c),
+            Self::Ink => (0x22_2222, 0xe4_e6e8),
+            Self::Soft => (0x66_6666, 0x9b_a1a8),
+            Self::Edge => (0x9a_9a9a, 0x6d_747c),
+            Self::Furniture => (0xd4_d4d4, 0x3a_4048),
+            Self::Grid => (0xec_ecec, 0x25_2a30),
+            Self::Nobody => (0x80_8080, 0x80_868d),
+            Self::Bad => (0xc0_1c28, 0xff_6b6b),
+            Self::Of(place) => OKABE_ITO[place % TOLD_APART],
+        }
+    }
+
+    /// It on light paper.
+    pub(crate) fn light(self) -> ColorU8 {
+        let [_, red, green, blue] = self.values().0.to_be_bytes();
+        ColorU8::from_rgba(red, green, blue, 255)
+    }
+}
+
+/// As a page names it: `--ink`, `--of3`.
+impl fmt::Display for Tone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Paper => f.write_str("--paper"),
+            Self::Ink => f.write_str("--ink"),
+            Self::Soft => f.write_str("--soft"),
+            Self::Edge => f.write_str("--edge"),
+            Self::Furniture => f.write_str("--furniture"),
+            Self::Grid => f.write_str("--grid"),
+            Self::Nobody => f.write_str("--nobody"),
+            Self::Bad => f.write_str("--bad"),
+            Self::Of(place) => write!(f, "--of{}", place % TOLD_APART),
+        }
+    }
+}
+
+/// The rules by which a page has these colours: light ones, and dark ones for whoever likes them, but not on paper.
+pub(crate) fn style() -> String {
+    let mut light = String::new();
+    let mut dark = String::new();
+    for tone in Tone::all() {
+        let values = tone.values();
+        // Writing to a text cannot fail.
+        let _ = write!(light, "{tone}:#{:06x};", values.0);
+        let _ = write!(dark, "{tone}:#{:06x};", values.1);
+    }
+    format!(
+        ":root{{color-scheme:light;{light}}}@media screen and (prefers-color-scheme:dark){{:root{{color-scheme:dark;{dark}}}}}"
+    )
+}

@@ -1,0 +1,196 @@
+//! What the robot drives on: the grid, the walls, the furniture, and what a laser saw of them.
+
+use jde_sim::Outline;
+use super::frame::{Frame, box_corners};
+use super::{Drive, Thing};
+use crate::drawing::{Align, Drawing, Line, Shape, Tone};
+
+/// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
+const WALL: f64 = 0.08;
+/// Metres; a box no thicker than this is a wall.
+const THIN: f64 = 0.2;
+/// Pixels of the side of a point that a laser saw.
+const POINT: usize = 2;
+/// A point is a shade darker for twice as many beams, so many times.
+const SHADES: u32 = 5;
+/// Size of the labels, pixels.
+const LABEL: f32 = 16.0;
+/// The scale bar takes up this share of the map's width at most, and so many pixels.
+const SCALE_BAR: (f64, f64) = (0.5, 200.0);
+
+/// Draws the grid and all that stands on it.
+pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
+    drawing.clip(Some(frame.map));
+    grid(drawing, frame);
+    scans(drawing, frame, &drive.scans);
+    let (moving, still): (Vec<Thing>, Vec<Thing>) = drive.shapes.iter().partition(|thing| thing.moving);
+    let (walls, furniture): (Vec<Thing>, Vec<Thing>) = still.into_iter().partition(is_wall);
+
+    // All edges, then all areas: things that touch become one, and so do the blocks of a map.
+    let areas: Vec<Shape> = furniture
+        .iter()
+        .filter_map(|thing| area(frame, &thing.outline))
+        .collect();
+    areas
+        .iter()
+        .for_each(|area| drawing.stroke(area.clone(), Line::new(Tone::Edge, 2.5)));
+    areas
+        .into_iter()
+        .for_each(|area| drawing.fill(area, Tone::Furniture));
+    moving
+        .iter()
+        .filter_map(|thing| area(frame, &thing.outline))
+        .for_each(|area| light(drawing, area));
+    for wall in walls {
+        match wall.outline {
+            Outline::Segment { from, to } => {
+                let line = Line::new(Tone::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
+                drawing.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], line);
+            }
+            Outline::Box { .. } | Outline::Circle { .. } => {
+                if let Some(area) = area(frame, &wall.outline) {
+                    drawing.fill(area.clone(), Tone::Ink);
+                    // So that a wall thinner than a pixel is seen as well.
+                    drawing.stroke(area, Line::new(Tone::Ink, 1.0));
+                }
+            }
+        }
+    }
+    drawing.clip(None);
+}
+
+/// Draws the edge of the map, the labels of the grid and the scale bar.
+pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
+    let map = frame.map;
+    drawing.stroke(Shape::Box(map), Line::new(Tone::Edge, 1.0));
+    for (x, text) in labels(frame, 0) {
+        let at = (frame.at(x, 0.0).0, map.bottom() + 18.0);
+        drawing.label(&text, LABEL, at, Align::Middle, Tone::Soft);
+    }
+    for (y, text) in labels(frame, 1) {
+        let at = (map.left() - 10.0, frame.at(0.0, y).1);
+        drawing.label(&text, LABEL, at, Align::Right, Tone::Soft);
+    }
+    scale_bar(drawing, frame);
+}
+
+/// Draws a disc as things that move are drawn.
+pub(super) fn moving_disc(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32) {
+    light(drawing, Shape::Disc((x, y), radius));
+}
+
+fn grid(drawing: &mut Drawing, frame: &Frame) {
+    let map = frame.map;
+    let line = Line::new(Tone::Grid, 1.0);
+    for x in frame.grid_lines(0) {
+        let at = crisp(frame.at(x, 0.0).0);
+        drawing.polyline(&[(at, map.top()), (at, map.bottom())], line);
+    }
+    for y in frame.grid_lines(1) {
+        let at = crisp(frame.at(0.0, y).1);
+        drawing.polyline(&[(map.left(), at), (map.right(), at)], line);
+    }
+}
+
+/// The numbers along an axis, the last of them with its unit.
+fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
+    let mut labels: Vec<_> = frame
+        .grid_lines(axis)
+        .map(|at| (at, metres(at, frame.grid)))
+        .collect();
+    if let Some((_, last)) = labels.last_mut() {
+        last.push_str(" m");
+    }
+    labels
+}
+
+/// Draws where beams ended: the more beams, the darker, so that what stands still is told from what passed by.
+fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
+    let columns = frame.map.width() as usize / POINT + 1;
+    let rows = frame.map.height() as usize / POINT + 1;
+    let mut hits = vec![0u32; columns * rows];
+    for &(x, y) in points {
+        let (x, y) = frame.at(x, y);
+        let (right, down) = (x - frame.map.left(), y - frame.map.top());
+        let (column, row) = (right as usize / POINT, down as usize / POINT);
+        if right >= 0.0 && down >= 0.0 && column < columns && row < rows {
+            hits[row * columns + column] += 1;
+        }
+    }
+    // From light to dark, so that all of one shade are drawn at once.
+    for shade in 0..=SHADES {
+        let ink = Tone::Ink.faded(0.45 + 0.1 * shade as f32);
+        let alike = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
+        for (place, _) in hits.iter().enumerate().filter(|(_, hits)| alike(**hits)) {
+            let left = frame.map.left() + (place % columns * POINT) as f32;
+            let top = frame.map.top() + (place / columns * POINT) as f32;
+            drawing.bar((left, top), POINT as f32, POINT as f32, ink);
+        }
+    }
+}
+
+fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
+    let longest = (f64::from(frame.map.width()) * SCALE_BAR.0).min(SCALE_BAR.1) / frame.scale;
+    let power = 10f64.powf(longest.log10().floor());
+    let length = [5.0, 2.0, 1.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|length| *length <= longest);
+    let length = length.unwrap_or(power);
+    let (left, y) = (frame.map.left(), frame.map.bottom() + 48.0);
+    let right = left + frame.pixels(length);
+    let line = Line::new(Tone::Ink, 2.0);
+    drawing.polyline(&[(left, y), (right, y)], line);
+    for end in [left, right] {
+        drawing.polyline(&[(end, y - 5.0), (end, y + 5.0)], line);
+    }
+    drawing.label(
+        &format!("{} m", metres(length, length)),
+        LABEL,
+        (right + 10.0, y),
+        Align::Left,
+        Tone::Ink,
+    );
+}
+
+fn light(drawing: &mut Drawing, area: Shape) {
+    drawing.fill(area.clone(), Tone::Furniture.faded(0.45));
+    drawing.stroke(area, Line::new(Tone::Edge, 1.5).dashed(4.0, 4.0));
+}
+
+fn is_wall(thing: &Thing) -> bool {
+    match thing.outline {
+        Outline::Segment { .. } => true,
+        Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= THIN,
+        Outline::Circle { .. } => false,
+    }
+}
+
+fn area(frame: &Frame, outline: &Outline) -> Option<Shape> {
+    match *outline {
+        Outline::Segment { .. } => None,
+        Outline::Box { center, size, angle } => {
+            let corners = box_corners(center, size, angle);
+            Some(Shape::Area(corners.map(|[x, y]| frame.at(x, y)).to_vec()))
+        }
+        Outline::Circle {
+            center: [x, y],
+            radius,
+        } => {
+            let middle = frame.at(x, y);
+            Some(Shape::Disc(middle, frame.pixels(radius)))
+        }
+    }
+}
+
+/// Writes a length with the digits that its step needs.
+fn metres(length: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    // Without the sum, what is rounded to zero from below would read "-0".
+    format!("{:.digits$}", length + 0.0)
+}
+
+/// The middle of the pixel, where a line of one pixel has no blurred edges.
+fn crisp(at: f32) -> f32 {
+    at.floor() + 0.5
+}

@@ -1,0 +1,180 @@
+//! The title and the legend: what the colours and signs mean, and how much of the time each schema won.
+//!
+//! Only what the picture really shows gets an entry.
+
+use super::frame::Frame;
+use super::palette::Palette;
+use super::{Drive, ground, way};
+use crate::drawing::{Align, Drawing, Font, Line, Tone};
+
+/// Size of the title, pixels.
+const TITLE: f32 = 32.0;
+/// Size of the line below the title and of the legend, pixels.
+const TEXT: f32 = 18.0;
+/// Pixels for the sign of an entry, and between it and its text.
+const SIGN: f32 = 30.0;
+const SPACE: f32 = 10.0;
+
+/// A line of the legend.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Entry {
+    pub(super) sign: Sign,
+    pub(super) text: String,
+}
+
+/// What an entry explains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sign {
+    /// The way while a schema won, or nobody did.
+    Way(Option<usize>),
+    /// A change of winner.
+    Takeover,
+    /// Where the robot began.
+    Start,
+    /// Where it was at the end.
+    End,
+    /// A target it has been to.
+    Reached,
+    /// A target it has not been to.
+    Missed,
+    /// Where a thing that moves began.
+    Moving,
+}
+
+impl Entry {
+    /// Gives its width in pixels.
+    pub(super) fn width(&self, font: &Font) -> f32 {
+        SIGN + SPACE + font.width(&self.text, TEXT)
+    }
+}
+
+/// Gives the entries that a drive needs.
+pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
+    let times = times(drive);
+    let whole: f64 = times.iter().map(|(_, time)| time).sum();
+    let share = |winner| {
+        let time: f64 = times
+            .iter()
+            .filter(|(of, _)| *of == winner)
+            .map(|(_, time)| time)
+            .sum();
+        percent(time, whole)
+    };
+    let name = |winner: usize| drive.schema_names.get(winner).map_or("unknown", String::as_str);
+    let mut entries: Vec<Entry> = palette
+        .winners()
+        .map(|winner| Entry {
+            sign: Sign::Way(Some(winner)),
+            text: format!("{} {}", name(winner), share(Some(winner))),
+        })
+        .collect();
+    if times.iter().any(|(winner, time)| winner.is_none() && *time > 0.0) {
+        entries.push(Entry {
+            sign: Sign::Way(None),
+            text: format!("nobody {}", share(None)),
+        });
+    }
+    let signs = [
+        (!drive.takeovers.is_empty(), Sign::Takeover, "takeover"),
+        (!drive.path.is_empty(), Sign::Start, "start"),
+        (!drive.path.is_empty(), Sign::End, "end"),
+        (
+            drive.targets.iter().any(|target| target.reached),
+            Sign::Reached,
+            "target reached",
+        ),
+        (
+            drive.targets.iter().any(|target| !target.reached),
+            Sign::Missed,
+            "target missed",
+        ),
+        (
+            drive.shapes.iter().any(|thing| thing.moving),
+            Sign::Moving,
+            "mover at start",
+        ),
+    ];
+    let shown = signs.into_iter().filter(|(shown, _, _)| *shown);
+    entries.extend(shown.map(|(_, sign, text)| Entry {
+        sign,
+        text: text.to_owned(),
+    }));
+    entries
+}
+
+/// Draws the title and the numbers of the drive.
+pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
+    drawing.text(&drive.title, TITLE, (frame.map.left(), 52.0), Align::Left, Tone::Ink);
+    drawing.text(&numbers(drive), TEXT, (frame.map.left(), 84.0), Align::Left, Tone::Soft);
+}
+
+/// Draws the legend.
+pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, palette: &Palette, entries: &[Entry]) {
+    for (entry, &(x, y)) in entries.iter().zip(&frame.legend) {
+        sign(drawing, entry.sign, (x + SIGN / 2.0, y), palette);
+        drawing.label(&entry.text, TEXT, (x + SIGN + SPACE, y), Align::Left, Tone::Ink);
+    }
+}
+
+fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette) {
+    match sign {
+        Sign::Way(winner) => {
+            let line = Line {
+                width: 5.0,
+                ..way::line(palette, winner)
+            };
+            drawing.polyline(&[(x - SIGN / 2.0 + 3.0, y), (x + SIGN / 2.0 - 3.0, y)], line);
+        }
+        Sign::Takeover => way::takeover(drawing, (x, y), Tone::Soft),
+        Sign::Start => way::robot(drawing, (x, y), 11.0, 0.0, way::Robot::Start),
+        Sign::End => way::robot(drawing, (x, y), 11.0, 0.0, way::Robot::End),
+        Sign::Reached => way::badge(drawing, (x, y), "n", true),
+        Sign::Missed => way::badge(drawing, (x, y), "n", false),
+        Sign::Moving => ground::moving_disc(drawing, (x, y), 10.0),
+    }
+}
+
+/// Says how long, how far and how well.
+fn numbers(drive: &Drive) -> String {
+    let mut numbers = Vec::new();
+    if let [first, .., last] = drive.path.as_slice() {
+        let far: f64 = drive
+            .path
+            .windows(2)
+            .map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y))
+            .sum();
+        numbers.push(format!("{:.1} s", last.time - first.time));
+        numbers.push(format!("{far:.1} m driven"));
+    }
+    if !drive.targets.is_empty() {
+        let reached = drive.targets.iter().filter(|target| target.reached).count();
+        numbers.push(format!(
+            "{reached} of {} reached",
+            count(drive.targets.len(), "target")
+        ));
+    }
+    if !drive.takeovers.is_empty() {
+        numbers.push(count(drive.takeovers.len(), "takeover"));
+    }
+    numbers.join("  ·  ")
+}
+
+/// How long each winner stayed, seconds; time that goes back counts for nothing.
+fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
+    drive
+        .path
+        .windows(2)
+        .map(|pair| (pair[0].winner, (pair[1].time - pair[0].time).max(0.0)))
+        .collect()
+}
+
+fn percent(time: f64, whole: f64) -> String {
+    match if whole > 0.0 { 100.0 * time / whole } else { 0.0 } {
+        share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
+        share => format!("{share:.0} %"),
+    }
+}
+
+fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}

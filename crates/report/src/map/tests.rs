@@ -1,0 +1,332 @@
+//! Pictures of drives, probed at places of the world.
+
+use jde_sim::{Bounds, Outline};
+use tiny_skia::{ColorU8, Pixmap};
+
+use super::frame::Frame;
+use super::legend::{self, Sign};
+use super::*;
+use crate::drawing::Tone;
+
+fn moment(time: f64, x: f64, y: f64, winner: Option<usize>) -> Moment {
+    Moment {
+        time,
+        x,
+        y,
+        heading: 0.0,
+        winner,
+    }
+}
+
+fn still(outline: Outline) -> Thing {
+    Thing {
+        outline,
+        moving: false,
+    }
+}
+
+/// A room of 10 x 6 m: goon drives along y = 2 from x = 1 to 5, vff from there to 9; then nobody, 1 m up.
+fn room() -> Drive {
+    let path = vec![
+        moment(0.0, 1.0, 2.0, Some(0)),
+        moment(6.0, 5.0, 2.0, Some(1)),
+        moment(9.0, 9.0, 2.0, None),
+        moment(10.0, 9.0, 3.0, None),
+    ];
+    Drive {
+        title: "a room".to_owned(),
+        bounds: Some(Bounds {
+            min: [0.0, 0.0],
+            max: [10.0, 6.0],
+        }),
+        shapes: vec![
+            still(Outline::Segment {
+                from: [0.0, 6.0],
+                to: [10.0, 6.0],
+            }),
+            still(Outline::Box {
+                center: [3.0, 4.5],
+                size: [1.0, 1.0],
+                angle: 0.5,
+            }),
+            Thing {
+                outline: Outline::Circle {
+                    center: [7.0, 4.5],
+                    radius: 0.5,
+                },
+                moving: true,
+            },
+        ],
+        path,
+        schema_names: vec!["goon".to_owned(), "vff".to_owned()],
+        targets: vec![
+            Target {
+                x: 9.0,
+                y: 5.0,
+                reached: true,
+            },
+            Target {
+                x: 1.0,
+                y: 5.0,
+                reached: false,
+            },
+        ],
+        takeovers: vec![Takeover {
+            x: 5.0,
+            y: 2.0,
+            to: 1,
+        }],
+        robot_radius: 0.25,
+        ..Drive::default()
+    }
+}
+
+fn frame(drive: &Drive) -> Frame {
+    Frame::of(drive, &legend::entries(drive, &Palette::of(drive)), true)
+}
+
+/// The picture of a drive, a pixel a unit.
+fn draw(drive: &Drive) -> Pixmap {
+    super::draw(drive, true).pixels(1.0)
+}
+
+fn color(picture: &Pixmap, (x, y): (f32, f32)) -> ColorU8 {
+    picture
+        .pixel(x as u32, y as u32)
+        .expect("the probe is inside the picture")
+        .demultiply()
+}
+
+fn probe(drive: &Drive, x: f64, y: f64) -> ColorU8 {
+    color(&draw(drive), frame(drive).at(x, y))
+}
+
+/// How many pixels of a rectangle are not white.
+fn inked(picture: &Pixmap, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>) -> usize {
+    let places = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
+    places
+        .filter(|(x, y)| color(picture, (*x as f32, *y as f32)) != Tone::Paper.light())
+        .count()
+}
+
+#[test]
+fn the_way_has_the_colour_of_who_won_there() {
+    let drive = room();
+    let palette = Palette::of(&drive);
+    let (goon, vff) = (palette.tone(Some(0)).light(), palette.tone(Some(1)).light());
+    assert_ne!(goon, vff);
+    assert_eq!(probe(&drive, 2.5, 2.0), goon);
+    assert_eq!(probe(&drive, 7.5, 2.0), vff);
+    assert_eq!(probe(&drive, 9.0, 2.4), Tone::Nobody.light());
+}
+
+#[test]
+fn walls_are_dark_furniture_is_grey_and_what_moves_is_light() {
+    let drive = room();
+    assert_eq!(probe(&drive, 2.5, 6.0), Tone::Ink.light());
+    assert_eq!(probe(&drive, 3.0, 4.5), Tone::Furniture.light());
+    let moving = probe(&drive, 7.0, 4.6);
+    assert!(moving.red() > Tone::Furniture.light().red() && moving != Tone::Paper.light(), "{moving:?}");
+}
+
+#[test]
+fn y_points_up() {
+    let drive = room();
+    let frame = frame(&drive);
+    assert!(frame.at(0.0, 5.0).1 < frame.at(0.0, 1.0).1);
+    assert!(frame.at(5.0, 0.0).0 > frame.at(1.0, 0.0).0);
+}
+
+#[test]
+fn a_reached_target_is_full_and_another_is_not() {
+    let drive = room();
+    let (picture, frame) = (draw(&drive), frame(&drive));
+    let badge = |x, y| {
+        let (x, y) = frame.at(x, y);
+        color(&picture, (x + 19.0 - 9.0, y - 19.0))
+    };
+    assert_eq!(badge(9.0, 5.0), Tone::Ink.light());
+    assert_eq!(badge(1.0, 5.0), Tone::Paper.light());
+    assert_eq!(color(&picture, frame.at(9.0, 5.0)), Tone::Ink.light());
+}
+
+#[test]
+fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
+    let mut drive = room();
+    drive.targets = vec![Target {
+        x: 9.0,
+        y: 2.7,
+        reached: true,
+    }];
+    // The robot ended at (9, 3), right above, and came from below: the two lower diagonals are free of the robot.
+    let frame = frame(&drive);
+    let (x, y) = frame.at(9.0, 2.7);
+    let picture = draw(&drive);
+    assert_eq!(color(&picture, (x + 19.0 - 9.0, y + 19.0)), Tone::Ink.light());
+    assert_ne!(color(&picture, (x + 19.0 - 9.0, y - 19.0)), Tone::Ink.light());
+}
+
+#[test]
+fn the_legend_names_the_winners_with_their_share_and_only_what_is_shown() {
+    let drive = room();
+    let texts = |drive: &Drive| -> Vec<String> {
+        legend::entries(drive, &Palette::of(drive))
+            .into_iter()
+            .map(|entry| entry.text)
+            .collect()
+    };
+    let expected = [
+        "goon 60 %",
+        "vff 30 %",
+        "nobody 10 %",
+        "takeover",
+        "start",
+        "end",
+        "target reached",
+        "target missed",
+        "mover at start",
+    ];
+    assert_eq!(texts(&drive), expected);
+    assert!(texts(&Drive::default()).is_empty());
+}
+
+#[test]
+fn the_legend_has_ink_for_every_entry() {
+    let drive = room();
+    let (picture, frame, palette) = (draw(&drive), frame(&drive), Palette::of(&drive));
+    for (entry, (x, y)) in legend::entries(&drive, &palette).iter().zip(&frame.legend) {
+        assert!(
+            inked(&picture, *x as u32..*x as u32 + 120, *y as u32 - 8..*y as u32 + 8) > 50,
+            "{entry:?}"
+        );
+        if let Sign::Way(winner) = entry.sign {
+            assert_eq!(color(&picture, (*x + 10.0, *y)), palette.tone(winner).light());
+        }
+    }
+}
+
+#[test]
+fn the_title_stands_above_the_map() {
+    let mut drive = room();
+    let with = inked(&draw(&drive), 84..400, 20..56);
+    drive.title.clear();
+    assert_eq!((with > 200, inked(&draw(&drive), 84..400, 20..56)), (true, 0));
+}
+
+#[test]
+fn laser_points_show_the_walls_of_a_drive_without_a_world() {
+    let mut drive = room();
+    (drive.bounds, drive.shapes) = (None, Vec::new());
+    drive.scans = (0..1000).map(|beam| (f64::from(beam) / 100.0, 5.0)).collect();
+    assert!(probe(&drive, 4.0, 5.0).red() < 200);
+    // One beam that flew through a door shrinks nothing.
+    let before = frame(&drive).scale;
+    drive.scans.push((500.0, 500.0));
+    assert!(frame(&drive).scale > 0.99 * before);
+}
+
+#[test]
+fn a_wide_world_fills_the_width_and_a_high_one_the_height() {
+    let sized = |wide: f64, high: f64| {
+        let bounds = Some(Bounds {
+            min: [0.0, 0.0],
+            max: [wide, high],
+        });
+        let picture = draw(&Drive { bounds, ..room() });
+        (picture.width(), picture.height())
+    };
+    assert_eq!(sized(20.0, 14.0).0, 1600);
+    assert_eq!(sized(200.0, 6.0).0, 1600);
+    let (wide, high) = sized(10.0, 200.0);
+    assert!(wide < 1000 && (1200..1500).contains(&high), "{wide} x {high}");
+}
+
+#[test]
+fn nothing_at_all_is_still_a_picture() {
+    let picture = draw(&Drive::default());
+    assert!(picture.width() >= 700 && picture.height() >= 500);
+}
+
+#[test]
+fn a_robot_that_stood_still_has_a_place() {
+    let path = vec![moment(0.0, 3.0, -4.0, Some(0)); 3];
+    let drive = Drive {
+        path,
+        ..Drive::default()
+    };
+    let frame = frame(&drive);
+    assert!(frame.scale.is_finite() && frame.map.width() > 100.0);
+    assert!(inked(&draw(&drive), 0..draw(&drive).width(), 0..draw(&drive).height()) > 0);
+}
+
+#[test]
+fn bounds_without_an_extent_or_turned_around_do_no_harm() {
+    for (min, max) in [
+        ([2.0, 2.0], [2.0, 2.0]),
+        ([5.0, 5.0], [-5.0, -5.0]),
+        ([f64::NAN, 0.0], [1.0, 1.0]),
+        ([0.0, 0.0], [f64::INFINITY, 1.0]),
+        ([-1e300, -1e300], [1e300, 1e300]),
+        ([1e6, 1e6], [1e6, 1e6]),
+        ([0.0, 0.0], [1e6, 1e-9]),
+    ] {
+        let picture = draw(&Drive {
+            bounds: Some(Bounds { min, max }),
+            ..room()
+        });
+        assert!(
+            picture.width() <= 1600 && picture.height() <= 1600,
+            "{min:?} {max:?}"
+        );
+    }
+}
+
+#[test]
+fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
+    let mut drive = room();
+    drive
+        .path
+        .insert(1, moment(f64::NAN, f64::NAN, f64::INFINITY, Some(0)));
+    drive.path[0].winner = Some(77);
+    drive.shapes.push(still(Outline::Circle {
+        center: [f64::NAN, 0.0],
+        radius: 1.0,
+    }));
+    drive.targets.push(Target {
+        x: f64::NEG_INFINITY,
+        y: 0.0,
+        reached: true,
+    });
+    assert_eq!(draw(&drive).width(), 1600);
+    let texts: Vec<String> = legend::entries(&finite(&drive), &Palette::of(&drive))
+        .into_iter()
+        .map(|entry| entry.text)
+        .collect();
+    assert!(texts.contains(&"unknown 60 %".to_owned()), "{texts:?}");
+}
+
+#[test]
+fn more_winners_than_colours_are_told_apart_by_dashes() {
+    let path = (0..10)
+        .map(|step| moment(step as f64, step as f64, 0.0, Some(step)))
+        .collect();
+    let drive = Drive {
+        path,
+        ..Drive::default()
+    };
+    let palette = Palette::of(&drive);
+    let mut looks: Vec<_> = (0..10)
+        .map(|of| (palette.tone(Some(of)).light(), palette.is_dashed(Some(of))))
+        .collect();
+    looks.dedup();
+    for (nth, look) in looks.iter().enumerate() {
+        assert!(!looks[..nth].contains(look), "winner {nth}");
+    }
+    assert_eq!(looks.len(), 10);
+}
+
+#[test]
+fn the_same_drive_gives_the_same_picture() {
+    assert_eq!(draw(&room()).data(), draw(&room()).data());
+}
+

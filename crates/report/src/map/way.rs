@@ -1,0 +1,205 @@
+//! What the robot did: its way in the colours of those who won, the takeovers, the targets, its start and its end.
+
+use super::frame::Frame;
+use super::palette::Palette;
+use super::{Drive, Moment};
+use crate::drawing::{Align, Drawing, Line, Tone};
+
+/// Pixels of the way's line, and of the white on either side that lifts it off what it crosses.
+const WAY: f32 = 3.0;
+const LIFT: f32 = 2.0;
+/// Pixels from one arrow on the way to the next.
+const ARROWS: f32 = 170.0;
+/// Pixels that an arrow keeps from the mark of a takeover.
+const CLEAR: f32 = 16.0;
+/// Radius of the robot in pixels, if it would be smaller or nobody knows it.
+const LEAST_ROBOT: f32 = 9.0;
+/// Pixels from the middle of a target's cross to its ends, the radius of its badge, and how far that is aside and above.
+const CROSS: f32 = 5.0;
+const BADGE: f32 = 13.0;
+const BESIDE: f32 = 19.0;
+/// Points nearer to each other than this many pixels are one.
+const SAME: f32 = 0.5;
+
+/// Which robot is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Robot {
+    Start,
+    End,
+}
+
+/// Draws the whole drive.
+pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette: &Palette) {
+    let runs = runs(frame, &drive.path);
+    for (_, points) in &runs {
+        drawing.polyline(points, Line::new(Tone::Paper.faded(0.85), WAY + 2.0 * LIFT));
+    }
+    for (winner, points) in &runs {
+        drawing.polyline(points, line(palette, *winner));
+    }
+    let takeovers: Vec<(f32, f32)> = drive.takeovers.iter().map(|at| frame.at(at.x, at.y)).collect();
+    arrows(drawing, &runs, &takeovers, palette);
+    for (at, place) in drive.takeovers.iter().zip(takeovers) {
+        takeover(drawing, place, palette.tone(Some(at.to)));
+    }
+    // The robot hides the cross of the target that it stands on, and nothing hides which way it looks.
+    for at in &drive.targets {
+        cross(drawing, frame.at(at.x, at.y));
+    }
+    let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
+    let ends = [
+        (drive.path.first(), Robot::Start),
+        (drive.path.last(), Robot::End),
+    ];
+    let robots: Vec<(f32, f32)> = ends
+        .iter()
+        .filter_map(|(at, _)| at.map(|at| frame.at(at.x, at.y)))
+        .collect();
+    for (at, which) in ends {
+        if let Some(at) = at {
+            robot(drawing, frame.at(at.x, at.y), radius, at.heading, which);
+        }
+    }
+    for (number, at) in drive.targets.iter().enumerate() {
+        let place = beside(frame.at(at.x, at.y), &runs, &robots, radius);
+        badge(drawing, place, &(number + 1).to_string(), at.reached);
+    }
+}
+
+/// Gives the line of the way while a schema won.
+pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
+    let line = Line::new(palette.tone(winner), WAY);
+    if palette.is_dashed(winner) {
+        line.dashed(8.0, 5.0)
+    } else {
+        line
+    }
+}
+
+/// Draws the mark of a takeover in the colour of the new winner.
+pub(super) fn takeover(drawing: &mut Drawing, at: (f32, f32), tone: Tone) {
+    drawing.disc(at, 5.0, tone);
+    drawing.disc(at, 2.8, Tone::Paper);
+}
+
+/// Draws the number of a target: in a full disc if the robot has been there, in a broken ring if not.
+pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, reached: bool) {
+    let size = if number.len() > 2 { 12.0 } else { 15.0 };
+    drawing.disc((x, y), BADGE + 2.0, Tone::Paper);
+    if reached {
+        drawing.disc((x, y), BADGE, Tone::Ink);
+        drawing.label(number, size, (x, y), Align::Middle, Tone::Paper);
+    } else {
+        drawing.ring((x, y), BADGE - 0.9, Line::new(Tone::Ink, 1.8).dashed(4.0, 3.0));
+        drawing.label(number, size, (x, y), Align::Middle, Tone::Ink);
+    }
+}
+
+/// Draws a robot from above: a disc with a wedge ahead; the one at the start as a shade.
+pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32, heading: f64, which: Robot) {
+    // Pixels count downwards, headings counter-clockwise.
+    let ahead = |angle: f64, far: f32| {
+        let angle = heading + angle;
+        (x + angle.cos() as f32 * far, y - angle.sin() as f32 * far)
+    };
+    let wedge = [
+        ahead(0.0, radius * 0.82),
+        ahead(2.4, radius * 0.62),
+        ahead(-2.4, radius * 0.62),
+    ];
+    match which {
+        Robot::Start => {
+            drawing.disc((x, y), radius, Tone::Paper.faded(0.75));
+            drawing.ring((x, y), radius, Line::new(Tone::Ink, 1.5).dashed(4.0, 3.0));
+            drawing.polygon(&wedge, Tone::Edge);
+        }
+        Robot::End => {
+            drawing.disc((x, y), radius, Tone::Paper.faded(0.9));
+            drawing.ring((x, y), radius, Line::new(Tone::Ink, 2.0));
+            drawing.polygon(&wedge, Tone::Ink);
+        }
+    }
+}
+
+fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
+    for line in [Line::new(Tone::Paper, 5.0), Line::new(Tone::Ink, 2.0)] {
+        drawing.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], line);
+        drawing.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], line);
+    }
+}
+
+/// Gives the diagonal of a target on which its badge hides no robot and least of the way.
+fn beside((x, y): (f32, f32), runs: &[Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
+    let places = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
+    let hidden = |(x, y): (f32, f32)| {
+        let within = |reach: f32| move |(to_x, to_y): &&(f32, f32)| (to_x - x).hypot(to_y - y) < reach;
+        let way = runs
+            .iter()
+            .flat_map(|(_, points)| points)
+            .filter(within(BADGE + WAY))
+            .count();
+        (robots.iter().filter(within(BADGE + radius)).count(), way)
+    };
+    places
+        .into_iter()
+        .min_by_key(|place| hidden(*place))
+        .unwrap_or(places[0])
+}
+
+type Run = (Option<usize>, Vec<(f32, f32)>);
+
+/// Cuts the way where the winner changes; every piece ends where the next begins.
+fn runs(frame: &Frame, path: &[Moment]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for at in path {
+        let point = frame.at(at.x, at.y);
+        match runs.last_mut() {
+            Some((winner, points)) => {
+                let last = *points.last().unwrap_or(&point);
+                let changes = *winner != at.winner;
+                if changes || (point.0 - last.0).hypot(point.1 - last.1) >= SAME {
+                    points.push(point);
+                }
+                if changes {
+                    runs.push((at.winner, vec![point]));
+                }
+            }
+            None => runs.push((at.winner, vec![point])),
+        }
+    }
+    runs
+}
+
+/// Draws arrow heads that tell which way the way goes, evenly spaced over all of it, and clear of the takeovers.
+fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette: &Palette) {
+    let mut next = ARROWS / 2.0;
+    for (winner, points) in runs {
+        for pair in points.windows(2) {
+            let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
+            let length = (to_x - x).hypot(to_y - y);
+            let (right, down) = ((to_x - x) / length, (to_y - y) / length);
+            while next <= length {
+                let at = |ahead: f32, aside: f32| {
+                    let forward = next + ahead;
+                    (
+                        x + right * forward - down * aside,
+                        y + down * forward + right * aside,
+                    )
+                };
+                let middle = at(0.0, 0.0);
+                if takeovers
+                    .iter()
+                    .any(|(x, y)| (x - middle.0).hypot(y - middle.1) < CLEAR)
+                {
+                    next += CLEAR;
+                    continue;
+                }
+                let head = [at(8.0, 0.0), at(-5.0, 6.0), at(-2.5, 0.0), at(-5.0, -6.0)];
+                drawing.polygon(&head, palette.tone(*winner));
+                next += ARROWS;
+            }
+            next -= length;
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The events of a page: faults, overruns, refusals, operators, and whatever else happened.
+
+use maud::{Markup, html};
+
+use super::{Page, at, counted};
+
+/// A table of more rows is folded.
+const UNFOLDED: usize = 40;
+
+pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
+    let events = &page.tale.events;
+    let count = events.kept().count();
+    if count == 0 {
+        return None;
+    }
+    let kinds = events.kinds.iter().map(|(kind, count)| format!("{count} {kind}"));
+    let kinds: Vec<_> = kinds.collect();
+    Some(html! {
+        p.note { (kinds.join(" · ")) }
+        details open[count <= UNFOLDED] {
+            summary { (counted(count as u64 + events.left_out, "event")) }
+            @if events.left_out > 0 {
+                p.note { "The first and the last are shown; " (counted(events.left_out, "event")) " between are only counted." }
+            }
+            div.scroll {
+                table {
+                    thead { tr { th.n { "time" } th { "kind" } th { "schema" } th { "what" } } }
+                    tbody {
+                        @for happening in events.kept() {
+                            tr {
+                                td.n { (at(happening.time_s)) }
+                                td.name { @if is_bad(&happening.kind) { span.bad { (happening.kind) } } @else { (happening.kind) } }
+                                td.name { @if let Some(schema) = &happening.schema { (page.schema(schema)) } }
+                                td { (happening.text) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    })
+}
+
+fn is_bad(kind: &str) -> bool {
+    matches!(kind, "faulted" | "hung" | "arbitration-failed")
+}

@@ -1,0 +1,58 @@
+//! The drawings of a page: the path, and the bands of states.
+
+use maud::{Markup, html};
+
+use super::Page;
+use crate::chart::{self, Area, Bands};
+use crate::drawing::Drawing;
+use crate::map;
+
+/// Units of the bands' drawing: those of the page at its widest.
+const WIDTH: f32 = 1200.0;
+/// Units of all bands at most.
+const MOST: f32 = 6000.0;
+/// Units below, for the times.
+const TIMES: f32 = 28.0;
+
+pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
+    let drive = &page.tale.ending.drive;
+    if drive.path.is_empty() {
+        return None;
+    }
+    let drawing = map::draw(drive, false);
+    let label = format!("The way of the robot of {}, in the colours of who acted", page.tale.title);
+    Some(html! {
+        p.note { "From above, in the colours of who acted; a ring where the winner changed." }
+        figure.map { (drawing.svg(&label, "m")) }
+    })
+}
+
+pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
+    let tale = page.tale;
+    let bands = Bands::new(tale, MOST);
+    if bands.height() == 0.0 {
+        return None;
+    }
+    let area = Area {
+        left: chart::NAMES,
+        top: 0.0,
+        width: WIDTH - chart::NAMES - chart::NUMBERS,
+        height: bands.height(),
+    };
+    let mut drawing = Drawing::new(WIDTH, area.height + TIMES);
+    chart::time_grid(&mut drawing, area, tale.columns);
+    bands.draw(&mut drawing, area, &page.palette);
+    chart::time_axis(&mut drawing, area, tale.columns);
+    let seconds = |time: u64| time as f64 / 1e9;
+    let (from, to) = (seconds(tale.columns.from), seconds(tale.columns.to));
+    Some(html! {
+        p.note {
+            "High and in colour: WINNER; half as high: READY; low: CHECKING; nothing: SLEPT. Of a group, who won it, and a mark at every "
+            "switch. At the right the share of time as WINNER."
+            @if bands.left_out > 0 { " " (bands.left_out) " rows are left out: schemas that never were awake, and what is beyond a page." }
+        }
+        figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / WIDTH) data-right=(area.right() / WIDTH) {
+            (drawing.svg("States of all schemas over time", "b"))
+        }
+    })
+}

@@ -1,0 +1,154 @@
+//! A page that tells a recording: one file of HTML with all in it. It asks nobody for anything, reads without a script, in light, in
+//! dark and on paper; and whatever comes from the recording is text in it, never markup.
+
+mod events;
+mod figures;
+mod groups;
+mod schemas;
+mod summary;
+mod switches;
+mod topics;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sha2::{Digest, Sha256};
+
+use crate::drawing::{Tone, tone};
+use crate::map::Palette;
+use crate::tale::Tale;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// Columns of time that a page shows: two for each pixel of most screens, so that it can be enlarged.
+const COLUMNS: usize = 2400;
+/// Columns of all schemas together at most, so that a page of a thousand schemas still opens.
+const ALL_COLUMNS: usize = 600_000;
+
+/// What the parts of a page share.
+struct Page<'t> {
+    tale: &'t Tale,
+    palette: Palette,
+}
+
+/// Columns of time to read a recording in for a page, if it has so many schemas.
+#[must_use]
+pub fn columns(schemas: usize) -> usize {
+    (ALL_COLUMNS / schemas.max(1)).clamp(300, COLUMNS)
+}
+
+/// Writes the page. `file` is the recording as people call it.
+#[must_use]
+pub fn page(tale: &Tale, file: &str) -> String {
+    let page = Page {
+        tale,
+        palette: Palette::of(&tale.ending.drive),
+    };
+    let parts = [
+        ("path", "Path", figures::path(&page)),
+        ("states", "Who acted when", figures::bands(&page)),
+        ("groups", "Groups", groups::groups(&page)),
+        ("schemas", "Schemas", schemas::schemas(&page)),
+        ("switches", "Switches", switches::switches(&page)),
+        ("events", "Events", events::events(&page)),
+        ("topics", "What was recorded", topics::topics(&page)),
+    ];
+    let style = format!("{}{STYLE}", tone::style());
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(policy());
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (tale.title) " – " (file) }
+                style { (PreEscaped(style)) }
+            }
+            body {
+                main {
+                    (summary::summary(&page, file))
+                    nav aria-label="Parts of this page" {
+                        @for (id, title, part) in &parts {
+                            @if part.is_some() { a href={ "#" (id) } { (title) } }
+                        }
+                    }
+                    (summary::facts(&page))
+                    @for (id, title, part) in &parts {
+                        @if let Some(part) = part {
+                            section id=(id) {
+                                h2 { (title) }
+                                (part)
+                            }
+                        }
+                    }
+                    (footer(&page))
+                }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    }
+    .into_string()
+}
+
+/// Nothing is fetched, and no script runs but the page's own, whatever the recording says.
+fn policy() -> String {
+    let hash = STANDARD.encode(Sha256::digest(SCRIPT));
+    format!("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{hash}'; base-uri 'none'; form-action 'none'")
+}
+
+fn footer(page: &Page<'_>) -> Markup {
+    let columns = page.tale.columns;
+    html! {
+        footer {
+            "Time is cut into " (columns.count) " columns of "
+            (crate::chart::seconds(columns.seconds() / columns.count as f64))
+            ". Of each, bands show every state it had, the shorter the fainter, and lines the least and the greatest value. Means and "
+            "worst times are exact, p50 and p99 within 2 %. Made by " code { "jde report" } " " (env!("CARGO_PKG_VERSION")) "."
+        }
+    }
+}
+
+impl Page<'_> {
+    /// A schema's name with the colour it has in the drawings.
+    fn schema(&self, name: &str) -> Markup {
+        let place = self.tale.hierarchy.find(name);
+        let tone = match place {
+            Some(place) if self.tale.hierarchy.is_actor(place) => self.palette.tone(Some(place)),
+            Some(_) | None => Tone::Edge,
+        };
+        html! { i.sign style={ "background:var(" (tone) ")" } {} (name) }
+    }
+
+    /// Of a choice, who; or that it was nobody.
+    fn choice(&self, choice: Option<&str>) -> Markup {
+        match choice {
+            Some(name) => self.schema(name),
+            None => html! { span.who { "nobody" } },
+        }
+    }
+}
+
+/// Seconds since the application's start, to the millisecond.
+fn at(seconds: f64) -> String {
+    format!("{seconds:.3} s")
+}
+
+/// A part of all.
+fn percent(share: f64) -> String {
+    match share * 100.0 {
+        share if share > 0.0 && share < 0.1 => "<0.1 %".to_owned(),
+        share if share < 10.0 => format!("{share:.1} %"),
+        share => format!("{share:.0} %"),
+    }
+}
+
+/// So many of something, in words.
+fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A number that is better nought.
+fn trouble(count: u64) -> Markup {
+    html! { @if count == 0 { "0" } @else { span.bad { (count) } } }
+}

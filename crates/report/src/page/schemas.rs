@@ -1,0 +1,122 @@
+//! The schemas of a page: how long each was WINNER, how it kept its period, how busy it was, and what trouble it had.
+
+use jde_core::State;
+use jde_log::Troubled;
+use maud::{Markup, html};
+
+use super::{Page, percent, trouble};
+use crate::chart::{self, Area, Look};
+use crate::drawing::{Drawing, Tone};
+use crate::tale::{Row, Work};
+
+/// Units of a small chart.
+const CHART: (f32, f32) = (190.0, 34.0);
+
+pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
+    let tale = page.tale;
+    let schemas: Vec<(usize, usize)> = tale
+        .hierarchy
+        .rows()
+        .into_iter()
+        .filter_map(|row| match row {
+            Row::Schema(schema, depth) => Some((schema, depth)),
+            Row::Group(..) => None,
+        })
+        .collect();
+    if schemas.is_empty() {
+        return None;
+    }
+    let virtual_time = tale.lockstep == Some(true);
+    Some(html! {
+        p.note {
+            "The period is the time from one iteration to the next, without pauses; of drivers, whose turns are not recorded, from one "
+            "value of what they publish most often to the next. The chart shows it over time, least and greatest, and dashed the "
+            "period as configured."
+            @if virtual_time { " In virtual time iterations take no time, so there is no load." }
+        }
+        div.scroll {
+            table {
+                thead { tr {
+                    th { "schema" } th.n { "WINNER" } th.n { "iterations" } th.n { "configured" } th.n { "mean" } th.n { "p50" }
+                    th.n { "p99" } th.n { "worst" } th { "period over time" }
+                    @if !virtual_time { th.n { "longest turn" } th.n { "load" } }
+                    th.n { "overruns" } th.n { "refused" } th.n { "faults" }
+                } }
+                tbody { @for (schema, depth) in schemas { (one(page, schema, depth, virtual_time)) } }
+            }
+        }
+    })
+}
+
+fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
+    let tale = page.tale;
+    let (about, band, work) = (&tale.hierarchy.schemas[schema], &tale.bands[schema], &tale.works[schema]);
+    let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
+    let won = band.time(State::Winner);
+    let configured = tale.periods[schema];
+    let none = Troubled::default();
+    let had = tale.survey.troubled.iter().find(|troubled| troubled.schema == about.name);
+    let had = had.unwrap_or(&none);
+    html! {
+        tr {
+            td.name style={ "padding-left:" (depth.min(8)) "em" } {
+                (page.schema(&about.name))
+                @if !about.type_name.is_empty() && about.type_name != format!("{0}/{0}", about.name) {
+                    br; small { (about.type_name) }
+                }
+            }
+            td.n { (percent(won as f64 / 1e9 / tale.columns.seconds())) br; small { (chart::seconds(won as f64 / 1e9)) } }
+            td.n { @if work.cycles > 0 { (work.iterations) } @else { "–" } }
+            td.n { (configured.map_or("–".to_owned(), chart::seconds)) }
+            td.n { (time(work.periods.mean())) }
+            td.n { (time(work.periods.quantile(0.5))) }
+            td.n { (time(work.periods.quantile(0.99))) }
+            td.n { (time(work.periods.worst())) }
+            td.chart { @if let Some(drawing) = periods(work, configured) { (drawing.svg("period over time", &format!("p{schema}-"))) } }
+            @if !virtual_time {
+                td.n { (time(work.busy.worst())) }
+                td.n { (load(page, schema)) }
+            }
+            td.n { (trouble(had.overruns)) }
+            td.n { (trouble(had.refused)) }
+            td.n {
+                (trouble(had.faults))
+                @if let Some(fault) = &had.last_fault { br; small { (fault) } }
+            }
+        }
+    }
+}
+
+/// The share of its time awake that it was busy.
+fn load(page: &Page<'_>, schema: usize) -> String {
+    let (band, work) = (&page.tale.bands[schema], &page.tale.works[schema]);
+    let awake: u64 = [State::Winner, State::Ready, State::Checking]
+        .map(|state| band.time(state))
+        .iter()
+        .sum();
+    if work.busy.count() == 0 || awake == 0 {
+        return "–".to_owned();
+    }
+    percent(work.busy.sum() as f64 / awake as f64)
+}
+
+fn periods(work: &Work, configured: Option<f64>) -> Option<Drawing> {
+    let (least, greatest) = work.over_time.range()?;
+    let top = greatest.max(configured.unwrap_or(0.0)) * 1.1;
+    let mut drawing = Drawing::new(CHART.0, CHART.1);
+    let area = Area {
+        left: 0.5,
+        top: 0.5,
+        width: CHART.0 - 1.0,
+        height: CHART.1 - 1.0,
+    };
+    let look = Look {
+        ink: Tone::Of(0).into(),
+        width: 1.2,
+    };
+    // From nought on, unless that would hide what there is to see.
+    let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
+    let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));
+    chart::small(&mut drawing, area, &work.over_time, (bottom, top), configured, look);
+    Some(drawing)
+}

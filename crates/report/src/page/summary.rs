@@ -1,0 +1,108 @@
+//! The head of a page: what it is about, what is wrong with the recording, and the numbers that people ask for first.
+
+use jde_types::Mission;
+use maud::{Markup, html};
+
+use super::{Page, at, counted, trouble};
+use crate::chart;
+
+pub(super) fn summary(page: &Page<'_>, file: &str) -> Markup {
+    let tale = page.tale;
+    html! {
+        header {
+            h1 { (tale.title) }
+            p {
+                (file)
+                @if let Some(begun) = tale.begun() { " · " (begun) }
+                @if let Some(seed) = tale.survey.seed { " · seed " (seed) }
+                @match tale.lockstep {
+                    Some(true) => " · in lockstep, virtual time",
+                    Some(false) => " · in real time",
+                    None => "",
+                }
+                @if let Some(jde) = &tale.survey.jde { " · recorded by jde " (jde) }
+            }
+        }
+        @for remark in tale.remarks() { p.warn { (remark) } }
+        @for cause in &tale.survey.triggers {
+            p.note { "Recorded because of " b { (cause.reason) } " at " (at(cause.time_s)) "." }
+        }
+        @if tale.survey.messages == 0 { p.warn { "The recording holds no messages that can be read." } }
+        @for missing in missing(page) { p.note { (missing) } }
+    }
+}
+
+/// What such a page usually has and this recording has not.
+fn missing(page: &Page<'_>) -> Vec<&'static str> {
+    let tale = page.tale;
+    let mut missing = Vec::new();
+    if tale.survey.messages == 0 {
+        return missing;
+    }
+    if tale.ending.drive.path.is_empty() {
+        missing.push("There is no path: no odometry and no ground truth was recorded.");
+    }
+    if tale.survey.decisions == 0 {
+        missing.push("There is nothing of who acted when: no selections were recorded. `jde run --record` and `jde record` keep them.");
+    } else if !tale.has_turns {
+        missing.push("Iterations and load are not known: turns were not recorded. `jde run --record` without conditions keeps them.");
+    }
+    missing
+}
+
+pub(super) fn facts(page: &Page<'_>) -> Markup {
+    let tale = page.tale;
+    let ending = &tale.ending;
+    let switches: u64 = tale.contests.iter().map(|contest| contest.switches).sum();
+    let sum = |of: fn(&jde_log::Troubled) -> u64| tale.survey.troubled.iter().map(of).sum::<u64>();
+    let seconds = tale.columns.seconds();
+    html! {
+        dl.facts {
+            @if tale.survey.messages > 0 {
+                div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(tale.columns.from as f64 / 1e9)) } } }
+            }
+            @if let Some(mission) = tale.mission() { (told(mission)) }
+            @if let Some(outcome) = tale.events.last_of("ended") {
+                div { dt { "How it ended" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
+            }
+            @if let Some(distance) = ending.distance {
+                div { dt { "Distance" } dd { (format!("{distance:.1} m")) } }
+            }
+            @if let Some(collisions) = ending.collisions {
+                div { dt { "Collisions" } dd {
+                    (trouble(collisions))
+                    @if let Some(clearance) = ending.min_clearance { small { "never nearer than " (format!("{clearance:.2} m")) } }
+                } }
+            }
+            @if tale.survey.decisions > 0 {
+                div { dt { "Switches" } dd { (switches) small { "of " (counted(tale.survey.decisions, "selection")) } } }
+                div { dt { "Overruns" } dd { (trouble(sum(|one| one.overruns))) } }
+                div { dt { "Refused" } dd { (trouble(sum(|one| one.refused))) small { "rows of commands and wakes" } } }
+                div { dt { "Faults" } dd { (trouble(sum(|one| one.faults))) } }
+            }
+            @if tale.events.count("operator") > 0 {
+                div { dt { "Operators" } dd { (counted(tale.events.count("operator"), "action")) } }
+            }
+        }
+    }
+}
+
+fn told(mission: &Mission) -> Markup {
+    let state = match mission.state {
+        Mission::DONE => "done",
+        Mission::FAILED => "failed",
+        _ => "not done at the end",
+    };
+    html! {
+        div {
+            dt { "Mission" }
+            dd {
+                @if mission.state == Mission::FAILED { span.bad { (state) } } @else { (state) }
+                small {
+                    @if mission.total > 0 { (mission.reached) " of " (mission.total) } @else { (mission.reached) }
+                    @if mission.note.as_str().is_empty() { " reached" } @else { " · " (mission.note.as_str()) }
+                }
+            }
+        }
+    }
+}

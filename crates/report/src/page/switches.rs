@@ -1,0 +1,92 @@
+//! The switches of a page: every selection that changed a winner, with its why-record (R15).
+
+use jde_host::story::{Candidate, Decision};
+use maud::{Markup, html};
+
+use super::{Page, at, counted};
+use crate::chart;
+
+/// A table of more rows is folded.
+const UNFOLDED: usize = 60;
+
+pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
+    let switches = &page.tale.switches;
+    if switches.is_empty() {
+        return None;
+    }
+    let (first, last) = switches.kept();
+    let (first, last): (Vec<_>, Vec<_>) = (first.collect(), last.collect());
+    let count = first.len() + last.len();
+    let all = count as u64 + switches.left_out;
+    Some(html! {
+        p.note { "Every selection that changed who wins: why, and who wanted what." }
+        div.tools hidden {
+            input type="search" placeholder="filter: vff collision" aria-label="Show only switches with these words";
+            button type="button" hidden { "all" }
+            output {}
+            span.note { "or drag over the bands above to pick a time" }
+        }
+        details open[count <= UNFOLDED] {
+            summary { (counted(all, "switch").replace("switchs", "switches")) }
+            div.scroll {
+                table {
+                    thead { tr {
+                        th.n { "time" } th { "group" } th { "from" } th { "to" } th { "because" } th { "case" } th { "decided by" }
+                        th.n { "took" }
+                    } }
+                    tbody {
+                        @for decision in &first { (one(page, decision)) }
+                        @if switches.left_out > 0 {
+                            tr data-s="-1" { td colspan="8" { (counted(switches.left_out, "more switch").replace("switchs", "switches")) " here are only counted: `jde why --in` tells all of them." } }
+                        }
+                        @for decision in &last { (one(page, decision)) }
+                    }
+                }
+            }
+        }
+    })
+}
+
+fn one(page: &Page<'_>, decision: &Decision) -> Markup {
+    let Decision {
+        time_s,
+        group,
+        case,
+        candidates,
+        before,
+        choice,
+        decider,
+        reason,
+        cause,
+        takeover_us,
+        ..
+    } = decision;
+    html! {
+        tr data-s=(time_s) {
+            td.n { (at(*time_s)) }
+            td.name { (group) }
+            td.name { (page.choice(before.as_deref())) }
+            td.name { (page.choice(choice.as_deref())) }
+            td { (reason) br; small { (cause) } br; (wanted(candidates)) }
+            td { (case) }
+            td { (decider) }
+            td.n { @if let Some(us) = takeover_us { (chart::seconds(us / 1e6)) } @else { "–" } }
+        }
+    }
+}
+
+/// Who wanted what: `stop checking · vff winner, ready, urgency 0.42`; those who were ready stand out.
+fn wanted(candidates: &[Candidate]) -> Markup {
+    html! {
+        span.who {
+            @for (place, candidate) in candidates.iter().enumerate() {
+                @if place > 0 { " · " }
+                @let state = candidate.state.as_str();
+                @if candidate.ready { b { (candidate.name) } } @else { (candidate.name) }
+                " " (state)
+                @if candidate.ready && state != "ready" { ", ready" }
+                @if let Some(urgency) = candidate.urgency.filter(|urgency| *urgency != 0.0) { ", urgency " (format!("{urgency:.3}")) }
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! What was recorded: topics, types, rates, and what was lost of them.
+
+use maud::{Markup, html};
+
+use super::{Page, counted, trouble};
+
+pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
+    let survey = &page.tale.survey;
+    if survey.topics.is_empty() {
+        return None;
+    }
+    Some(html! {
+        details {
+            summary {
+                (counted(survey.messages, "message")) " on " (counted(survey.topics.len() as u64, "topic")) ", " (size(survey.bytes))
+            }
+            div.scroll {
+                table {
+                    thead { tr {
+                        th { "topic" } th { "type" } th.n { "messages" } th.n { "rate" } th.n { "size" } th.n { "lost" }
+                    } }
+                    tbody {
+                        @for topic in &survey.topics {
+                            tr {
+                                td.name { (topic.topic) }
+                                td { (topic.type_name) }
+                                td.n { (topic.messages) }
+                                td.n { @if let Some(hz) = topic.rate_hz { (format!("{hz:.1} Hz")) } @else { "–" } }
+                                td.n { (size(topic.bytes)) }
+                                td.n { (trouble(survey.lost.get(&topic.topic).copied().unwrap_or(0))) }
+                            }
+                        }
+                    }
+                }
+            }
+            @if !survey.attachments.is_empty() { p.note { "With " (survey.attachments.join(", ")) "." } }
+        }
+    })
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}

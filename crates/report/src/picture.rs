@@ -1,0 +1,113 @@
+//! A drawing as a PNG file. It draws nothing itself.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use crate::drawing::Drawing;
+use crate::map::{self, Drive};
+
+/// A picture.
+pub struct Picture {
+    drawing: Drawing,
+    /// Pixels of a unit of the drawing.
+    scale: f32,
+}
+
+/// Why a picture could not be saved.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The file or its folder cannot be written.
+    #[error("cannot write the picture `{}`: {error}; name a file in a folder that can be written", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// The picture cannot become a PNG.
+    #[error("cannot encode the picture as PNG: {0}")]
+    Encode(String),
+}
+
+impl Picture {
+    /// A drive from above, 1600 pixels wide or less for a world that is higher than wide. The same drive gives the same picture.
+    #[must_use]
+    pub fn of_drive(drive: &Drive) -> Self {
+        Self::new(map::draw(drive, true), 1.0)
+    }
+
+    pub(crate) fn new(drawing: Drawing, scale: f32) -> Self {
+        Self { drawing, scale }
+    }
+
+    /// It as PNG.
+    ///
+    /// # Errors
+    /// [`PictureError::Encode`].
+    pub fn png(&self) -> Result<Vec<u8>, PictureError> {
+        let pixels = self.drawing.pixels(self.scale);
+        pixels
+            .encode_png()
+            .map_err(|error| PictureError::Encode(error.to_string()))
+    }
+
+    /// Writes it to a PNG file, and makes its folder if there is none.
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn save(&self, path: &Path) -> Result<(), PictureError> {
+        let encoded = self.png()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        fs::create_dir_all(folder)
+            .and_then(|()| fs::write(path, encoded))
+            .map_err(|error| PictureError::Write {
+                path: path.to_owned(),
+                error,
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Moment;
+
+    fn drive() -> Drive {
+        let at = |time: f64| Moment {
+            time,
+            x: time,
+            y: 2.0,
+            heading: 0.0,
+            winner: Some(0),
+        };
+        Drive {
+            title: "a line".to_owned(),
+            path: vec![at(0.0), at(4.0)],
+            schema_names: vec!["goon".to_owned()],
+            ..Drive::default()
+        }
+    }
+
+    #[test]
+    fn a_picture_is_saved_into_a_new_folder_and_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("demo/path.png");
+        let picture = Picture::of_drive(&drive());
+        picture.save(&path).unwrap();
+        let read = tiny_skia::Pixmap::decode_png(&fs::read(&path).unwrap()).unwrap();
+        assert_eq!(read.data(), picture.drawing.pixels(1.0).data());
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        let picture = Picture::of_drive(&drive());
+        let error = picture.save(&file.join("path.png")).unwrap_err().to_string();
+        assert!(
+            error.contains("path.png") && error.contains("cannot write"),
+            "{error}"
+        );
+    }
+}

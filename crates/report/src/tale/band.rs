@@ -1,0 +1,129 @@
+//! What state a schema was in over time: of each column the share of every state, and the sums of all of it.
+
+use jde_core::{Nanos, State};
+
+use super::columns::Columns;
+
+/// The states of a schema.
+#[derive(Clone, Debug)]
+pub(crate) struct Band {
+    /// Of each column, the share in which it was at least this: WINNER, READY, CHECKING.
+    shares: Vec<[f32; 3]>,
+    /// Its state, and since when.
+    now: Option<(State, Nanos)>,
+    /// How long it was WINNER, READY, CHECKING.
+    sums: [Nanos; 3],
+    /// How often it became WINNER.
+    pub(crate) wins: u64,
+}
+
+impl Band {
+    pub(crate) fn new(columns: Columns) -> Self {
+        Self {
+            shares: vec![[0.0; 3]; columns.count],
+            now: None,
+            sums: [0; 3],
+            wins: 0,
+        }
+    }
+
+    /// It is in a state from a time on; before it was in `from`, if nobody said otherwise.
+    pub(crate) fn change(&mut self, columns: Columns, time: Nanos, from: State, to: State) {
+        let (before, since) = self.now.unwrap_or((from, columns.from));
+        self.fill(columns, before, since, time);
+        self.now = Some((to, time));
+        if to == State::Winner && before != State::Winner && columns.has(time) {
+            self.wins += 1;
+        }
+    }
+
+    /// Nothing more comes.
+    pub(crate) fn finish(&mut self, columns: Columns) {
+        if let Some((state, since)) = self.now {
+            self.fill(columns, state, since, columns.to);
+        }
+    }
+
+    /// Its present state, if anybody said.
+    pub(crate) fn state(&self) -> Option<State> {
+        self.now.map(|(state, _)| state)
+    }
+
+    /// Of each column, the share of time in which it was at least in a state.
+    pub(crate) fn shares(&self, least: State) -> impl Iterator<Item = f32> {
+        let kinds = kind(least).map_or(0, |kind| kind + 1);
+        self.shares
+            .iter()
+            .map(move |shares| shares[..kinds].iter().sum::<f32>().min(1.0))
+    }
+
+    /// How long it was in a state, ns; asleep does not count.
+    pub(crate) fn time(&self, state: State) -> Nanos {
+        kind(state).map_or(0, |kind| self.sums[kind])
+    }
+
+    /// Whether it was ever awake.
+    pub(crate) fn was_awake(&self) -> bool {
+        self.sums.iter().any(|sum| *sum > 0)
+    }
+
+    fn fill(&mut self, columns: Columns, state: State, from: Nanos, to: Nanos) {
+        let Some(kind) = kind(state) else { return };
+        let clamp = |time: Nanos| time.clamp(columns.from, columns.to);
+        self.sums[kind] += clamp(to).saturating_sub(clamp(from));
+        for (column, share) in columns.covered(from, to) {
+            self.shares[column][kind] += share as f32;
+        }
+    }
+}
+
+/// Which of the sums a state goes to.
+fn kind(state: State) -> Option<usize> {
+    match state {
+        State::Winner => Some(0),
+        State::Ready => Some(1),
+        State::Checking => Some(2),
+        State::Slept => None,
+    }
+}
+
+/// A state by the word that recordings have for it; what nobody knows is asleep.
+pub(crate) fn state(word: &str) -> State {
+    match word {
+        "winner" => State::Winner,
+        "ready" => State::Ready,
+        "checking" => State::Checking,
+        _ => State::Slept,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_add_up_by_column_and_in_all() {
+        let columns = Columns::new(0, 10_000, 5);
+        let mut band = Band::new(columns);
+        band.change(columns, 1000, State::Checking, State::Ready);
+        band.change(columns, 3000, State::Ready, State::Winner);
+        band.change(columns, 7000, State::Winner, State::Slept);
+        band.finish(columns);
+        let shares = |least| band.shares(least).collect::<Vec<_>>();
+        assert_eq!(shares(State::Winner), [0.0, 0.5, 1.0, 0.5, 0.0]);
+        assert_eq!(shares(State::Ready), [0.5, 1.0, 1.0, 0.5, 0.0]);
+        assert_eq!(shares(State::Checking), [1.0, 1.0, 1.0, 0.5, 0.0]);
+        assert_eq!((band.time(State::Winner), band.time(State::Checking), band.wins), (4000, 1000, 1));
+        assert!(band.was_awake());
+    }
+
+    #[test]
+    fn what_was_before_the_stretch_counts_for_its_state_alone() {
+        let columns = Columns::new(5000, 10_000, 5);
+        let mut band = Band::new(columns);
+        band.change(columns, 1000, State::Slept, State::Winner);
+        band.finish(columns);
+        assert_eq!((band.time(State::Winner), band.wins), (5000, 0));
+        assert!(band.shares(State::Winner).all(|share| share == 1.0));
+    }
+}

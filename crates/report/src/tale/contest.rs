@@ -1,0 +1,215 @@
+//! What was decided in a group: how often its winner changed, how long takeovers took, who alternates with whom. Of the selections
+//! themselves a bounded number is kept whole.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use jde_core::Nanos;
+use jde_host::story::Decision;
+
+use super::columns::Columns;
+use super::durations::Durations;
+
+/// The stretch in which switches are counted for the busiest one.
+const BUSY: Nanos = 1_000_000_000;
+/// Switches that are kept whole: the first so many of a recording, and the last.
+const FIRST: usize = 4000;
+const LAST: usize = 1000;
+/// Pairs of schemas that are told apart.
+const MOST_PAIRS: usize = 10_000;
+
+/// What was decided in a group.
+#[derive(Clone, Debug)]
+pub(crate) struct Contest {
+    /// Selections.
+    pub(crate) decisions: u64,
+    /// Those that chose another one than before.
+    pub(crate) switches: u64,
+    /// Switches by column.
+    pub(crate) marks: Vec<u32>,
+    /// From the cause to the winner's first iteration.
+    pub(crate) takeovers: Durations,
+    /// The longest of them: when, and who took over.
+    pub(crate) worst: Option<(Nanos, String)>,
+    /// Most switches within a second, and when that ended.
+    pub(crate) busiest: Option<(usize, Nanos)>,
+    /// Selections by case.
+    pub(crate) cases: BTreeMap<String, u64>,
+    pairs: BTreeMap<(String, String), u64>,
+    recent: VecDeque<Nanos>,
+}
+
+/// Selections that changed a winner, in their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Switches {
+    first: Vec<Decision>,
+    last: VecDeque<Decision>,
+    /// Those between, which were only counted.
+    pub(crate) left_out: u64,
+}
+
+/// Two that take over from each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Pair {
+    pub(crate) one: String,
+    pub(crate) other: String,
+    /// Takeovers, either way.
+    pub(crate) switches: u64,
+}
+
+impl Contest {
+    pub(crate) fn new(columns: Columns) -> Self {
+        Self {
+            decisions: 0,
+            switches: 0,
+            marks: vec![0; columns.count],
+            takeovers: Durations::default(),
+            worst: None,
+            busiest: None,
+            cases: BTreeMap::new(),
+            pairs: BTreeMap::new(),
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// A selection of this group.
+    pub(crate) fn decided(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
+        self.decisions += 1;
+        if let Some(count) = self.cases.get_mut(&decision.case) {
+            *count += 1;
+        } else if self.cases.len() < 8 {
+            self.cases.insert(decision.case.clone(), 1);
+        }
+        if !decision.changed {
+            return;
+        }
+        self.switches += 1;
+        self.marks[columns.column(time)] += 1;
+        if let (Some(us), Some(choice)) = (decision.takeover_us, &decision.choice)
+            && us >= 0.0
+        {
+            let took = (us * 1e3) as Nanos;
+            if self.takeovers.worst().is_none_or(|worst| took as f64 > worst) {
+                self.worst = Some((time, choice.clone()));
+            }
+            self.takeovers.add(took);
+        }
+        if let (Some(before), Some(choice)) = (&decision.before, &decision.choice) {
+            let pair = if before < choice {
+                (before.clone(), choice.clone())
+            } else {
+                (choice.clone(), before.clone())
+            };
+            if self.pairs.len() < MOST_PAIRS || self.pairs.contains_key(&pair) {
+                *self.pairs.entry(pair).or_default() += 1;
+            }
+        }
+        self.recent.push_back(time);
+        while self
+            .recent
+            .front()
+            .is_some_and(|first| *first + BUSY < time)
+        {
+            self.recent.pop_front();
+        }
+        if self.busiest.is_none_or(|(most, _)| self.recent.len() > most) {
+            self.busiest = Some((self.recent.len(), time));
+        }
+    }
+
+    /// Who takes over from whom, the most frequent first.
+    pub(crate) fn pairs(&self) -> Vec<Pair> {
+        let pairs = self.pairs.iter().map(|((one, other), switches)| Pair {
+            one: one.clone(),
+            other: other.clone(),
+            switches: *switches,
+        });
+        let mut pairs: Vec<_> = pairs.collect();
+        pairs.sort_by_key(|pair| std::cmp::Reverse(pair.switches));
+        pairs
+    }
+}
+
+impl Switches {
+    pub(crate) fn add(&mut self, decision: Decision) {
+        if self.first.len() < FIRST {
+            self.first.push(decision);
+            return;
+        }
+        self.last.push_back(decision);
+        if self.last.len() > LAST {
+            self.last.pop_front();
+            self.left_out += 1;
+        }
+    }
+
+    /// The first of them, and the last, between which some may have been left out.
+    pub(crate) fn kept(&self) -> (impl Iterator<Item = &Decision>, impl Iterator<Item = &Decision>) {
+        (self.first.iter(), self.last.iter())
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.first.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn switch(number: u64, before: Option<&str>, choice: Option<&str>, takeover_us: Option<f64>) -> Decision {
+        Decision {
+            number,
+            time_s: number as f64,
+            group: "roots".to_owned(),
+            case: "alone".to_owned(),
+            candidates: Vec::new(),
+            before: before.map(str::to_owned),
+            choice: choice.map(str::to_owned),
+            decider: "nobody".to_owned(),
+            reason: String::new(),
+            cause: String::new(),
+            changed: before != choice,
+            takeover_us,
+        }
+    }
+
+    #[test]
+    fn a_contest_counts_switches_pairs_and_the_busiest_second() {
+        let columns = Columns::new(0, 10_000_000_000, 10);
+        let mut contest = Contest::new(columns);
+        let steps = [
+            (0, None, Some("goon"), Some(100.0)),
+            (1_000, Some("goon"), Some("vff"), Some(5000.0)),
+            (1_400, Some("vff"), Some("goon"), Some(300.0)),
+            (1_800, Some("goon"), Some("goon"), None),
+            (2_900, Some("goon"), Some("vff"), None),
+            (9_000, Some("vff"), None, None),
+        ];
+        for (ms, before, choice, took) in steps {
+            contest.decided(columns, ms * 1_000_000, &switch(ms, before, choice, took));
+        }
+        assert_eq!((contest.decisions, contest.switches), (6, 5));
+        assert_eq!(contest.marks, [1, 2, 1, 0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(contest.busiest, Some((2, 1_000_000_000)));
+        assert_eq!(contest.worst, Some((1_000_000_000, "vff".to_owned())));
+        assert_eq!(contest.takeovers.count(), 3);
+        let pair = Pair {
+            one: "goon".to_owned(),
+            other: "vff".to_owned(),
+            switches: 3,
+        };
+        assert_eq!(contest.pairs(), [pair]);
+    }
+
+    #[test]
+    fn the_first_and_the_last_switches_are_kept_and_the_others_counted() {
+        let mut switches = Switches::default();
+        for number in 0..6000 {
+            switches.add(switch(number, None, Some("goon"), None));
+        }
+        let (first, last) = switches.kept();
+        let numbers: Vec<_> = first.chain(last).map(|decision| decision.number).collect();
+        assert_eq!((numbers.len(), switches.left_out), (5000, 1000));
+        assert_eq!((numbers[3999], numbers[4000], numbers[4999]), (3999, 5000, 5999));
+    }
+}

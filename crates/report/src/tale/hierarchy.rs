@@ -1,0 +1,245 @@
+//! Who is in a recording: schemas, and the groups in which they compete; by what it says of its schemas, else by the names that its
+//! selections and states have.
+
+use std::collections::HashMap;
+
+use jde_host::story::Decision;
+use jde_log::Cast;
+
+/// Most schemas, and most groups: a file may say anything.
+const MOST: usize = 4096;
+
+/// Schemas and groups.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hierarchy {
+    pub(crate) schemas: Vec<Schema>,
+    pub(crate) groups: Vec<Group>,
+    schema_places: HashMap<String, usize>,
+    group_places: HashMap<String, usize>,
+}
+
+/// A schema.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Schema {
+    pub(crate) name: String,
+    /// `stop/stop`; empty if nobody says.
+    pub(crate) type_name: String,
+    /// The group in which it competes.
+    pub(crate) group: Option<usize>,
+    /// Period as configured at the start, ns.
+    pub(crate) period: Option<u64>,
+}
+
+/// A competition.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Group {
+    pub(crate) name: String,
+    /// Who competes, in the order of priority.
+    pub(crate) members: Vec<usize>,
+    /// Who settles collisions; empty if nobody says.
+    pub(crate) policy: String,
+    /// The longest takeover by contract (R17), ns.
+    pub(crate) contract: Option<u64>,
+}
+
+/// A line of a list in which children stand below their fathers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Row {
+    /// A group, so deep.
+    Group(usize, usize),
+    /// A schema, so deep.
+    Schema(usize, usize),
+}
+
+impl Hierarchy {
+    /// What a recording says of its schemas.
+    pub(crate) fn new(cast: Option<&Cast>) -> Self {
+        let mut hierarchy = Self::default();
+        let Some(cast) = cast else { return hierarchy };
+        for member in &cast.schemas {
+            if let Some(place) = hierarchy.schema(&member.name) {
+                let schema = &mut hierarchy.schemas[place];
+                schema.type_name.clone_from(&member.type_name);
+                schema.period = member.period_ns;
+            }
+        }
+        for troupe in &cast.groups {
+            if let Some(place) = hierarchy.group(&troupe.name) {
+                hierarchy.groups[place].policy = troupe.policy.clone().unwrap_or_default();
+                hierarchy.groups[place].contract = troupe.takeover_ns;
+                for member in &troupe.members {
+                    hierarchy.join(place, member);
+                }
+            }
+        }
+        hierarchy
+    }
+
+    /// The place of a schema, which it gets if it has none; none if there are too many.
+    pub(crate) fn schema(&mut self, name: &str) -> Option<usize> {
+        if let Some(place) = self.schema_places.get(name) {
+            return Some(*place);
+        }
+        let place = Some(self.schemas.len()).filter(|place| *place < MOST)?;
+        self.schema_places.insert(name.to_owned(), place);
+        self.schemas.push(Schema {
+            name: name.to_owned(),
+            ..Schema::default()
+        });
+        Some(place)
+    }
+
+    /// The place of a schema that is known.
+    pub(crate) fn find(&self, name: &str) -> Option<usize> {
+        self.schema_places.get(name).copied()
+    }
+
+    /// The place of the group that decided; whoever was awake in it is a member from now on.
+    pub(crate) fn decided(&mut self, decision: &Decision) -> Option<usize> {
+        let group = self.group(&decision.group)?;
+        if matches!(
+            decision.decider.as_str(),
+            "priority" | "urgency" | "sticky" | "round-robin" | "father"
+        ) && self.groups[group].policy != decision.decider
+        {
+            self.groups[group].policy.clone_from(&decision.decider);
+        }
+        for candidate in &decision.candidates {
+            self.join(group, &candidate.name);
+        }
+        Some(group)
+    }
+
+    /// The father of a group, after whom it is called: `example/base`; none of the roots.
+    pub(crate) fn father(&self, group: usize) -> Option<usize> {
+        let (father, _) = self.groups[group].name.split_once('/')?;
+        self.find(father)
+    }
+
+    /// The groups of a schema's children.
+    pub(crate) fn groups_of(&self, schema: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.groups.len()).filter(move |group| self.father(*group) == Some(schema))
+    }
+
+    /// Motor schemas without motor children: those that can act.
+    pub(crate) fn is_actor(&self, schema: usize) -> bool {
+        self.schemas[schema].group.is_some() && self.groups_of(schema).next().is_none()
+    }
+
+    /// All of it, children below their fathers, and at the end who competes with nobody.
+    pub(crate) fn rows(&self) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let mut shown = vec![false; self.schemas.len()];
+        for group in (0..self.groups.len()).filter(|group| self.father(*group).is_none()) {
+            self.rows_of(group, 0, &mut shown, &mut rows);
+        }
+        for schema in 0..self.schemas.len() {
+            if !shown[schema] {
+                shown[schema] = true;
+                rows.push(Row::Schema(schema, 0));
+                for group in self.groups_of(schema) {
+                    self.rows_of(group, 1, &mut shown, &mut rows);
+                }
+            }
+        }
+        rows
+    }
+
+    fn rows_of(&self, group: usize, depth: usize, shown: &mut [bool], rows: &mut Vec<Row>) {
+        rows.push(Row::Group(group, depth));
+        for member in &self.groups[group].members {
+            // Who is shown already is not shown again: a file may make somebody his own father.
+            if std::mem::replace(&mut shown[*member], true) {
+                continue;
+            }
+            rows.push(Row::Schema(*member, depth + 1));
+            for own in self.groups_of(*member) {
+                self.rows_of(own, depth + 2, shown, rows);
+            }
+        }
+    }
+
+    fn group(&mut self, name: &str) -> Option<usize> {
+        if let Some(place) = self.group_places.get(name) {
+            return Some(*place);
+        }
+        let place = Some(self.groups.len()).filter(|place| *place < MOST)?;
+        self.group_places.insert(name.to_owned(), place);
+        self.groups.push(Group {
+            name: name.to_owned(),
+            ..Group::default()
+        });
+        Some(place)
+    }
+
+    fn join(&mut self, group: usize, name: &str) {
+        let Some(schema) = self.schema(name) else { return };
+        if self.schemas[schema].group.is_none() {
+            self.schemas[schema].group = Some(group);
+            self.groups[group].members.push(schema);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::story::{Candidate, Decision};
+
+    use super::*;
+
+    fn decision(group: &str, names: &[&str]) -> Decision {
+        let candidate = |name: &&str| Candidate {
+            name: (*name).to_owned(),
+            state: "ready".to_owned(),
+            ready: true,
+            urgency: None,
+        };
+        Decision {
+            number: 1,
+            time_s: 0.0,
+            group: group.to_owned(),
+            case: "alone".to_owned(),
+            candidates: names.iter().map(candidate).collect(),
+            before: None,
+            choice: None,
+            decider: "father".to_owned(),
+            reason: String::new(),
+            cause: String::new(),
+            changed: false,
+            takeover_us: None,
+        }
+    }
+
+    #[test]
+    fn children_stand_below_their_fathers_whatever_was_told_first() {
+        let mut hierarchy = Hierarchy::default();
+        hierarchy.schema("pioneer");
+        hierarchy.decided(&decision("example/base", &["stop", "goon"]));
+        hierarchy.decided(&decision("roots", &["example"]));
+        let names = hierarchy.rows().into_iter().map(|row| match row {
+            Row::Group(group, depth) => (hierarchy.groups[group].name.as_str(), depth),
+            Row::Schema(schema, depth) => (hierarchy.schemas[schema].name.as_str(), depth),
+        });
+        assert_eq!(
+            names.collect::<Vec<_>>(),
+            [
+                ("roots", 0),
+                ("example", 1),
+                ("example/base", 2),
+                ("stop", 3),
+                ("goon", 3),
+                ("pioneer", 0)
+            ]
+        );
+        let actors: Vec<_> = (0..4).filter(|schema| hierarchy.is_actor(*schema)).collect();
+        assert_eq!(actors, [1, 2]);
+    }
+
+    #[test]
+    fn a_father_of_himself_is_shown_once() {
+        let mut hierarchy = Hierarchy::default();
+        hierarchy.decided(&decision("a/base", &["b"]));
+        hierarchy.decided(&decision("b/base", &["a"]));
+        assert_eq!(hierarchy.rows().len(), 4);
+    }
+}

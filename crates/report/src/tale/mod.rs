@@ -1,0 +1,448 @@
+//! The tale of a recording: all that pictures and pages show of it, found by reading it once. Memory does not grow with its
+//! length: times become columns, durations histograms, and of lists a bounded number is kept and the rest counted.
+
+mod band;
+mod columns;
+mod contest;
+mod course;
+mod durations;
+mod events;
+mod hierarchy;
+mod thinned;
+mod trace;
+mod work;
+
+use std::collections::{BTreeMap, HashMap};
+use std::time::{Duration, UNIX_EPOCH};
+
+use jde_core::{Nanos, State};
+use jde_host::story::{Kind, Line};
+use jde_host::turn::Turn;
+use jde_log::{Cast, Message, ReadError, Recording, Survey};
+use jde_ros::cdr;
+use jde_types::{Mission, Value as _};
+
+pub(crate) use band::Band;
+pub(crate) use columns::Columns;
+pub(crate) use contest::{Contest, Switches};
+pub(crate) use course::Ending;
+pub(crate) use durations::Durations;
+pub(crate) use events::Events;
+pub(crate) use hierarchy::{Hierarchy, Row};
+pub(crate) use trace::{Cell, Trace};
+pub(crate) use work::Work;
+
+use course::Course;
+
+/// Where the turns of schemas are.
+const TURNS: &str = "/jde/turns";
+/// Progress is told once in so many messages.
+const TOLD: u64 = 2000;
+/// Columns of small charts.
+const COARSE: usize = 300;
+
+/// What of a recording is wanted.
+#[derive(Default)]
+pub struct Wanted {
+    /// From this time of the application on, ns; without it from the beginning.
+    pub from: Option<Nanos>,
+    /// Up to this time, ns; without it to the end.
+    pub to: Option<Nanos>,
+    /// Columns that its time is cut into.
+    pub columns: usize,
+    /// Numbers to follow.
+    pub series: Vec<Series>,
+}
+
+/// A number of a recording, over time.
+pub struct Series {
+    /// The topic whose messages have it.
+    pub topic: String,
+    /// The variable that it belongs to.
+    pub variable: String,
+    /// How people call it.
+    pub name: String,
+    /// Its unit; empty for none.
+    pub unit: String,
+    /// It out of a message; none where there is none.
+    pub number: Box<dyn Fn(&[u8]) -> Option<f64> + Send>,
+}
+
+/// What a recording comes to.
+pub struct Tale {
+    /// What it is.
+    pub(crate) survey: Survey,
+    /// Name of the application, or of the file.
+    pub(crate) title: String,
+    /// The stretch of time that is told, in the application's time.
+    pub(crate) columns: Columns,
+    /// The same stretch in the columns of small charts, of which there are many.
+    pub(crate) coarse: Columns,
+    /// Who is in it.
+    pub(crate) hierarchy: Hierarchy,
+    /// States, by schema.
+    pub(crate) bands: Vec<Band>,
+    /// Work, by schema.
+    pub(crate) works: Vec<Work>,
+    /// Periods as configured, by schema, s: over time, and last.
+    pub(crate) periods: Vec<Option<f64>>,
+    /// Selections, by group.
+    pub(crate) contests: Vec<Contest>,
+    /// Those that changed a winner.
+    pub(crate) switches: Switches,
+    /// What else happened.
+    pub(crate) events: Events,
+    /// Where the robot went.
+    pub(crate) ending: Ending,
+    /// Numbers that were asked for, and who they are.
+    pub(crate) traces: Vec<(Series, Trace)>,
+    /// Whether turns were recorded, by which work is known.
+    pub(crate) has_turns: bool,
+    /// Whether it ran in virtual time; none if nobody says.
+    pub(crate) lockstep: Option<bool>,
+}
+
+impl Tale {
+    /// Reads a recording up to its end or to the damage. `progress` is told how much of it has been read, 0 to 1.
+    ///
+    /// # Errors
+    /// The file cannot be read; damage is no error.
+    pub fn read(
+        recording: &Recording,
+        wanted: Wanted,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, ReadError> {
+        let mut reader = Reader::new(recording, wanted)?;
+        for (number, message) in (0_u64..).zip(recording.messages()?) {
+            match message {
+                Ok(message) => {
+                    reader.tale.survey.hear(&message);
+                    if number % TOLD == 0 {
+                        progress(reader.share(message.log_time));
+                    }
+                    reader.message(&message);
+                }
+                Err(error) => reader.tale.survey.ends(error)?,
+            }
+        }
+        Ok(reader.finish())
+    }
+
+    /// Whether there is anything to draw: a path, states or numbers.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ending.drive.path.is_empty()
+            && !self.bands.iter().any(Band::was_awake)
+            && self.traces.iter().all(|(_, trace)| trace.range().is_none())
+    }
+
+    /// When it was, on everybody's clock: "2026-11-21 18:03:13 UTC"; none without messages.
+    pub(crate) fn begun(&self) -> Option<String> {
+        let time = UNIX_EPOCH + Duration::from_nanos(self.survey.first_ns?);
+        let text = humantime::format_rfc3339_seconds(time).to_string();
+        Some(text.replace('T', " ").replace('Z', " UTC"))
+    }
+
+    /// What is to be known of how much of it is shown.
+    pub(crate) fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if let Some(damage) = &self.survey.damage {
+            remarks.push(format!(
+                "the recording ends too soon, at byte {} of {}: {}; what is before is shown",
+                damage.offset, self.survey.bytes, damage.reason
+            ));
+        }
+        let lost: u64 = self.survey.lost.values().sum();
+        if lost > 0 {
+            remarks.push(format!("{lost} values were lost while it was recorded"));
+        }
+        remarks.extend(self.ending.remarks.iter().cloned());
+        remarks
+    }
+
+    /// How far the mission came; none if there is none.
+    pub(crate) fn mission(&self) -> Option<&Mission> {
+        self.ending.mission.as_ref()
+    }
+}
+
+struct Reader {
+    tale: Tale,
+    course: Course,
+    /// ns since 1970 when the application's clock was 0.
+    start: u64,
+    first: u64,
+    last: u64,
+    /// Of each group, who wins now.
+    winners: Vec<Option<usize>>,
+    acting: Option<usize>,
+    /// By topic: which numbers are in its messages.
+    series: HashMap<String, Vec<usize>>,
+    /// By topic: of which schema it is the configured period.
+    periods: HashMap<String, String>,
+    /// By topic: what is published by whom.
+    exports: BTreeMap<String, (String, Work)>,
+}
+
+impl Reader {
+    fn new(recording: &Recording, wanted: Wanted) -> Result<Self, ReadError> {
+        let survey = Survey::begin(recording)?;
+        let (first, last) = recording.times().unwrap_or_default();
+        // A recording of others begins with its first message.
+        let start = survey.application_start_ns.unwrap_or(first);
+        let since = |time: u64| time.saturating_sub(start);
+        let from = wanted.from.unwrap_or_else(|| since(first));
+        let to = wanted.to.unwrap_or_else(|| since(last));
+        let columns = Columns::new(from, to.max(from), wanted.columns);
+        let coarse = Columns::new(from, columns.to, wanted.columns.min(COARSE));
+        let title = survey.application.clone().unwrap_or_else(|| {
+            let stem = recording.path().file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
+        });
+        let cast = Cast::of_recording(recording);
+        let mut series: HashMap<String, Vec<usize>> = HashMap::new();
+        for (number, wanted) in wanted.series.iter().enumerate() {
+            series.entry(wanted.topic.clone()).or_default().push(number);
+        }
+        let mut periods = HashMap::new();
+        let mut exports = BTreeMap::new();
+        for channel in recording.channels() {
+            let said = |key: &str| channel.about.get(key).map_or("", String::as_str);
+            if let Some((owner, name)) = said("variable").rsplit_once('.') {
+                match (said("access"), name) {
+                    ("modulation", "period") => {
+                        periods.insert(channel.topic.clone(), owner.to_owned());
+                    }
+                    ("export", _) => {
+                        exports.insert(channel.topic.clone(), (owner.to_owned(), Work::new(coarse)));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let traces = wanted.series.into_iter();
+        let traces = traces.map(|series| (series, Trace::new(columns))).collect();
+        let mut reader = Self {
+            course: Course::new(recording),
+            tale: Tale {
+                survey,
+                title,
+                columns,
+                coarse,
+                hierarchy: Hierarchy::new(cast.as_ref()),
+                bands: Vec::new(),
+                works: Vec::new(),
+                periods: Vec::new(),
+                contests: Vec::new(),
+                switches: Switches::default(),
+                events: Events::default(),
+                ending: Ending::default(),
+                traces,
+                has_turns: false,
+                lockstep: cast.map(|cast| cast.lockstep),
+            },
+            start,
+            first,
+            last,
+            winners: Vec::new(),
+            acting: None,
+            series,
+            periods,
+            exports,
+        };
+        reader.grow();
+        Ok(reader)
+    }
+
+    /// How much has been read when a message comes.
+    fn share(&self, log_time: u64) -> f64 {
+        let whole = self.last.saturating_sub(self.first).max(1);
+        (log_time.saturating_sub(self.first) as f64 / whole as f64).min(1.0)
+    }
+
+    fn message(&mut self, message: &Message) {
+        let time = message.log_time.saturating_sub(self.start);
+        if time > self.tale.columns.to {
+            return;
+        }
+        // What was in force at the beginning happened before it.
+        let happens = self.tale.columns.has(time) && message.publish_time >= self.first;
+        let topic = &message.channel.topic;
+        if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+            // A line of a newer version that cannot be read is passed over.
+            if let Ok(line) = Line::read(kind, &message.data) {
+                self.line(time, line, happens);
+            }
+            return;
+        }
+        if topic == TURNS {
+            self.turn(message);
+            return;
+        }
+        let columns = self.tale.columns;
+        for number in self.series.get(topic).into_iter().flatten() {
+            let (series, trace) = &mut self.tale.traces[*number];
+            trace.add(columns, time, (series.number)(&message.data));
+        }
+        if let Some(owner) = self.periods.get(topic).cloned() {
+            self.period(&owner, message);
+        }
+        if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| happens) {
+            work.began(self.tale.coarse, time);
+        }
+        self.course.message(columns, time, message, self.acting);
+    }
+
+    fn line(&mut self, time: Nanos, line: Line, happens: bool) {
+        let columns = self.tale.columns;
+        let retracted = line.retracted_variable().map(str::to_owned);
+        match line {
+            Line::Change(change) => {
+                let Some(schema) = self.tale.hierarchy.schema(&change.schema) else {
+                    return;
+                };
+                self.grow();
+                let (from, to) = (band::state(&change.from), band::state(&change.to));
+                self.tale.bands[schema].change(columns, time, from, to);
+                self.won(schema, to);
+            }
+            Line::Decision(decision) => {
+                let Some(group) = self.tale.hierarchy.decided(&decision) else {
+                    return;
+                };
+                self.grow();
+                self.learn(&decision);
+                if happens {
+                    self.tale.contests[group].decided(columns, time, &decision);
+                    if decision.changed {
+                        let to = decision.choice.as_deref();
+                        let to = to.and_then(|name| self.tale.hierarchy.find(name));
+                        if let Some(to) = to.filter(|to| self.tale.hierarchy.is_actor(*to)) {
+                            self.course.took_over(to);
+                        }
+                        self.tale.switches.add(decision);
+                    }
+                }
+            }
+            Line::Happening(happening) => {
+                if let Some(variable) = retracted {
+                    let of_it = |(series, _): &&mut (Series, Trace)| series.variable == variable;
+                    for (_, trace) in self.tale.traces.iter_mut().filter(of_it) {
+                        trace.add(columns, time, None);
+                    }
+                }
+                if happens {
+                    self.tale.events.add(happening);
+                }
+            }
+        }
+    }
+
+    /// Who is known only by a selection is in the state that it tells.
+    fn learn(&mut self, decision: &jde_host::story::Decision) {
+        let columns = self.tale.columns;
+        for candidate in &decision.candidates {
+            if let Some(schema) = self.tale.hierarchy.find(&candidate.name)
+                && self.tale.bands[schema].state().is_none()
+            {
+                let state = band::state(&candidate.state);
+                self.tale.bands[schema].change(columns, columns.from, state, state);
+                self.won(schema, state);
+            }
+        }
+    }
+
+    /// A schema is in another state: who acts now?
+    fn won(&mut self, schema: usize, state: State) {
+        let hierarchy = &self.tale.hierarchy;
+        let Some(group) = hierarchy.schemas[schema].group else {
+            return;
+        };
+        let winner = &mut self.winners[group];
+        match state {
+            State::Winner => *winner = Some(schema),
+            State::Slept | State::Checking | State::Ready if *winner == Some(schema) => *winner = None,
+            State::Slept | State::Checking | State::Ready => return,
+        }
+        let roots = (0..hierarchy.groups.len()).find(|group| hierarchy.father(*group).is_none());
+        let mut acting = roots.and_then(|group| self.winners[group]);
+        // No deeper than there are schemas: a file may say anything.
+        for _ in 0..hierarchy.schemas.len() {
+            let Some(father) = acting.filter(|schema| !hierarchy.is_actor(*schema)) else {
+                break;
+            };
+            acting = hierarchy
+                .groups_of(father)
+                .find_map(|group| self.winners[group]);
+        }
+        self.acting = acting;
+    }
+
+    fn turn(&mut self, message: &Message) {
+        let turn = cdr::decode(&Turn::describe(), &message.data);
+        let Some(turn) = turn.ok().and_then(|bytes| Turn::from_bytes(&bytes)) else {
+            return;
+        };
+        let columns = self.tale.columns;
+        if let Some(work) = self.tale.works.get_mut(turn.schema as usize)
+            && columns.has(turn.time())
+        {
+            self.tale.has_turns = true;
+            work.turn(self.tale.coarse, &turn);
+        }
+    }
+
+    fn period(&mut self, owner: &str, message: &Message) {
+        let seconds = course::number(message);
+        if let (Some(schema), Some(seconds)) = (self.tale.hierarchy.schema(owner), seconds) {
+            self.grow();
+            self.tale.periods[schema] = Some(seconds);
+        }
+    }
+
+    /// Everybody known has a place for what is told of him.
+    fn grow(&mut self) {
+        let tale = &mut self.tale;
+        let (schemas, groups) = (tale.hierarchy.schemas.len(), tale.hierarchy.groups.len());
+        tale.bands.resize_with(schemas, || Band::new(tale.columns));
+        tale.works.resize_with(schemas, || Work::new(tale.coarse));
+        for schema in tale.periods.len()..schemas {
+            let period = tale.hierarchy.schemas[schema].period;
+            tale.periods.push(period.map(|period| period as f64 / 1e9));
+        }
+        tale.contests.resize_with(groups, || Contest::new(tale.columns));
+        self.winners.resize(groups, None);
+    }
+
+    fn finish(mut self) -> Tale {
+        let tale = &mut self.tale;
+        let columns = tale.columns;
+        tale.survey.finish();
+        for band in &mut tale.bands {
+            band.finish(columns);
+        }
+        for (_, trace) in &mut tale.traces {
+            trace.finish(columns);
+        }
+        // Of a schema without turns, what it published most often tells of its period.
+        let mut most: HashMap<String, Work> = HashMap::new();
+        for (owner, work) in self.exports.into_values() {
+            let known = most.get(&owner).map_or(0, |known| known.periods.count());
+            if work.periods.count() > known {
+                most.insert(owner, work);
+            }
+        }
+        for (schema, work) in tale.hierarchy.schemas.iter().zip(&mut tale.works) {
+            if work.cycles == 0
+                && let Some(published) = most.remove(&schema.name)
+            {
+                *work = published;
+            }
+            work.over_time.finish(tale.coarse);
+        }
+        let names = tale.hierarchy.schemas.iter();
+        let names = names.map(|schema| schema.name.clone()).collect();
+        tale.ending = self.course.finish(tale.title.clone(), names);
+        self.tale
+    }
+}

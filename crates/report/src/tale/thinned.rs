@@ -1,0 +1,66 @@
+//! A list that never becomes too long: when it is full, every other of its items goes, and from then on only every second, fourth,
+//! eighth that comes is kept.
+
+/// Items in their order, evenly thinned.
+#[derive(Clone, Debug)]
+pub(crate) struct Thinned<T> {
+    items: Vec<T>,
+    most: usize,
+    step: u64,
+    seen: u64,
+}
+
+impl<T> Thinned<T> {
+    pub(crate) fn new(most: usize) -> Self {
+        Self {
+            items: Vec::new(),
+            most: most.max(2),
+            step: 1,
+            seen: 0,
+        }
+    }
+
+    pub(crate) fn add(&mut self, item: T) {
+        if self.seen.is_multiple_of(self.step) {
+            if self.items.len() == self.most {
+                let mut place = 0_usize;
+                self.items.retain(|_| {
+                    place += 1;
+                    place % 2 == 1
+                });
+                self.step *= 2;
+            }
+            if self.seen.is_multiple_of(self.step) {
+                self.items.push(item);
+            }
+        }
+        self.seen += 1;
+    }
+
+    /// How many there were for each that is kept.
+    pub(crate) fn step(&self) -> u64 {
+        self.step
+    }
+
+    pub(crate) fn into_items(self) -> Vec<T> {
+        self.items
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Thinned;
+
+    #[test]
+    fn it_stays_short_and_even() {
+        for count in [0, 1, 9, 10, 11, 1000, 12_345_u64] {
+            let mut list = Thinned::new(10);
+            (0..count).for_each(|item| list.add(item));
+            let step = list.step();
+            let items = list.into_items();
+            assert!(items.len() <= 10, "{count}: {items:?}");
+            let even: Vec<u64> = (0..count).step_by(step as usize).collect();
+            assert_eq!(items, even);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! A number over time: of each column the least, the greatest, and what it was at both ends. A shared variable holds its value until
+//! the next, and so does a trace; where there was none it has a gap.
+
+use jde_core::Nanos;
+
+use super::columns::Columns;
+
+/// A number over time.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace {
+    cells: Vec<Option<Cell>>,
+    now: Option<(f64, Nanos)>,
+    /// Values in all.
+    pub(crate) count: u64,
+}
+
+/// What a number was within a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cell {
+    pub(crate) first: f64,
+    pub(crate) least: f64,
+    pub(crate) greatest: f64,
+    pub(crate) last: f64,
+}
+
+impl Trace {
+    pub(crate) fn new(columns: Columns) -> Self {
+        Self {
+            cells: vec![None; columns.count],
+            now: None,
+            count: 0,
+        }
+    }
+
+    /// It has a value from a time on, or none.
+    pub(crate) fn add(&mut self, columns: Columns, time: Nanos, value: Option<f64>) {
+        let value = value.filter(|value| value.is_finite());
+        self.hold(columns, time);
+        if columns.has(time)
+            && let Some(value) = value
+        {
+            self.count += 1;
+            self.see(columns.column(time), value);
+        }
+        self.now = value.map(|value| (value, time));
+    }
+
+    /// Nothing more comes.
+    pub(crate) fn finish(&mut self, columns: Columns) {
+        self.hold(columns, columns.to);
+    }
+
+    /// What it was, column by column.
+    pub(crate) fn cells(&self) -> &[Option<Cell>] {
+        &self.cells
+    }
+
+    /// The least and the greatest of all; none without any.
+    pub(crate) fn range(&self) -> Option<(f64, f64)> {
+        let ranges = self.cells.iter().flatten();
+        ranges
+            .map(|cell| (cell.least, cell.greatest))
+            .reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)))
+    }
+
+    /// What it has been since it changed last is what it is until a time.
+    fn hold(&mut self, columns: Columns, until: Nanos) {
+        let Some((value, since)) = self.now else { return };
+        if until <= columns.from || since >= columns.to {
+            return;
+        }
+        for column in columns.column(since)..=columns.column(until) {
+            self.see(column, value);
+        }
+    }
+
+    fn see(&mut self, column: usize, value: f64) {
+        let cell = self.cells[column].get_or_insert(Cell {
+            first: value,
+            least: value,
+            greatest: value,
+            last: value,
+        });
+        cell.least = cell.least.min(value);
+        cell.greatest = cell.greatest.max(value);
+        cell.last = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(first: f64, least: f64, greatest: f64, last: f64) -> Option<Cell> {
+        Some(Cell {
+            first,
+            least,
+            greatest,
+            last,
+        })
+    }
+
+    #[test]
+    fn a_column_keeps_its_extremes_however_many_values_it_has() {
+        let columns = Columns::new(0, 10_000, 2);
+        let mut trace = Trace::new(columns);
+        for (time, value) in [(0, 1.0), (1000, 9.0), (2000, -3.0), (4000, 2.0), (9000, 4.0)] {
+            trace.add(columns, time, Some(value));
+        }
+        trace.finish(columns);
+        assert_eq!(trace.cells(), [cell(1.0, -3.0, 9.0, 2.0), cell(2.0, 2.0, 4.0, 4.0)]);
+        assert_eq!((trace.range(), trace.count), (Some((-3.0, 9.0)), 5));
+    }
+
+    #[test]
+    fn a_value_holds_and_where_there_is_none_is_a_gap() {
+        let columns = Columns::new(0, 10_000, 5);
+        let mut trace = Trace::new(columns);
+        trace.add(columns, 2500, Some(7.0));
+        trace.add(columns, 4500, Some(f64::NAN));
+        trace.add(columns, 8500, Some(1.0));
+        trace.finish(columns);
+        let seven = cell(7.0, 7.0, 7.0, 7.0);
+        assert_eq!(trace.cells(), [None, seven, seven, None, cell(1.0, 1.0, 1.0, 1.0)]);
+    }
+
+    #[test]
+    fn what_was_in_force_at_the_beginning_counts_and_what_comes_after_the_end_does_not() {
+        let columns = Columns::new(4000, 8000, 2);
+        let mut trace = Trace::new(columns);
+        trace.add(columns, 1000, Some(5.0));
+        trace.add(columns, 9000, Some(6.0));
+        trace.finish(columns);
+        let five = cell(5.0, 5.0, 5.0, 5.0);
+        assert_eq!((trace.cells(), trace.count), ([five, five].as_slice(), 0));
+    }
+}

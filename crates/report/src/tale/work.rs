@@ -1,0 +1,116 @@
+//! How a schema worked: its iterations, the times between them, and how long it was busy; by its turns, and of a driver, whose turns
+//! are not recorded, by what it published.
+
+use jde_core::Nanos;
+use jde_host::turn::Turn;
+
+use super::columns::Columns;
+use super::durations::Durations;
+use super::trace::Trace;
+
+/// How a schema worked.
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    /// Turns in which it iterated.
+    pub(crate) iterations: u64,
+    /// Turns in which it checked its precondition or iterated.
+    pub(crate) cycles: u64,
+    /// From one iteration to the next, without a pause between.
+    pub(crate) periods: Durations,
+    /// The same over time, s.
+    pub(crate) over_time: Trace,
+    /// How long its turns took.
+    pub(crate) busy: Durations,
+    last: Option<Nanos>,
+}
+
+impl Work {
+    pub(crate) fn new(columns: Columns) -> Self {
+        Self {
+            iterations: 0,
+            cycles: 0,
+            periods: Durations::default(),
+            over_time: Trace::new(columns),
+            busy: Durations::default(),
+            last: None,
+        }
+    }
+
+    /// It took a turn.
+    pub(crate) fn turn(&mut self, columns: Columns, turn: &Turn) {
+        if turn.kind != Turn::CYCLED || !turn.acted.happened() {
+            self.pause(columns);
+        }
+        if turn.kind != Turn::CYCLED {
+            return;
+        }
+        self.cycles += 1;
+        let begun = if turn.looked.happened() {
+            turn.looked.clock
+        } else {
+            turn.acted.clock
+        };
+        self.busy.add(turn.time().saturating_sub(begun));
+        if turn.acted.happened() {
+            self.iterations += 1;
+            self.began(columns, begun);
+        }
+    }
+
+    /// It began to do again what it does periodically.
+    pub(crate) fn began(&mut self, columns: Columns, time: Nanos) {
+        if let Some(period) = self.last.and_then(|last| time.checked_sub(last)) {
+            self.periods.add(period);
+            self.over_time.add(columns, time, Some(period as f64 / 1e9));
+        }
+        self.last = Some(time);
+    }
+
+    /// What follows is no period.
+    fn pause(&mut self, columns: Columns) {
+        if let Some(last) = self.last.take() {
+            self.over_time.add(columns, last, None);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::turn::Call;
+
+    use super::*;
+
+    fn call(ms: u64) -> Call {
+        Call {
+            after: 1,
+            time: ms * 1_000_000,
+            clock: ms * 1_000_000,
+        }
+    }
+
+    fn turn(ms: u64, acts: bool) -> Turn {
+        let mut turn = Turn {
+            kind: Turn::CYCLED,
+            looked: call(ms),
+            ..Turn::default()
+        };
+        if acts {
+            turn.acted = call(ms + 1);
+            turn.ended.time = (ms + 3) * 1_000_000;
+        }
+        turn
+    }
+
+    #[test]
+    fn a_period_goes_from_iteration_to_iteration_and_over_no_pause() {
+        let columns = Columns::new(0, 1_000_000_000, 10);
+        let mut work = Work::new(columns);
+        for (ms, acts) in [(0, true), (100, true), (210, true), (300, false), (400, true), (500, true)] {
+            work.turn(columns, &turn(ms, acts));
+        }
+        assert_eq!((work.cycles, work.iterations), (6, 5));
+        assert_eq!((work.periods.count(), work.periods.worst()), (3, Some(110e6)));
+        assert_eq!(work.busy.worst(), Some(3e6));
+        assert_eq!(work.over_time.range(), Some((0.1, 0.11)));
+    }
+}
