@@ -121,7 +121,8 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Numbers of the recording that stands on the same command line.
 pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
-    let named = |word: &std::ffi::OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
+    let named =
+        |word: &std::ffi::OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
     let names = std::env::args_os().find(named).and_then(|file| {
         in_time(move || {
             let recording = Recording::open(Path::new(&file)).ok()?;

@@ -10,9 +10,11 @@ mod page;
 mod picture;
 mod sheet;
 mod tale;
+#[cfg(test)]
+mod tests;
 
 pub use map::{Drive, Moment, Takeover, Target, Thing};
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
 pub use sheet::{SIDES, Size};
-pub use tale::{Series, Tale, Wanted};
+pub use tale::{Number, Series, Tale, Wanted};

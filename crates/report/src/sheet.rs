@@ -47,65 +47,97 @@ impl Size {
     }
 }
 
-impl Picture {
-    /// What a recording shows: its numbers if any were asked for, else where the robot went; and below who was in which state.
-    #[must_use]
-    pub fn of_tale(tale: &Tale, size: Size) -> Self {
+/// How the paper is shared out.
+struct Layout<'t> {
+    scale: f32,
+    width: f32,
+    height: f32,
+    bands: Bands<'t>,
+    /// Where the bands are, over the axis of time.
+    times: Area,
+    remarks: Vec<String>,
+    /// Where the remarks begin.
+    foot: f32,
+    has_lines: bool,
+    has_map: bool,
+}
+
+impl<'t> Layout<'t> {
+    fn new(tale: &'t Tale, size: Size) -> Self {
         let scale = size.scale();
         let (width, height) = (size.width as f32 / scale, size.height as f32 / scale);
-        let mut drawing = Drawing::new(width, height);
-        let remarks = remarks(&drawing, tale, width - 2.0 * MARGIN);
+        let remarks = remarks(tale);
         let foot = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
-        for (number, remark) in remarks.iter().enumerate() {
-            let y = foot + (number as f32 + 0.5) * REMARK;
-            drawing.label(remark, SMALL, (MARGIN, y), Align::Left, Tone::Soft);
-        }
-        let drive = &tale.ending.drive;
         let has_lines = !tale.traces.is_empty();
-        let has_map = !has_lines && !drive.path.is_empty();
+        let has_map = !has_lines && !tale.ending.drive.path.is_empty();
         let most = if has_lines || has_map {
             foot * BANDS
         } else {
             foot - HEADING - TIMES
         };
         let bands = Bands::new(tale, most);
-        let top = foot - TIMES - bands.height();
-        let left = if bands.height() > 0.0 {
-            MARGIN + chart::NAMES
+        let (left, right) = if bands.height() > 0.0 {
+            (MARGIN + chart::NAMES, chart::NUMBERS + MARGIN)
         } else {
-            AXIS
+            (AXIS, MARGIN)
         };
-        let right = if bands.height() > 0.0 {
-            chart::NUMBERS + MARGIN
-        } else {
-            MARGIN
-        };
-        let times = Area {
-            left,
-            top,
-            width: (width - left - right).max(40.0),
-            height: bands.height(),
-        };
-        if has_map {
-            map::draw_within(&mut drawing, drive, width, top);
+        Self {
+            scale,
+            width,
+            height,
+            times: Area {
+                left,
+                top: foot - TIMES - bands.height(),
+                width: (width - left - right).max(40.0),
+                height: bands.height(),
+            },
+            bands,
+            remarks,
+            foot,
+            has_lines,
+            has_map,
+        }
+    }
+}
+
+impl Picture {
+    /// What a recording shows: its numbers if any were asked for, else where the robot went; and below who was in which state.
+    #[must_use]
+    pub fn of_tale(tale: &Tale, size: Size) -> Self {
+        let layout = Layout::new(tale, size);
+        let (times, drive) = (layout.times, &tale.ending.drive);
+        let mut drawing = Drawing::new(layout.width, layout.height);
+        if layout.has_map {
+            map::draw_within(&mut drawing, drive, layout.width, times.top);
         } else {
             heading(&mut drawing, tale, MARGIN);
         }
-        if has_lines {
+        if layout.has_lines {
             let area = Area {
                 top: HEADING,
-                height: (top - HEADING).max(40.0),
+                height: (times.top - HEADING).max(40.0),
                 ..times
             };
             chart::charts(&mut drawing, area, tale.columns, &tale.traces);
         }
         chart::time_grid(&mut drawing, times, tale.columns);
-        bands.draw(&mut drawing, times, &Palette::of(drive));
-        if has_lines || bands.height() > 0.0 {
+        layout.bands.draw(&mut drawing, times, &Palette::of(drive));
+        if layout.has_lines || layout.bands.height() > 0.0 {
             chart::time_axis(&mut drawing, times, tale.columns);
         }
-        Self::new(drawing, scale)
+        for (number, remark) in layout.remarks.iter().enumerate() {
+            let y = layout.foot + (number as f32 + 0.5) * REMARK;
+            let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
+            drawing.label(&text, SMALL, (MARGIN, y), Align::Left, Tone::Soft);
+        }
+        Self::new(drawing, layout.scale)
     }
+}
+
+/// Where the bands of a picture are.
+#[cfg(test)]
+pub(crate) fn times(tale: &Tale, size: Size) -> Area {
+    Layout::new(tale, size).times
 }
 
 fn heading(drawing: &mut Drawing, tale: &Tale, left: f32) {
@@ -119,8 +151,8 @@ fn heading(drawing: &mut Drawing, tale: &Tale, left: f32) {
     drawing.text(&parts.join("  ·  "), 18.0, (left, 84.0), Align::Left, Tone::Soft);
 }
 
-/// What a picture lacks and why, in lines that fit.
-fn remarks(drawing: &Drawing, tale: &Tale, width: f32) -> Vec<String> {
+/// What a picture lacks, and why.
+fn remarks(tale: &Tale) -> Vec<String> {
     let mut remarks = tale.remarks();
     if tale.traces.is_empty() && tale.ending.drive.path.is_empty() {
         remarks.push("the recording does not say where the robot was".to_owned());
@@ -129,7 +161,4 @@ fn remarks(drawing: &Drawing, tale: &Tale, width: f32) -> Vec<String> {
         remarks.push("it does not say who was in which state: it holds no selections".to_owned());
     }
     remarks
-        .into_iter()
-        .map(|remark| drawing.fitted(&remark, SMALL, width))
-        .collect()
 }

@@ -92,6 +92,7 @@ fn recorder(file: &Path) -> Recorder {
             started: SystemTime::UNIX_EPOCH + Duration::from_secs(1_800_000_000),
             folder: None,
             file: None,
+            cast: None,
         },
         application: None,
         overwrite: false,

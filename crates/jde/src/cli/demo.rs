@@ -11,8 +11,8 @@ use super::{conclude, log};
 use crate::failure::{self, Failure};
 use crate::load;
 use crate::log::Filter;
-use crate::summary::Summary;
 use crate::session::{self, How, Telling, View};
+use crate::summary::Summary;
 use crate::terminal::{self, FAINT, TITLE};
 
 /// The application that is shown.

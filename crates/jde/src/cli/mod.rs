@@ -32,8 +32,8 @@ use self::client::{Client, Context};
 use crate::failure::Failure;
 use crate::load::Loaded;
 use crate::log::{Filter, Log};
-use crate::summary::{self, Summary};
 use crate::session::Finished;
+use crate::summary::{self, Summary};
 use crate::terminal::{self, Color};
 
 /// Runs robots by schemas: small periodical tasks that compete to act, arranged in a hierarchy.

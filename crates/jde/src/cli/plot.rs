@@ -60,7 +60,10 @@ impl Plot {
         let tale = recorded::read(&recording, stretch, wanted)?;
         if tale.is_empty() {
             return Err(Failure::usage(
-                format!("{} holds nothing that can be drawn: no path, no states, no such values", shown(&self.file)),
+                format!(
+                    "{} holds nothing that can be drawn: no path, no states, no such values",
+                    shown(&self.file)
+                ),
                 "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
             ));
         }

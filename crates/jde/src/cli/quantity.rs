@@ -70,7 +70,11 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
 /// Reads "1200x800", in pixels.
 pub(super) fn pixels(text: &str) -> Result<Size, String> {
     let (least, most) = (SIDES.start(), SIDES.end());
-    let wrong = || format!("`{text}` is no size; write width and height, such as 1200x800, from {least} to {most} pixels each");
+    let wrong = || {
+        format!(
+            "`{text}` is no size; write width and height, such as 1200x800, from {least} to {most} pixels each"
+        )
+    };
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
     let side = |text: &str| text.trim().parse().ok().filter(|side| SIDES.contains(side));
     Ok(Size {
@@ -88,7 +92,17 @@ mod tests {
         let picture = |width, height| Ok(Size { width, height });
         assert_eq!(pixels("1200x800"), picture(1200, 800));
         assert_eq!(pixels("8000 × 200"), picture(8000, 200));
-        for text in ["", "1200", "x", "1200x", "0x800", "199x800", "1200x8001", "-1x2", "1e3x900"] {
+        for text in [
+            "",
+            "1200",
+            "x",
+            "1200x",
+            "0x800",
+            "199x800",
+            "1200x8001",
+            "-1x2",
+            "1e3x900",
+        ] {
             assert!(pixels(text).is_err(), "{text}");
         }
     }

@@ -11,8 +11,8 @@ use super::{conclude, log, quantity};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
-use crate::summary::Summary;
 use crate::session::{self, How, LinkWanted, Telling, View};
+use crate::summary::Summary;
 use crate::terminal;
 
 /// Run an application: on a terminal under the oscilloscope, in a pipe with a line for every takeover and its reason.

@@ -104,7 +104,10 @@ impl Progress {
             (self.next, self.told) = (Instant::now() + TELL, true);
             let (file, percent) = (&self.file, share * 100.0);
             // Who closed standard error does not want to hear of it.
-            let _ = write!(terminal::err(), "\r{FAINT}reading {file}: {percent:.0} %{FAINT:#} ");
+            let _ = write!(
+                terminal::err(),
+                "\r{FAINT}reading {file}: {percent:.0} %{FAINT:#} "
+            );
         }
     }
 

@@ -20,7 +20,12 @@ impl Output {
     ///
     /// # Errors
     /// That is the recording, or a terminal.
-    pub(crate) fn of(asked: Option<PathBuf>, recording: &Path, ending: &str, what: &str) -> Result<Self, Failure> {
+    pub(crate) fn of(
+        asked: Option<PathBuf>,
+        recording: &Path,
+        ending: &str,
+        what: &str,
+    ) -> Result<Self, Failure> {
         let path = match asked {
             Some(path) if path == Path::new("-") => {
                 if io::stdout().is_terminal() {

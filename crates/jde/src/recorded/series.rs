@@ -9,7 +9,7 @@ use jde_log::{Channel, Recording};
 use jde_report::Series;
 use jde_ros::{cdr, definition};
 use jde_types::{
-    BatteryState, Image, LaserScan, Odometry, Path, Pose, PoseStamped, Pose2D, Range as Distance, Twist,
+    BatteryState, Image, LaserScan, Odometry, Path, Pose, Pose2D, PoseStamped, Range as Distance, Twist,
     Value as _,
 };
 
@@ -58,7 +58,10 @@ fn one(recording: &Recording, known: &BTreeMap<String, Recorded>, asked: &str) -
     let (variable, path) = name::variable(&asked, names)?;
     let named = known.iter().find(|(_, recorded)| recorded.name == variable);
     let Some((topic, recorded)) = named else {
-        return Err(Failure::usage(format!("there is no variable `{asked}`"), "`jde info` shows what there is"));
+        return Err(Failure::usage(
+            format!("there is no variable `{asked}`"),
+            "`jde info` shows what there is",
+        ));
     };
     let part = Part::of(&info(recorded), path)?;
     if !part.is_number() {

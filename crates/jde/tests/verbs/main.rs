@@ -13,4 +13,5 @@ mod running;
 mod screen;
 mod serving;
 mod support;
+mod telling;
 mod usage;

@@ -92,7 +92,7 @@ pub(super) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, Strin
         .take(20)
         .map(|line| {
             let value = line as f64 * step;
-            let text = if value.abs() >= 1e6 || (step < 1e-4 && value != 0.0) {
+            let text = if value.abs() >= 1e6 || (step < 1e-6 && value != 0.0) {
                 format!("{value:.1e}")
             } else {
                 format!("{:.digits$}", value + 0.0)
@@ -169,16 +169,19 @@ mod tests {
             let numbers = numbers(least, greatest, 150.0);
             numbers.into_iter().map(|(_, text)| text).collect::<Vec<_>>()
         };
-        assert_eq!(texts(-0.12, 0.31), ["0.0", "0.2"]);
+        assert_eq!(texts(-0.12, 0.31), ["-0.1", "0.0", "0.1", "0.2", "0.3"]);
         assert_eq!(texts(0.0, 1.0), ["0.0", "0.5", "1.0"]);
-        assert_eq!(texts(0.0, 43.0), ["0", "20", "40"]);
+        assert_eq!(texts(0.0, 43.0), ["0", "10", "20", "30", "40"]);
         assert!(texts(1e15, 1e15 + 1.0).len() <= 20);
     }
 
     #[test]
     fn times_and_numbers_have_the_unit_and_digits_that_suit_them() {
         let times = [0.000_4, 0.015_32, 0.1, 2.5, 200.0, 7500.0].map(seconds);
-        assert_eq!(times, ["400 µs", "15.3 ms", "100 ms", "2.50 s", "3 min 20 s", "2 h 5 min"]);
+        assert_eq!(
+            times,
+            ["400 µs", "15.3 ms", "100 ms", "2.50 s", "3 min 20 s", "2 h 5 min"]
+        );
         assert_eq!(
             [0.25, 12.0, 12.34, 0.001, 12345.6, -3.0, 1e9].map(number),
             ["0.25", "12", "12.3", "0.001", "12346", "-3", "1.00e9"]

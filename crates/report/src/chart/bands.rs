@@ -72,15 +72,44 @@ impl<'t> Bands<'t> {
                 height: self.row,
                 ..area
             };
+            drawing.note(Some(self.words(*row)));
             match *row {
                 Row::Group(group, depth) => self.group(drawing, row_area, group, depth, palette),
                 Row::Schema(schema, depth) => self.schema(drawing, row_area, schema, depth, palette),
             }
         }
+        drawing.note(None);
+    }
+
+    /// A row, for whoever points at it.
+    fn words(&self, row: Row) -> String {
+        let tale = self.tale;
+        match row {
+            Row::Group(group, _) => {
+                let (about, contest) = (&tale.hierarchy.groups[group], &tale.contests[group]);
+                format!("{}: {}", about.name, switches(contest.switches))
+            }
+            Row::Schema(schema, _) => {
+                let band = &tale.bands[schema];
+                let times = [
+                    ("WINNER", State::Winner),
+                    ("READY", State::Ready),
+                    ("CHECKING", State::Checking),
+                ];
+                let times = times.map(|(word, state)| {
+                    let time = super::seconds(band.time(state) as f64 / 1e9);
+                    format!("{word} {time}")
+                });
+                format!("{}: {}", tale.hierarchy.schemas[schema].name, times.join(", "))
+            }
+        }
     }
 
     fn schema(&self, drawing: &mut Drawing, area: Area, schema: usize, depth: usize, palette: &Palette) {
-        let (name, band) = (&self.tale.hierarchy.schemas[schema].name, &self.tale.bands[schema]);
+        let (name, band) = (
+            &self.tale.hierarchy.schemas[schema].name,
+            &self.tale.bands[schema],
+        );
         let acts = self.tale.hierarchy.is_actor(schema);
         let own = if acts {
             palette.tone(Some(schema))
@@ -113,7 +142,12 @@ impl<'t> Bands<'t> {
                 false => Tone::Edge.faded(1.0),
             };
             for (from, to, shade) in runs(self.tale.bands[*member].shares(State::Winner)) {
-                let bar = Shape::bar(area.left + from as f32 * wide, top, (to - from) as f32 * wide, height);
+                let bar = Shape::bar(
+                    area.left + from as f32 * wide,
+                    top,
+                    (to - from) as f32 * wide,
+                    height,
+                );
                 if let Some(bar) = bar {
                     drawing.fill(bar, ink.tone.faded(shade));
                 }
@@ -124,14 +158,15 @@ impl<'t> Bands<'t> {
         for (column, _) in contest.marks.iter().enumerate().filter(|(_, count)| **count > 0) {
             let middle = area.left + (column as f32 + 0.5) * wide;
             let left = (middle - mark / 2.0).clamp(area.left, area.right() - mark);
-            drawing.bar((left, area.top + area.height * 0.22), mark, area.height * 0.6, Tone::Ink);
+            drawing.bar(
+                (left, area.top + area.height * 0.22),
+                mark,
+                area.height * 0.6,
+                Tone::Ink,
+            );
         }
         self.name(drawing, area, &about.name, depth, Tone::Soft);
-        let switches = match contest.switches {
-            1 => "1 switch".to_owned(),
-            switches => format!("{switches} switches"),
-        };
-        self.number(drawing, area, &switches);
+        self.number(drawing, area, &switches(contest.switches));
     }
 
     fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: Tone) {
@@ -197,6 +232,14 @@ fn shade(share: f32) -> f32 {
         0.0
     } else {
         ((share - 1e-4) * SHADES).ceil().max(SHADES * FAINTEST) / SHADES
+    }
+}
+
+/// So many switches, in words.
+fn switches(count: u64) -> String {
+    match count {
+        1 => "1 switch".to_owned(),
+        count => format!("{count} switches"),
     }
 }
 

@@ -136,7 +136,13 @@ fn frame(drawing: &mut Drawing, area: Area) {
     }
 }
 
-fn line(drawing: &mut Drawing, area: Area, cells: &[Option<Cell>], (least, greatest): (f64, f64), look: Look) {
+fn line(
+    drawing: &mut Drawing,
+    area: Area,
+    cells: &[Option<Cell>],
+    (least, greatest): (f64, f64),
+    look: Look,
+) {
     let wide = area.width / cells.len().max(1) as f32;
     let y = |value: f64| at(area, least, greatest, value);
     let mut points: Vec<Point> = Vec::new();
@@ -184,7 +190,14 @@ fn at(area: Area, least: f64, greatest: f64, value: f64) -> f32 {
 /// A range with a little room, also where all is the same.
 fn around((least, greatest): (f64, f64)) -> (f64, f64) {
     let size = greatest.abs().max(least.abs());
-    let margin = ((greatest - least) * 0.06).max(size * 1e-3).max(1e-9);
+    let range = greatest - least;
+    let margin = if range > size * 1e-6 {
+        range * 0.06
+    } else if size > 0.0 {
+        size * 0.2
+    } else {
+        1.0
+    };
     (least - margin, greatest + margin)
 }
 
@@ -200,7 +213,7 @@ mod tests {
         }
         add(&mut points, (3.0, 7.0));
         assert_eq!(points, [(0.0, 5.0), (3.0, 5.0), (3.0, 7.0)]);
-        let (least, greatest) = around((4.0, 4.0));
-        assert!(least < 4.0 && greatest > 4.0);
+        assert_eq!(around((5.0, 5.0)), (4.0, 6.0));
+        assert_eq!(around((0.0, 0.0)), (-1.0, 1.0));
     }
 }

@@ -60,7 +60,6 @@ impl Svg<'_> {
         if self.noted {
             self.text.push_str("</g>");
         }
-        self.text.push_str("<defs>");
         for (number, clip) in self.clips.iter().enumerate() {
             write!(
                 self.text,
@@ -71,7 +70,7 @@ impl Svg<'_> {
                 Short(clip.height())
             )?;
         }
-        self.text.push_str("</defs></svg>");
+        self.text.push_str("</svg>");
         Ok(())
     }
 
@@ -240,10 +239,19 @@ mod tests {
     fn what_others_wrote_is_text_and_no_markup() {
         let mut drawing = Drawing::new(10.0, 10.0);
         drawing.note(Some("<b>\"".to_owned()));
-        drawing.text("<script>alert(1)</script>", 5.0, (1.0, 2.0), Align::Left, Tone::Ink);
+        drawing.text(
+            "<script>alert(1)</script>",
+            5.0,
+            (1.0, 2.0),
+            Align::Left,
+            Tone::Ink,
+        );
         let svg = drawing.svg("a & \"b\"", "c").into_string();
         assert!(!svg.contains("<script>") && !svg.contains("<b>"), "{svg}");
-        assert!(svg.contains("&lt;script&gt;") && svg.contains("a &amp; &quot;b&quot;"), "{svg}");
+        assert!(
+            svg.contains("&lt;script&gt;") && svg.contains("a &amp; &quot;b&quot;"),
+            "{svg}"
+        );
     }
 
     #[test]
@@ -254,11 +262,17 @@ mod tests {
             drawing.bar((x, 0.5), 1.0, 2.25, Tone::Of(8));
         }
         drawing.bar((6.0, 0.5), 1.0, 2.0, Tone::Bad.faded(0.5));
-        drawing.polyline(&[(0.0, 0.0), (1.0, 1.0)], Line::new(Tone::Ink, 1.0).dashed(1.0, 2.0));
+        drawing.polyline(
+            &[(0.0, 0.0), (1.0, 1.0)],
+            Line::new(Tone::Ink, 1.0).dashed(1.0, 2.0),
+        );
         let svg = drawing.svg("bars", "c").into_string();
         assert!(svg.contains("M0 0.5h1v2.25h-1zM2 0.5h1"), "{svg}");
         assert_eq!(svg.matches("<path").count(), 3, "{svg}");
         assert_eq!((svg.matches("<g>").count(), svg.matches("</g>").count()), (1, 1));
-        assert!(svg.contains("var(--of1)") && svg.contains("fill-opacity=\"0.5\""), "{svg}");
+        assert!(
+            svg.contains("var(--of1)") && svg.contains("fill-opacity=\"0.5\""),
+            "{svg}"
+        );
     }
 }

@@ -146,7 +146,11 @@ impl Sheet {
             Some(room) => {
                 let (places, rows) = flow(&self.entries, room);
                 let at = |(x, row): (f64, usize)| (LEFT + x, foot + (row as f64 + 0.5) * ROW);
-                (places.into_iter().map(at).collect(), 0.0, foot + rows as f64 * ROW)
+                (
+                    places.into_iter().map(at).collect(),
+                    0.0,
+                    foot + rows as f64 * ROW,
+                )
             }
             None => {
                 let at = |row: usize| (LEFT + map_width + GAP, top + (row as f64 + 0.5) * ROW);

@@ -1,9 +1,9 @@
 //! What the robot drives on: the grid, the walls, the furniture, and what a laser saw of them.
 
-use jde_sim::Outline;
 use super::frame::{Frame, box_corners};
 use super::{Drive, Thing};
 use crate::drawing::{Align, Drawing, Line, Shape, Tone};
+use jde_sim::Outline;
 
 /// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
 const WALL: f64 = 0.08;

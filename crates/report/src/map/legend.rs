@@ -104,8 +104,20 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
 
 /// Draws the title and the numbers of the drive.
 pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
-    drawing.text(&drive.title, TITLE, (frame.map.left(), 52.0), Align::Left, Tone::Ink);
-    drawing.text(&numbers(drive), TEXT, (frame.map.left(), 84.0), Align::Left, Tone::Soft);
+    drawing.text(
+        &drive.title,
+        TITLE,
+        (frame.map.left(), 52.0),
+        Align::Left,
+        Tone::Ink,
+    );
+    drawing.text(
+        &numbers(drive),
+        TEXT,
+        (frame.map.left(), 84.0),
+        Align::Left,
+        Tone::Soft,
+    );
 }
 
 /// Draws the legend.

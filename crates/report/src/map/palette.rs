@@ -14,7 +14,10 @@ impl Palette {
     /// Gives colours to those that won for any time, so that the most telling ones are not spent on others.
     pub(crate) fn of(drive: &Drive) -> Self {
         let path = drive.path.iter().filter_map(|at| at.winner);
-        Self::new(path.chain(drive.takeovers.iter().map(|takeover| takeover.to)).collect())
+        Self::new(
+            path.chain(drive.takeovers.iter().map(|takeover| takeover.to))
+                .collect(),
+        )
     }
 
     /// Gives colours to these.

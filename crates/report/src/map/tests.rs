@@ -126,7 +126,10 @@ fn walls_are_dark_furniture_is_grey_and_what_moves_is_light() {
     assert_eq!(probe(&drive, 2.5, 6.0), Tone::Ink.light());
     assert_eq!(probe(&drive, 3.0, 4.5), Tone::Furniture.light());
     let moving = probe(&drive, 7.0, 4.6);
-    assert!(moving.red() > Tone::Furniture.light().red() && moving != Tone::Paper.light(), "{moving:?}");
+    assert!(
+        moving.red() > Tone::Furniture.light().red() && moving != Tone::Paper.light(),
+        "{moving:?}"
+    );
 }
 
 #[test]
@@ -329,4 +332,3 @@ fn more_winners_than_colours_are_told_apart_by_dashes() {
 fn the_same_drive_gives_the_same_picture() {
     assert_eq!(draw(&room()).data(), draw(&room()).data());
 }
-

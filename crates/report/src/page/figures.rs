@@ -20,7 +20,10 @@ pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
         return None;
     }
     let drawing = map::draw(drive, false);
-    let label = format!("The way of the robot of {}, in the colours of who acted", page.tale.title);
+    let label = format!(
+        "The way of the robot of {}, in the colours of who acted",
+        page.tale.title
+    );
     Some(html! {
         p.note { "From above, in the colours of who acted; a ring where the winner changed." }
         figure.map { (drawing.svg(&label, "m")) }

@@ -22,7 +22,9 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
     if groups.is_empty() {
         return None;
     }
-    let knows_contracts = groups.iter().any(|group| tale.hierarchy.groups[*group].contract.is_some());
+    let knows_contracts = groups
+        .iter()
+        .any(|group| tale.hierarchy.groups[*group].contract.is_some());
     Some(html! {
         p.note {
             "A takeover goes from its cause to the first iteration of the new winner."
@@ -46,7 +48,9 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
     let worst = contest.takeovers.worst();
     let contract = about.contract.map(|contract| contract as f64);
-    let broken = worst.zip(contract).is_some_and(|(worst, contract)| worst > contract);
+    let broken = worst
+        .zip(contract)
+        .is_some_and(|(worst, contract)| worst > contract);
     html! {
         tr {
             td.name { b { (about.name) } }
@@ -89,7 +93,10 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
 
 /// In which cases (R3) it selected.
 fn cases(contest: &Contest) -> Markup {
-    let cases = contest.cases.iter().map(|(case, count)| format!("{count} {case}"));
+    let cases = contest
+        .cases
+        .iter()
+        .map(|(case, count)| format!("{count} {case}"));
     let cases: Vec<_> = cases.collect();
     html! { @if !cases.is_empty() { br; small { (cases.join(", ")) } } }
 }

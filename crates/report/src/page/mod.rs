@@ -94,7 +94,9 @@ pub fn page(tale: &Tale, file: &str) -> String {
 /// Nothing is fetched, and no script runs but the page's own, whatever the recording says.
 fn policy() -> String {
     let hash = STANDARD.encode(Sha256::digest(SCRIPT));
-    format!("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{hash}'; base-uri 'none'; form-action 'none'")
+    format!(
+        "default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{hash}'; base-uri 'none'; form-action 'none'"
+    )
 }
 
 fn footer(page: &Page<'_>) -> Markup {

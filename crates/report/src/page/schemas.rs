@@ -50,12 +50,20 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
 
 fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
     let tale = page.tale;
-    let (about, band, work) = (&tale.hierarchy.schemas[schema], &tale.bands[schema], &tale.works[schema]);
+    let (about, band, work) = (
+        &tale.hierarchy.schemas[schema],
+        &tale.bands[schema],
+        &tale.works[schema],
+    );
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
     let won = band.time(State::Winner);
     let configured = tale.periods[schema];
     let none = Troubled::default();
-    let had = tale.survey.troubled.iter().find(|troubled| troubled.schema == about.name);
+    let had = tale
+        .survey
+        .troubled
+        .iter()
+        .find(|troubled| troubled.schema == about.name);
     let had = had.unwrap_or(&none);
     html! {
         tr {
@@ -117,6 +125,13 @@ fn periods(work: &Work, configured: Option<f64>) -> Option<Drawing> {
     // From nought on, unless that would hide what there is to see.
     let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
     let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));
-    chart::small(&mut drawing, area, &work.over_time, (bottom, top), configured, look);
+    chart::small(
+        &mut drawing,
+        area,
+        &work.over_time,
+        (bottom, top),
+        configured,
+        look,
+    );
     Some(drawing)
 }

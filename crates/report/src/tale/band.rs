@@ -113,7 +113,10 @@ mod tests {
         assert_eq!(shares(State::Winner), [0.0, 0.5, 1.0, 0.5, 0.0]);
         assert_eq!(shares(State::Ready), [0.5, 1.0, 1.0, 0.5, 0.0]);
         assert_eq!(shares(State::Checking), [1.0, 1.0, 1.0, 0.5, 0.0]);
-        assert_eq!((band.time(State::Winner), band.time(State::Checking), band.wins), (4000, 1000, 1));
+        assert_eq!(
+            (band.time(State::Winner), band.time(State::Checking), band.wins),
+            (4000, 1000, 1)
+        );
         assert!(band.was_awake());
     }
 

@@ -44,12 +44,6 @@ impl Columns {
         (self.place(time) as usize).min(self.count - 1)
     }
 
-    /// The time in the middle of a column.
-    pub(crate) fn time(self, column: usize) -> Nanos {
-        let share = (column as f64 + 0.5) / self.count as f64;
-        self.from + ((self.to - self.from) as f64 * share) as Nanos
-    }
-
     /// Each column that a stretch of time touches, with the share of the column that it covers.
     pub(crate) fn covered(self, from: Nanos, to: Nanos) -> impl Iterator<Item = (usize, f64)> {
         let (begin, end) = (self.place(from), self.place(to));
@@ -77,9 +71,14 @@ mod tests {
     #[test]
     fn every_time_has_a_column() {
         let columns = Columns::new(500, 500, 0);
-        assert_eq!((columns.column(0), columns.column(u64::MAX), columns.count), (0, 0, 1));
+        assert_eq!(
+            (columns.column(0), columns.column(u64::MAX), columns.count),
+            (0, 0, 1)
+        );
         let columns = Columns::new(0, 1_000_000, 4);
-        assert_eq!([0, 250_000, 999_999, 1_000_000].map(|time| columns.column(time)), [0, 1, 3, 3]);
-        assert_eq!(columns.time(1), 375_000);
+        assert_eq!(
+            [0, 250_000, 999_999, 1_000_000].map(|time| columns.column(time)),
+            [0, 1, 3, 3]
+        );
     }
 }

@@ -98,7 +98,13 @@ impl Course {
     }
 
     /// Takes in a message. `acting` is who acts now.
-    pub(crate) fn message(&mut self, columns: Columns, time: Nanos, message: &Message, acting: Option<usize>) {
+    pub(crate) fn message(
+        &mut self,
+        columns: Columns,
+        time: Nanos,
+        message: &Message,
+        acting: Option<usize>,
+    ) {
         let topic = &message.channel.topic;
         if self.topics.truths.contains(topic) {
             if let Some(truth) = read::<Truth>(message) {
@@ -129,7 +135,11 @@ impl Course {
             if let Some(Value::Text(path)) = single(channel, message).filter(|_| time <= columns.to) {
                 self.world(&path);
             }
-        } else if let Some(channel) = self.topics.radius.as_ref().filter(|radius| radius.topic == *topic)
+        } else if let Some(channel) = self
+            .topics
+            .radius
+            .as_ref()
+            .filter(|radius| radius.topic == *topic)
             && let Some(Value::Float(radius)) = single(channel, message)
         {
             self.radius = Some(radius);

@@ -82,6 +82,9 @@ mod tests {
         assert_eq!(Durations::default().quantile(0.5), None);
         let mut durations = Durations::default();
         durations.add(0);
-        assert_eq!((durations.quantile(0.5), durations.mean()), (Some(0.0), Some(0.0)));
+        assert_eq!(
+            (durations.quantile(0.5), durations.mean()),
+            (Some(0.0), Some(0.0))
+        );
     }
 }

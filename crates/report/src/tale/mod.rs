@@ -26,7 +26,6 @@ pub(crate) use band::Band;
 pub(crate) use columns::Columns;
 pub(crate) use contest::{Contest, Switches};
 pub(crate) use course::Ending;
-pub(crate) use durations::Durations;
 pub(crate) use events::Events;
 pub(crate) use hierarchy::{Hierarchy, Row};
 pub(crate) use trace::{Cell, Trace};
@@ -65,8 +64,11 @@ pub struct Series {
     /// Its unit; empty for none.
     pub unit: String,
     /// It out of a message; none where there is none.
-    pub number: Box<dyn Fn(&[u8]) -> Option<f64> + Send>,
+    pub number: Number,
 }
+
+/// A number out of a message.
+pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
 /// What a recording comes to.
 pub struct Tale {
@@ -371,9 +373,7 @@ impl Reader {
             let Some(father) = acting.filter(|schema| !hierarchy.is_actor(*schema)) else {
                 break;
             };
-            acting = hierarchy
-                .groups_of(father)
-                .find_map(|group| self.winners[group]);
+            acting = hierarchy.groups_of(father).find_map(|group| self.winners[group]);
         }
         self.acting = acting;
     }

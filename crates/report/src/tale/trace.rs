@@ -108,7 +108,10 @@ mod tests {
             trace.add(columns, time, Some(value));
         }
         trace.finish(columns);
-        assert_eq!(trace.cells(), [cell(1.0, -3.0, 9.0, 2.0), cell(2.0, 2.0, 4.0, 4.0)]);
+        assert_eq!(
+            trace.cells(),
+            [cell(1.0, -3.0, 9.0, 2.0), cell(2.0, 2.0, 4.0, 4.0)]
+        );
         assert_eq!((trace.range(), trace.count), (Some((-3.0, 9.0)), 5));
     }
 
@@ -121,7 +124,10 @@ mod tests {
         trace.add(columns, 8500, Some(1.0));
         trace.finish(columns);
         let seven = cell(7.0, 7.0, 7.0, 7.0);
-        assert_eq!(trace.cells(), [None, seven, seven, None, cell(1.0, 1.0, 1.0, 1.0)]);
+        assert_eq!(
+            trace.cells(),
+            [None, seven, seven, None, cell(1.0, 1.0, 1.0, 1.0)]
+        );
     }
 
     #[test]

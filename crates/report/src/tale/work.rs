@@ -105,7 +105,14 @@ mod tests {
     fn a_period_goes_from_iteration_to_iteration_and_over_no_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = Work::new(columns);
-        for (ms, acts) in [(0, true), (100, true), (210, true), (300, false), (400, true), (500, true)] {
+        for (ms, acts) in [
+            (0, true),
+            (100, true),
+            (210, true),
+            (300, false),
+            (400, true),
+            (500, true),
+        ] {
             work.turn(columns, &turn(ms, acts));
         }
         assert_eq!((work.cycles, work.iterations), (6, 5));

@@ -23,7 +23,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::session::{self, Panels, Recorded};
 use crate::terminal::{self, FAINT};
-use crate::{complete, report};
+use crate::{complete, summary};
 
 /// Lines of each kind that happened before and are kept as well: why who acts now was chosen.
 const EARLIER: usize = 1000;

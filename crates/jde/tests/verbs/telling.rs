@@ -1,0 +1,379 @@
+//! `jde plot` and `jde report` as a user meets them: which recordings they tell of, where the result goes, and what is refused.
+
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use html5ever::tendril::TendrilSink;
+use jde_host::story::{Kind, Line};
+use jde_log::Recording;
+use jde_types::{Odometry, Pose2D, Twist, Value};
+use markup5ever_rcdom::{Handle, NodeData, RcDom};
+use mcap::WriteOptions;
+use mcap::records::MessageHeader;
+
+use crate::support::{Said, app, jde, jde_with_plugins, said};
+
+/// A short mission, recorded in virtual time.
+fn record(folder: &Path, options: &[&str]) -> PathBuf {
+    let file = folder.join("drive.mcap");
+    let app = app("room.toml");
+    let mut args = vec!["run", &app, "--lockstep", "--record", file.to_str().unwrap()];
+    args.extend(options);
+    let run = said(&mut jde_with_plugins(&args));
+    // Cut short, its mission is not done.
+    assert!(
+        matches!(run.status, Some(0 | 1)) && run.err.contains("recorded "),
+        "{run:?}"
+    );
+    file
+}
+
+fn tell(verb: &str, file: &Path, options: &[&str]) -> Said {
+    let mut args = vec![verb, file.to_str().unwrap()];
+    args.extend(options);
+    said(&mut jde(&args))
+}
+
+/// Tells of a recording that can be told of, and gives what became of it.
+fn told(verb: &str, file: &Path, ending: &str) -> Vec<u8> {
+    let said = tell(verb, file, &[]);
+    assert_eq!((said.status, said.err.as_str()), (Some(0), ""));
+    let told = file.with_extension(ending);
+    assert!(
+        said.out.contains(&*told.file_name().unwrap().to_string_lossy()),
+        "{}",
+        said.out
+    );
+    fs::read(told).unwrap()
+}
+
+/// Width and height of a PNG.
+fn size(png: &[u8]) -> [u32; 2] {
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
+    [16, 20].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().unwrap()))
+}
+
+/// A page as a browser reads it.
+struct Page {
+    dom: RcDom,
+    html: String,
+}
+
+impl Page {
+    fn of(file: &Path) -> Self {
+        let html = String::from_utf8(told("report", file, "html")).unwrap();
+        let dom =
+            html5ever::parse_document(RcDom::default(), html5ever::ParseOpts::default()).one(html.as_str());
+        assert!(dom.errors.borrow().is_empty(), "{:?}", dom.errors.borrow());
+        Self { dom, html }
+    }
+
+    /// The text of a part.
+    fn text(&self, id: &str) -> String {
+        let mut text = String::new();
+        gather(&self.part(id), &mut |node| {
+            if let NodeData::Text { contents } = &node.data {
+                text += &contents.borrow();
+            }
+        });
+        text
+    }
+
+    /// Elements of a name in a part.
+    fn count(&self, id: &str, name: &str) -> usize {
+        let mut count = 0;
+        gather(&self.part(id), &mut |node| {
+            if let NodeData::Element { name: found, .. } = &node.data {
+                count += usize::from(&*found.local == name);
+            }
+        });
+        count
+    }
+
+    fn has(&self, id: &str) -> bool {
+        self.find(id).is_some()
+    }
+
+    fn part(&self, id: &str) -> Handle {
+        self.find(id)
+            .unwrap_or_else(|| panic!("no part `{id}`: {}", self.html))
+    }
+
+    fn find(&self, id: &str) -> Option<Handle> {
+        let mut found = None;
+        gather(&self.dom.document, &mut |node| {
+            if let NodeData::Element { attrs, .. } = &node.data
+                && attrs
+                    .borrow()
+                    .iter()
+                    .any(|attr| &*attr.name.local == "id" && &*attr.value == id)
+            {
+                found = Some(node.clone());
+            }
+        });
+        found
+    }
+}
+
+fn gather(node: &Handle, see: &mut dyn FnMut(&Handle)) {
+    see(node);
+    for child in node.children.borrow().iter() {
+        gather(child, see);
+    }
+}
+
+#[test]
+fn a_drive_is_drawn_to_a_file_named_after_it_or_another_or_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &[]);
+    assert_eq!(size(&told("plot", &file, "png")), [1200, 800]);
+    let other = folder.path().join("other.png");
+    let drawn = tell(
+        "plot",
+        &file,
+        &["--size", "640x900", "-o", other.to_str().unwrap(), "--from", "1s"],
+    );
+    assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
+    assert_eq!(size(&fs::read(other).unwrap()), [640, 900]);
+    let sent = jde(&["plot", file.to_str().unwrap(), "-o", "-"])
+        .output()
+        .unwrap();
+    assert_eq!(size(&sent.stdout), [1200, 800]);
+    assert!(sent.stderr.is_empty());
+    assert_eq!(
+        sent.stdout,
+        told("plot", &file, "png"),
+        "the same recording gives the same picture"
+    );
+}
+
+#[test]
+fn numbers_are_drawn_by_name_and_a_slip_is_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &[]);
+    let without = told("plot", &file, "png");
+    let drawn = tell(
+        "plot",
+        &file,
+        &[
+            "pioneer.odometry.twist.twist.linear.x",
+            "goon.period",
+            "guide.mission.reached",
+        ],
+    );
+    assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
+    let with = fs::read(file.with_extension("png")).unwrap();
+    assert!(size(&with) == [1200, 800] && with != without);
+    for (name, why) in [
+        ("pioneer.odometri.x", "did you mean `pioneer.odometry`?"),
+        ("pioneer.odometry.twist.twist.linear.w", "has no field `w`"),
+        ("pioneer.odometry", "is no number"),
+        ("pioneer", "is a schema, not a variable"),
+    ] {
+        let refused = tell("plot", &file, &[name]);
+        assert_eq!(refused.status, Some(2), "{name}: {refused:?}");
+        assert!(refused.err.contains(why), "{name}: {}", refused.err);
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused_and_no_recording_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &["--for", "2s"]).canonicalize().unwrap();
+    let name = file.to_str().unwrap();
+    let bytes = fs::read(&file).unwrap();
+    for verb in ["plot", "report"] {
+        for (options, status, why) in [
+            (&["-o", name][..], 2, "is the recording itself"),
+            (&["--from", "5s", "--to", "2s"], 2, "--from is not before --to"),
+            (&["--from", "1h"], 2, "it goes from 0.000 s to "),
+            (&["-o", "/no/such/folder/x"], 1, "/no/such/folder/x: "),
+        ] {
+            let refused = tell(verb, &file, options);
+            assert_eq!(refused.status, Some(status), "{verb} {options:?}: {refused:?}");
+            assert!(refused.err.contains(why), "{verb} {options:?}: {}", refused.err);
+        }
+        let none = tell(verb, &folder.path().join("none.mcap"), &[]);
+        assert_eq!(none.status, Some(2), "{none:?}");
+    }
+    assert_eq!(fs::read(&file).unwrap(), bytes);
+}
+
+#[test]
+fn r15_the_page_tells_every_switch_and_every_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &[]);
+    let recording = Recording::open(&file).unwrap();
+    let messages = recording.messages().unwrap().map(Result::unwrap);
+    let decisions = messages.filter(|message| message.channel.topic == Kind::Decision.topic());
+    let switches = decisions.filter_map(|message| match Line::read(Kind::Decision, &message.data) {
+        Ok(Line::Decision(decision)) if decision.changed => Some(decision),
+        _ => None,
+    });
+    let switches: Vec<_> = switches.collect();
+    assert!(switches.len() > 2);
+    let page = Page::of(&file);
+    // A row each, and the heads of the table.
+    assert_eq!(page.count("switches", "tr"), switches.len() + 1);
+    let told = page.text("switches");
+    for switch in &switches {
+        assert!(told.contains(&format!("{:.3} s", switch.time_s)) && told.contains(&switch.reason));
+    }
+    let schemas = page.text("schemas");
+    for name in ["pioneer", "guide", "stop", "vff", "goon"] {
+        assert!(schemas.contains(name), "{name} in {schemas}");
+    }
+    assert!(
+        schemas.contains("75 ms") && schemas.contains("50 ms"),
+        "{schemas}"
+    );
+    let groups = page.text("groups");
+    assert!(
+        groups.contains("guide/base") && groups.contains("father") && groups.contains("30 ms"),
+        "{groups}"
+    );
+    assert!(page.count("path", "svg") == 1 && page.count("states", "svg") == 1);
+    assert!(page.html.contains("2 of 2 reached"));
+}
+
+#[test]
+fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = record(folder.path(), &["--record-only", "*.laser"]);
+    let page = Page::of(&part);
+    assert!(page.html.contains("There is no path") && !page.has("path") && page.has("switches"));
+    size(&told("plot", &part, "png"));
+    let options = [
+        "--when",
+        "guide.mission.reached >= 1u",
+        "--before",
+        "2s",
+        "--after",
+        "1s",
+        "--overwrite",
+    ];
+    let around = record(folder.path(), &options).with_file_name("drive-001.mcap");
+    let page = Page::of(&around);
+    assert!(
+        page.html.contains("guide.mission.reached &gt;= 1u"),
+        "{}",
+        page.html
+    );
+    assert!(page.html.contains("turns were not recorded") && page.has("path"));
+    // Who is in it is known, though turns are not.
+    assert!(page.text("groups").contains("30 ms"), "{}", page.text("groups"));
+    size(&told("plot", &around, "png"));
+}
+
+#[test]
+fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &[]);
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    let page = Page::of(&file);
+    assert!(page.html.contains("ends too soon, at byte "), "{}", page.html);
+    assert!(page.has("switches") && page.has("path"));
+    size(&told("plot", &file, "png"));
+    fs::write(&file, "no recording").unwrap();
+    for verb in ["plot", "report"] {
+        let none = tell(verb, &file, &[]);
+        assert_eq!(none.status, Some(2));
+        assert!(none.err.contains("is no MCAP file"), "{none:?}");
+    }
+}
+
+#[test]
+fn a_recording_by_others_shows_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ros.mcap");
+    let mut writer = WriteOptions::new()
+        .create(BufWriter::new(File::create(&file).unwrap()))
+        .unwrap();
+    // Texts without a bound, as ROS 2 writes them.
+    let definition = "std_msgs/Header header\nstring child_frame_id\n";
+    let schema = writer
+        .add_schema("nav_msgs/msg/Odometry", "ros2msg", definition.as_bytes())
+        .unwrap();
+    let channel_id = writer
+        .add_channel(schema, "/base/odom", "cdr", &Default::default())
+        .unwrap();
+    let mut message = Vec::new();
+    for tenth in 0..100_u32 {
+        let pose = Pose2D::new(f64::from(tenth) * 0.1, 1.0, 0.0);
+        let value = Odometry::planar(jde_types::Time::default(), pose, Twist::planar(1.0, 0.0));
+        jde_ros::cdr::encode(&Odometry::describe(), value.as_bytes(), &mut message);
+        let time = 1_700_000_000_000_000_000 + u64::from(tenth) * 100_000_000;
+        let header = MessageHeader {
+            channel_id,
+            sequence: tenth,
+            log_time: time,
+            publish_time: time,
+        };
+        writer.write_to_known_channel(&header, &message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let page = Page::of(&file);
+    assert!(
+        page.html.contains("no selections were recorded") && page.html.contains("9.9 m"),
+        "{}",
+        page.html
+    );
+    assert!(page.has("path") && page.has("topics") && !page.has("switches") && !page.has("schemas"));
+    size(&told("plot", &file, "png"));
+    for name in [
+        "base.odom.pose.pose.position.x",
+        "/base/odom.pose.pose.position.x",
+    ] {
+        let drawn = tell("plot", &file, &[name]);
+        assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""), "{name}");
+    }
+}
+
+#[test]
+fn an_empty_recording_has_a_page_that_says_so_and_no_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("empty.mcap");
+    let mut writer = WriteOptions::new()
+        .create(BufWriter::new(File::create(&file).unwrap()))
+        .unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    let page = Page::of(&file);
+    assert!(page.html.contains("holds no messages"), "{}", page.html);
+    let refused = tell("plot", &file, &[]);
+    assert_eq!(refused.status, Some(2));
+    assert!(
+        refused.err.contains("nothing that can be drawn"),
+        "{}",
+        refused.err
+    );
+}
+
+#[test]
+fn numbers_of_the_recording_complete_in_the_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &["--for", "1s"]);
+    let mut asked = jde(&[
+        "--",
+        "jde",
+        "plot",
+        file.to_str().unwrap(),
+        "pioneer.odometry.twist.",
+    ]);
+    asked
+        .env("COMPLETE", "bash")
+        .env("_CLAP_COMPLETE_INDEX", "3")
+        .env("_CLAP_COMPLETE_COMP_TYPE", "9")
+        .env("_CLAP_COMPLETE_SPACE", "false")
+        .env("_CLAP_IFS", "\n");
+    let words = said(&mut asked).out;
+    assert!(
+        words
+            .lines()
+            .any(|word| word == "pioneer.odometry.twist.twist.linear.x"),
+        "{words}"
+    );
+}

@@ -1,0 +1,260 @@
+//! Recordings made for the purpose, and what is drawn and told of them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+use jde_host::story::{Candidate, Change, Decision, Happening, Line};
+use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Troupe};
+use jde_types::{Odometry, Pose2D, Twist, Value};
+use tiny_skia::{ColorU8, Pixmap};
+
+use crate::drawing::Tone;
+use crate::{Picture, Series, Size, Tale, Wanted, page};
+
+const SECOND: u64 = 1_000_000_000;
+
+/// Two schemas take turns of ten seconds in a minute, and the robot goes along a line; `names` are those of the two.
+fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
+    let options = Options {
+        origin: Origin {
+            application: "turns".to_owned(),
+            seed: 7,
+            started: SystemTime::UNIX_EPOCH + Duration::from_secs(1000),
+            folder: None,
+            file: None,
+            cast: cast.then(|| told(names)),
+        },
+        application: None,
+        overwrite: true,
+        lossless: true,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    };
+    let recorder = Recorder::create(file, options).unwrap();
+    let about = BTreeMap::from([
+        ("variable".to_owned(), "robot.odometry".to_owned()),
+        ("access".to_owned(), "export".to_owned()),
+    ]);
+    let odometry = recorder.topic("/robot/odometry", Arc::new(Odometry::describe()), about);
+    for turn in 0..6 {
+        let (winner, loser) = (names[turn % 2], names[(turn + 1) % 2]);
+        let time_s = turn as f64 * 10.0;
+        let before = (turn > 0).then(|| loser.to_owned());
+        recorder.line(Line::Decision(decision(time_s, before, winner, names)));
+        let states = [(loser, "winner", "checking"), (winner, "ready", "winner")];
+        for (schema, from, to) in states.into_iter().skip(usize::from(turn == 0)) {
+            recorder.line(Line::Change(Change {
+                time_s,
+                schema: schema.to_owned(),
+                from: from.to_owned(),
+                to: to.to_owned(),
+            }));
+        }
+        for tenth in 0..100 {
+            let time = turn as u64 * 10 * SECOND + tenth * SECOND / 10;
+            let pose = Pose2D::new(time as f64 / 1e9 * 0.1, 0.0, 0.0);
+            let value = Odometry::planar(jde_types::Time::default(), pose, Twist::planar(0.1, 0.0));
+            let stamps = Stamps {
+                published: time,
+                measured: time,
+                sequence: time / (SECOND / 10) + 1,
+            };
+            odometry.put(value.as_bytes(), stamps);
+        }
+    }
+    recorder.line(Line::Happening(Happening {
+        time_s: 59.9,
+        kind: "faulted".to_owned(),
+        schema: Some(names[1].to_owned()),
+        by: None,
+        text: "it <broke> & fell".to_owned(),
+    }));
+    recorder.finish();
+    Recording::open(file).unwrap()
+}
+
+fn told(names: [&str; 2]) -> Cast {
+    Cast {
+        lockstep: false,
+        schemas: names
+            .map(|name| Member {
+                name: name.to_owned(),
+                type_name: String::new(),
+                period_ns: Some(SECOND / 10),
+                ports: Vec::new(),
+            })
+            .to_vec(),
+        groups: vec![Troupe {
+            name: "roots".to_owned(),
+            members: names.map(str::to_owned).to_vec(),
+            policy: Some("sticky".to_owned()),
+            takeover_ns: Some(SECOND / 1000),
+        }],
+    }
+}
+
+fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2]) -> Decision {
+    let candidate = |name: &str| Candidate {
+        name: name.to_owned(),
+        state: "ready".to_owned(),
+        ready: name == winner,
+        urgency: Some(0.5),
+    };
+    Decision {
+        number: 1,
+        time_s,
+        group: "roots".to_owned(),
+        case: "alone".to_owned(),
+        candidates: names.map(candidate).to_vec(),
+        before,
+        choice: Some(winner.to_owned()),
+        decider: "nobody".to_owned(),
+        reason: "the only one ready".to_owned(),
+        cause: "time was up".to_owned(),
+        changed: true,
+        takeover_us: Some(1500.0),
+    }
+}
+
+fn read(recording: &Recording, wanted: Wanted) -> Tale {
+    Tale::read(recording, wanted, &mut |_| {}).unwrap()
+}
+
+fn columns(columns: usize) -> Wanted {
+    Wanted {
+        columns,
+        ..Wanted::default()
+    }
+}
+
+/// How many pixels of a column have a colour.
+fn found(pixels: &Pixmap, x: u32, color: ColorU8) -> usize {
+    let column = (0..pixels.height()).map(|y| pixels.pixel(x, y).unwrap().demultiply());
+    column.filter(|pixel| *pixel == color).count()
+}
+
+#[test]
+fn a_picture_has_its_size_and_bands_the_colour_of_who_won_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    let size = Size {
+        width: 1600,
+        height: 1067,
+    };
+    let tale = read(&recording, columns(size.columns()));
+    let png = Picture::of_tale(&tale, size).png().unwrap();
+    let pixels = Pixmap::decode_png(&png).unwrap();
+    assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
+    let area = crate::sheet::times(&tale, size);
+    for second in 0..60_u32 {
+        // The last value is a tenth of a second before the minute is over.
+        let share = (second as f32 + 0.5) / 59.9;
+        let x = (area.left + area.width * share) as u32;
+        let (winner, loser) = if second / 10 % 2 == 0 { (0, 1) } else { (1, 0) };
+        let [won, lost] = [winner, loser].map(|place| found(&pixels, x, Tone::Of(place).light()));
+        assert!(won > 10 && won > 3 * lost, "{second} s: {won} and {lost}");
+    }
+}
+
+#[test]
+fn numbers_stand_in_a_chart_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], false);
+    let series = Series {
+        topic: "/robot/odometry".to_owned(),
+        variable: "robot.odometry".to_owned(),
+        name: "robot.odometry.pose.pose.position.x".to_owned(),
+        unit: "m".to_owned(),
+        number: Box::new(|message| {
+            let bytes = jde_ros::cdr::decode(&Odometry::describe(), message).ok()?;
+            Some(Odometry::from_bytes(&bytes)?.pose2d().x)
+        }),
+    };
+    let wanted = Wanted {
+        series: vec![series],
+        from: Some(20 * SECOND),
+        to: Some(40 * SECOND),
+        ..columns(800)
+    };
+    let tale = read(&recording, wanted);
+    let (least, greatest) = tale.traces[0].1.range().unwrap();
+    assert!(
+        (least - 2.0).abs() < 0.02 && (greatest - 4.0).abs() < 0.02,
+        "{least} to {greatest}"
+    );
+    assert_eq!(tale.contests[0].switches, 3, "at 20, 30 and 40 s");
+    let size = Size {
+        width: 800,
+        height: 600,
+    };
+    let pixels = Picture::of_tale(&tale, size).png().unwrap();
+    let pixels = Pixmap::decode_png(&pixels).unwrap();
+    assert!((0..800).any(|x| found(&pixels, x, Tone::Of(0).light()) > 0));
+}
+
+#[test]
+fn who_is_in_a_recording_is_known_also_if_it_does_not_say() {
+    let folder = tempfile::tempdir().unwrap();
+    for cast in [true, false] {
+        let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], cast);
+        let tale = read(&recording, columns(600));
+        let names: Vec<_> = tale
+            .hierarchy
+            .schemas
+            .iter()
+            .map(|schema| schema.name.as_str())
+            .collect();
+        assert_eq!(names, ["one", "two"]);
+        assert_eq!(tale.hierarchy.groups[0].members, [0, 1]);
+        assert_eq!(
+            tale.bands.iter().map(|band| band.wins).collect::<Vec<_>>(),
+            [3, 3]
+        );
+        assert_eq!(tale.hierarchy.groups[0].contract, cast.then_some(SECOND / 1000));
+        let seconds = tale.bands[0].time(jde_core::State::Winner) as f64 / 1e9;
+        assert!((seconds - 30.0).abs() < 0.01, "{seconds}");
+    }
+}
+
+#[test]
+fn r17_a_takeover_beyond_its_contract_stands_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    let page = page(&read(&recording, columns(600)), "turns.mcap");
+    assert!(page.contains(r#"<span class="bad">1.50 ms</span>"#), "{page}");
+}
+
+#[test]
+fn no_name_or_text_of_a_recording_becomes_markup() {
+    let folder = tempfile::tempdir().unwrap();
+    let evil = ["<script>alert(1)</script>", "\"><img src=x onerror=alert(2)>"];
+    let recording = record(&folder.path().join("evil.mcap"), evil, true);
+    let page = page(&read(&recording, columns(600)), "<b>evil</b>.mcap");
+    assert_eq!(page.matches("<script").count(), 1, "the page's own");
+    for never in ["<img", "<b>evil", "<broke>", "onerror=alert(2)>"] {
+        assert!(!page.contains(never), "{never}");
+    }
+    assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+}
+
+#[test]
+fn the_page_asks_nobody_for_anything() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    let page = page(&read(&recording, columns(600)), "turns.mcap");
+    for never in ["http:", "https:", "src=", "@import", "url(//", "<link"] {
+        assert!(!page.contains(never), "{never}");
+    }
+    assert!(page.contains("default-src 'none'"));
+}
+
+#[test]
+fn a_page_does_not_grow_with_the_length_of_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    let [fine, coarse] =
+        [20_000, 300].map(|count| page(&read(&recording, columns(count)), "turns.mcap").len());
+    // Three stretches of each: however fine the columns, as many bars.
+    assert!(fine < 2 * coarse, "{fine} and {coarse}");
+}
