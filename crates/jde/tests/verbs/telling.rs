@@ -12,18 +12,21 @@ use markup5ever_rcdom::{Handle, NodeData, RcDom};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 
-use crate::support::{Said, app, jde, jde_with_plugins, said};
+use crate::support::{Said, app, jde, jde_with_plugins, root, said};
 
 /// A short mission, recorded in virtual time.
 fn record(folder: &Path, options: &[&str]) -> PathBuf {
+    record_of(&app("room.toml"), folder, options)
+}
+
+fn record_of(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
     let file = folder.join("drive.mcap");
-    let app = app("room.toml");
-    let mut args = vec!["run", &app, "--lockstep", "--record", file.to_str().unwrap()];
+    let mut args = vec!["run", app, "--lockstep", "--record", file.to_str().unwrap()];
     args.extend(options);
     let run = said(&mut jde_with_plugins(&args));
     // Cut short, its mission is not done.
     assert!(
-        matches!(run.status, Some(0 | 1)) && run.err.contains("recorded "),
+        matches!(run.status, Some(0 | 1)) && run.out.contains("recorded "),
         "{run:?}"
     );
     file
@@ -269,9 +272,11 @@ fn what_was_recorded_in_part_or_around_a_moment_is_told_as_far_as_it_goes() {
 #[test]
 fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    let file = record(folder.path(), &[]);
+    // Long enough for several chunks, of which only whole ones can be read.
+    let app = root().join("apps/safe-navigation.toml");
+    let file = record_of(app.to_str().unwrap(), folder.path(), &["--for", "60s"]);
     let bytes = fs::read(&file).unwrap();
-    fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    fs::write(&file, &bytes[..bytes.len() * 3 / 4]).unwrap();
     let page = Page::of(&file);
     assert!(page.html.contains("ends too soon, at byte "), "{}", page.html);
     assert!(page.has("switches") && page.has("path"));
