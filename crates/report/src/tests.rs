@@ -69,6 +69,7 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
         schema: Some(names[1].to_owned()),
         by: None,
         text: "it <broke> & fell".to_owned(),
+        touched: None,
     }));
     recorder.finish();
     Recording::open(file).unwrap()
