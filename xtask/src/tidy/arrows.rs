@@ -93,6 +93,7 @@ const TABLE: &[Row] = &[
         "crates/view",
         &[
             "crates/abi",
+            "crates/board",
             "crates/core",
             "crates/host",
             "crates/link",

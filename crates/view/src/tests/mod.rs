@@ -4,6 +4,7 @@ mod common;
 mod frame;
 mod painter;
 mod panel;
+mod panel_pictures;
 mod robot;
 mod scope;
 mod scope_live;

@@ -3,11 +3,9 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Theme, pos2, vec2};
+use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use egui_kittest::{Harness, SnapshotOptions, SnapshotResults};
-use jde_panel::{
-    Area, Button, Color, Gesture, Ink, Item, List, Shape, Stroke, Touch, Trace, Wants, Words, check,
-};
+use jde_panel::{Area, Button, Color, Gesture, Ink, Item, List, Shape, Stroke, Touch, Wants, Words, check};
 
 use crate::look::{Look, Units};
 use crate::window::panel::bench::Bench;
@@ -17,7 +15,7 @@ const AREA: Area = Area {
     greatest: [2.0, 3.0],
 };
 
-fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'static, Bench> {
+pub(super) fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'static, Bench> {
     let list = List { time: 1, items };
     assert_eq!(check(&list), Ok(()));
     let bench = Bench::of(list);
@@ -65,7 +63,7 @@ fn stroke(ink: Ink) -> Stroke {
     }
 }
 
-fn field(wants: Wants, forward_up: bool) -> Item {
+pub(super) fn field(wants: Wants, forward_up: bool) -> Item {
     Item::Canvas {
         id: "field".to_owned(),
         area: Some(AREA),
@@ -111,7 +109,7 @@ fn field(wants: Wants, forward_up: bool) -> Item {
     }
 }
 
-fn clicks() -> Wants {
+pub(super) fn clicks() -> Wants {
     Wants {
         clicks: true,
         ..Wants::default()
@@ -459,132 +457,4 @@ fn a_group_is_unfolded_by_a_click() {
     harness.get_by_label("More").click();
     harness.run();
     assert!(harness.query_by_label("hidden").is_some());
-}
-
-/// A list with every widget.
-fn everything() -> Vec<Item> {
-    let text = |text: &str, words| Item::Text {
-        text: text.to_owned(),
-        words,
-    };
-    let traces = [("free", Ink::Good, 0.0), ("near", Ink::Warn, 1.0)].map(|(name, ink, phase)| Trace {
-        name: name.to_owned(),
-        color: ink.into(),
-        points: (0..200)
-            .map(|n| f64::from(n) * 0.05)
-            .map(|x| [x, (x + phase).sin()])
-            .collect(),
-    });
-    vec![
-        text("Everything", Words::Heading),
-        Item::Row {
-            items: vec![
-                text("plain", Words::Plain),
-                text("faint", Words::Faint),
-                text("good", Words::Good),
-                text("warning", Words::Warning),
-                text("error", Words::Error),
-                text("code()", Words::Code),
-            ],
-        },
-        Item::Value {
-            label: "Speed".to_owned(),
-            value: 0.4,
-            unit: "m/s".to_owned(),
-        },
-        Item::Slider {
-            id: "turn".to_owned(),
-            label: "Turn rate".to_owned(),
-            value: 0.5,
-            least: 0.0,
-            greatest: 1.0,
-            unit: "rad/s".to_owned(),
-        },
-        Item::Choice {
-            id: "way".to_owned(),
-            label: "Way".to_owned(),
-            options: vec!["straight".to_owned(), "around".to_owned()],
-            chosen: 1,
-        },
-        Item::Row {
-            items: vec![
-                Item::Button {
-                    id: "go".to_owned(),
-                    label: "Go".to_owned(),
-                    enabled: true,
-                },
-                Item::Button {
-                    id: "no".to_owned(),
-                    label: "Not now".to_owned(),
-                    enabled: false,
-                },
-                Item::Toggle {
-                    id: "quiet".to_owned(),
-                    label: "Quiet".to_owned(),
-                    on: true,
-                },
-                Item::Value {
-                    label: "Heading".to_owned(),
-                    value: 1.0,
-                    unit: "rad".to_owned(),
-                },
-            ],
-        },
-        Item::Row {
-            items: vec![
-                field(clicks(), true),
-                Item::Image {
-                    id: "seen".to_owned(),
-                    width: 32,
-                    height: 24,
-                    channels: 3,
-                    pixels: (0..32 * 24)
-                        .flat_map(|n| [(n % 32 * 8) as u8, (n / 32 * 10) as u8, 90])
-                        .collect(),
-                    wants: Wants::default(),
-                },
-            ],
-        },
-        Item::Row {
-            items: vec![
-                Item::Plot {
-                    id: "curves".to_owned(),
-                    label: "Distances".to_owned(),
-                    across: "time, s".to_owned(),
-                    up: "distance, m".to_owned(),
-                    traces: traces.into(),
-                },
-                Item::Table {
-                    id: "rows".to_owned(),
-                    columns: vec!["name".to_owned(), "distance".to_owned()],
-                    rows: (0..30)
-                        .map(|n| vec![format!("wall {n}"), format!("{n} m")])
-                        .collect(),
-                },
-            ],
-        },
-        Item::Group {
-            id: "more".to_owned(),
-            label: "More".to_owned(),
-            open: true,
-            items: vec![Item::Scene {
-                id: "space".to_owned(),
-                frame: "odom".to_owned(),
-                solids: Vec::new(),
-                wants: Wants::default(),
-            }],
-        },
-    ]
-}
-
-#[test]
-fn a_panel_with_every_widget_looks_as_it_did() {
-    // Renderers round edges of letters each in its own way.
-    let options = SnapshotOptions::new().threshold(1.5).max_failed_pixels(60);
-    let mut results = SnapshotResults::new();
-    for (theme, name) in [(Theme::Dark, "panel-dark"), (Theme::Light, "panel-light")] {
-        let mut harness = board(everything(), [760.0, 640.0], theme);
-        harness.snapshot_options(name, &options);
-        results.extend_harness(&mut harness);
-    }
 }

@@ -365,38 +365,29 @@ fn of_a_thousand_schemas_those_in_sight_are_drawn() {
 }
 
 #[test]
-#[ignore = "a measurement; it prints"]
-fn time_of_a_frame_with_a_thousand_schemas_of_twenty_thousand_states() {
-    let mut fixed = thousand(20_000);
-    let mut scope = Scope::open(&serde_json::json!({ "span": 1000.0, "share": 0.5 }));
-    let ctx = eframe::egui::Context::default();
-    let look = Look::of(&ctx, Units::default());
-    let screen = eframe::egui::Rect::from_min_size(Pos2::ZERO, Vec2::new(1440.0, 900.0));
-    let mut drawn = Vec::new();
-    for frame in 0..120 {
-        fixed.snapshot.time += 16_000_000;
-        let input = eframe::egui::RawInput {
-            screen_rect: Some(screen),
-            time: Some(f64::from(frame) / 60.0),
-            ..eframe::egui::RawInput::default()
-        };
-        let begin = std::time::Instant::now();
-        let mut output = ctx.run_ui(input, |ui| drop(scope.show_fixed(ui, &fixed, &[], &look)));
-        let painted = begin.elapsed();
-        output.textures_delta.clear();
-        let shapes = output.shapes.len();
-        let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
-        drawn.push((begin.elapsed(), painted, shapes, meshes.len()));
-    }
-    drawn.drain(..20);
-    drawn.sort();
-    let (whole, painted, shapes, meshes) = drawn[drawn.len() / 2];
-    println!(
-        "a frame takes {whole:?}, of it {painted:?} before tessellation; {shapes} shapes, {meshes} meshes"
-    );
-    println!(
-        "the slowest of {} takes {:?}",
-        drawn.len(),
-        drawn.last().expect("some").0
+fn what_is_drawn_does_not_grow_with_the_history() {
+    let shapes = |bands| {
+        let fixed = thousand(bands);
+        let mut scope = Scope::open(&serde_json::json!({ "span": 1000.0, "share": 0.5 }));
+        let ctx = eframe::egui::Context::default();
+        let look = Look::of(&ctx, Units::default());
+        let mut shapes = 0;
+        for _ in 0..3 {
+            let input = eframe::egui::RawInput {
+                screen_rect: Some(eframe::egui::Rect::from_min_size(
+                    Pos2::ZERO,
+                    Vec2::new(1440.0, 900.0),
+                )),
+                ..eframe::egui::RawInput::default()
+            };
+            let output = ctx.run_ui(input, |ui| drop(scope.show_fixed(ui, &fixed, &[], &look)));
+            shapes = output.shapes.len();
+        }
+        shapes
+    };
+    let (few, many) = (shapes(2_000), shapes(20_000));
+    assert!(
+        many <= few + few / 10,
+        "{few} shapes for 2000 states, {many} for 20000"
     );
 }
