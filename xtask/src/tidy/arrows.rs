@@ -75,7 +75,6 @@ const TABLE: &[Row] = &[
     row(
         "crates/report",
         &[
-            "crates/abi",
             "crates/board",
             "crates/core",
             "crates/host",
