@@ -15,3 +15,5 @@ mod serving;
 mod support;
 mod telling;
 mod usage;
+#[cfg(feature = "view")]
+mod windows;

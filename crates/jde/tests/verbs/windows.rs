@@ -1,0 +1,198 @@
+//! Windows, real ones on a screen without a monitor: opened, clicked, stalled and killed, while the robot keeps its
+//! rules. Where the programs for it are missing, `cargo xtask test` installs them or says which.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+
+use serde_json::Value;
+
+use crate::attached::Place;
+use crate::support::{jde, said};
+
+/// A screen of its own; gone when dropped.
+struct Screen {
+    server: Child,
+    name: String,
+}
+
+/// A program that shows windows; killed when dropped.
+struct Windows(Child);
+
+impl Screen {
+    /// None where there is no program for it.
+    fn new() -> Option<Self> {
+        let xdotool = Command::new("xdotool").arg("version").output();
+        let server = Command::new("Xvfb")
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1440x900x24",
+                "-nolisten",
+                "tcp",
+            ])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let (Ok(_), Ok(mut server)) = (xdotool, server) else {
+            println!("Xvfb or xdotool is missing: no window is opened (apt install xvfb xdotool)");
+            return None;
+        };
+        let mut number = String::new();
+        let mut said = BufReader::new(server.stdout.take().expect("it is piped"));
+        said.read_line(&mut number).expect("it says its number");
+        Some(Self {
+            server,
+            name: format!(":{}", number.trim()),
+        })
+    }
+
+    fn open(&self, place: &Place, application: &str) -> Windows {
+        let mut view = place.command(jde(&["view", application]));
+        let view = view
+            .env("DISPLAY", &self.name)
+            .env("XDG_CONFIG_HOME", place.folder())
+            .env_remove("WAYLAND_DISPLAY")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the executable starts");
+        let windows = Windows(view);
+        // It has its title once the application is open in it; what has the keyboard may drive.
+        let title = format!("{application} - jde");
+        self.hand(&[
+            "search",
+            "--sync",
+            "--onlyvisible",
+            "--name",
+            &title,
+            "windowfocus",
+            "--sync",
+        ]);
+        windows
+    }
+
+    /// Moves the pointer, presses and releases.
+    fn hand(&self, what: &[&str]) {
+        let mut hand = Command::new("xdotool");
+        let done = said(hand.args(what).env("DISPLAY", &self.name));
+        assert_eq!(done.status, Some(0), "xdotool {what:?}: {done:?}");
+    }
+
+    fn click(&self, x: u32, y: u32) {
+        self.hand(&["mousemove", &x.to_string(), &y.to_string()]);
+        self.hand(&["click", "1"]);
+    }
+
+    /// Clicks until it has come of it what should: a window may not have drawn yet what is clicked.
+    fn click_until(&self, x: u32, y: u32, mut so: impl FnMut() -> bool) {
+        for _ in 0..10 {
+            self.click(x, y);
+            if (0..200).any(|_| so()) {
+                return;
+            }
+        }
+        panic!("a click at {x}, {y} came to nothing");
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+impl Windows {
+    /// Has it stand still, as a program does that hangs.
+    fn stall(&self) {
+        let stopped = Command::new("kill")
+            .args(["-STOP", &self.0.id().to_string()])
+            .status();
+        assert!(stopped.expect("kill starts").success());
+    }
+}
+
+impl Drop for Windows {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn state(place: &Place, schema: &str) -> String {
+    let all = place.json(&["ps"]);
+    let schemas = all["schemas"].as_array().expect("a list");
+    let found = schemas
+        .iter()
+        .find(|one| one["name"] == schema)
+        .expect("it is there");
+    found["state"].as_str().expect("a word").to_owned()
+}
+
+fn iterations(place: &Place, schema: &str) -> u64 {
+    let all = place.json(&["ps"]);
+    let schemas = all["schemas"].as_array().expect("a list");
+    let found = schemas
+        .iter()
+        .find(|one| one["name"] == schema)
+        .expect("it is there");
+    found["iterations"].as_u64().expect("a number")
+}
+
+#[test]
+fn a_robot_is_stopped_and_sent_from_a_window_that_may_stall_and_die() {
+    let Some(screen) = Screen::new() else { return };
+    let place = Place::new();
+    let robot = place.start("apps/safe-navigation.toml", &[]);
+    let windows = screen.open(&place, "safe-navigation");
+    // Stop everything, and let it go on.
+    screen.click_until(1383, 13, || state(&place, "example") == "slept");
+    screen.click_until(1383, 13, || state(&place, "example") == "winner");
+    // The panel of `example`, and a target in it; its tab comes to the front in a frame of its own.
+    let sent = || place.told(&["panel", "example"]).contains("To the target of");
+    let came = (0..20).any(|_| {
+        screen.click(992, 37);
+        let _ = (0..20).any(|_| sent());
+        screen.click(1078, 249);
+        (0..40).any(|_| sent())
+    });
+    assert!(came, "a click in the panel sets no target");
+    // A viewer that stalls, and one that is killed, is nothing to the robot.
+    windows.stall();
+    place.until(&["ps"], |all| acts(all, "example"));
+    drop(windows);
+    let before = iterations(&place, "example");
+    place.until(&["ps"], |_| iterations(&place, "example") > before);
+    // It can be looked at again.
+    drop(screen.open(&place, "safe-navigation"));
+    place.until(&["ps"], |all| acts(all, "example"));
+    let all = place.json(&["ps"]);
+    let schemas = all["schemas"].as_array().expect("a list");
+    assert!(
+        schemas
+            .iter()
+            .all(|one| one["faults"] == 0 && one["refused"] == 0),
+        "{all}"
+    );
+    drop(robot);
+}
+
+fn acts(all: &Value, schema: &str) -> bool {
+    let schemas = all["schemas"].as_array().expect("a list");
+    schemas
+        .iter()
+        .any(|one| one["name"] == schema && one["state"] == "winner" && one["authority"] == true)
+}
+
+#[test]
+fn without_a_screen_a_window_is_refused_in_words() {
+    let place = Place::new();
+    let mut view = place.command(jde(&["view"]));
+    let refused = said(view.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY"));
+    assert_eq!(refused.status, Some(2), "{refused:?}");
+    assert!(refused.err.contains("there is no screen here"), "{refused:?}");
+    assert!(refused.err.contains("jde top"), "{refused:?}");
+}
