@@ -22,7 +22,7 @@ const PLUGINS: [&str; 10] = [
 ];
 
 /// Steps that a harness may take until what must come has come: minutes, on any machine.
-const STEPS: usize = 20_000;
+const STEPS: usize = 400_000;
 
 /// An application that runs, and can be looked into.
 pub(crate) struct Robot {

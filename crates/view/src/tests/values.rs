@@ -83,7 +83,7 @@ fn what_is_out_of_range_or_of_another_unit_is_refused_beside_its_field() {
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
     until(&mut harness, |harness| field(harness, "goon.speed").is_some());
     enter(&mut harness, "goon.speed", "9");
-    harness.get_by_label("give 0 m/s to 2 m/s");
+    harness.get_by_label("give 0.000 m/s to 2.00 m/s");
     enter(&mut harness, "goon.speed", "1 kg");
     harness.get_by_label("its unit is m/s, not kg");
     assert_eq!(number(&harness, "goon.speed"), 0.5);
