@@ -1,13 +1,13 @@
 //! Measures what clients do to the control loop: how late a motor schema of 100 Hz wakes, with no client, with one that
-//! listens to everything, with one that floods, with one that is stopped, and with one that is killed again and again.
+//! listens to everything, with one that floods, with one that is stopped, and with one that is killed again and again; and,
+//! to compare with, with a program that only computes and knows nothing of the application.
 //!
 //! ```text
 //! cargo run --release -p jde-link --example jitter -- 10 3
 //! ```
 //!
-//! runs each case for 10 s, three times in turn, and prints the table of `docs/link.md`: of each case the round that the rest of
-//! the machine disturbed least, which is the one with the lowest p99. Clients run at nice +19, as if on a machine of their own: a program that only computes delays its neighbours
-//! too, whether it is a client or not. On a machine that others use, put `nice -n -15` in front (as root).
+//! runs each case for 10 s, three times in turn, and prints the table of `docs/link.md`: of each case the round whose p99 is the
+//! median of all its rounds. Clients and the program that computes run at nice +19, as if on a machine of their own.
 
 use std::process::{Child, Command};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,8 +26,10 @@ use zenoh::qos::CongestionControl;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// When the loop woke.
-static WOKE: Mutex<Vec<Instant>> = Mutex::new(Vec::new());
+/// When the loop woke, in the application's time.
+static WOKE: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
+/// When it awoke first, from where its periods count.
+static AWOKE: Mutex<Duration> = Mutex::new(Duration::ZERO);
 
 const PERIOD: Duration = Duration::from_millis(10);
 
@@ -48,10 +50,13 @@ struct Beat {
 }
 
 impl Schema for Beat {
-    fn check(&mut self, _: &Context) -> Result<Precondition> {
-        WOKE.lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(Instant::now());
+    fn awake(&mut self, cx: &Context) -> Result {
+        *AWOKE.lock().unwrap_or_else(PoisonError::into_inner) = cx.now();
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        WOKE.lock().unwrap_or_else(PoisonError::into_inner).push(cx.now());
         Ok(true.into())
     }
 
@@ -72,15 +77,17 @@ const APPLICATION: &str = "name = \"jitter\"\nroots = [\"beat\"]\n[schemas.beat]
 enum Case {
     NoLink,
     NoClient,
+    Computes,
     Everything,
     Flood,
     Stopped,
     Killed,
 }
 
-const CASES: [Case; 6] = [
+const CASES: [Case; 7] = [
     Case::NoLink,
     Case::NoClient,
+    Case::Computes,
     Case::Everything,
     Case::Flood,
     Case::Stopped,
@@ -92,6 +99,7 @@ impl Case {
         match self {
             Self::NoLink => "no link at all",
             Self::NoClient => "no client",
+            Self::Computes => "no client, but a program that computes on every core",
             Self::Everything => "one that listens to everything at full rate",
             Self::Flood => "one that floods with questions, orders and puts",
             Self::Stopped => "one that listens to everything, stopped (SIGSTOP)",
@@ -112,20 +120,20 @@ fn main() -> std::result::Result<(), Failure> {
         None => Ok(usual),
     };
     let (seconds, rounds) = (number(0, 10)?, number(1, 3)?);
-    let mut best: Vec<Option<Vec<Duration>>> = vec![None; CASES.len()];
-    for _ in 0..rounds {
-        for (case, best) in CASES.iter().zip(&mut best) {
+    let mut all: Vec<Vec<Vec<Duration>>> = vec![Vec::new(); CASES.len()];
+    for _ in 0..rounds.max(1) {
+        for (case, rounds) in CASES.iter().zip(&mut all) {
             let mut late = measure(*case, Duration::from_secs(seconds))?;
             late.sort();
-            if best.as_ref().is_none_or(|best| at(&late, 0.99) < at(best, 0.99)) {
-                *best = Some(late);
-            }
+            rounds.push(late);
         }
     }
     println!("| client | wake-ups | p50 | p99 | max |");
     println!("|---|---|---|---|---|");
-    for (case, late) in CASES.iter().zip(best.into_iter().flatten()) {
-        let us = |share: f64| at(&late, share).as_secs_f64() * 1e6;
+    for (case, mut rounds) in CASES.iter().zip(all) {
+        rounds.sort_by_key(|late| at(late, 0.99));
+        let late = &rounds[(rounds.len() - 1) / 2];
+        let us = |share: f64| at(late, share).as_secs_f64() * 1e6;
         println!(
             "| {} | {} | {:.0} us | {:.0} us | {:.0} us |",
             case.words(),
@@ -170,6 +178,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     };
     let role = match case {
         Case::NoLink | Case::NoClient => None,
+        Case::Computes => Some("compute"),
         Case::Flood => Some("flood"),
         Case::Everything | Case::Stopped | Case::Killed => Some("listen"),
     };
@@ -195,24 +204,18 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     }
     drop(guest);
     let woke = std::mem::take(&mut *WOKE.lock().unwrap_or_else(PoisonError::into_inner));
+    let awoke = *AWOKE.lock().unwrap_or_else(PoisonError::into_inner);
     drop(running);
-    Ok(lateness(&woke))
+    Ok(woke.into_iter().map(|at| lateness(awoke, at)).collect())
 }
 
-/// By how much each came after its place on the grid of periods; the earliest of all is taken to be in time.
-fn lateness(woke: &[Instant]) -> Vec<Duration> {
-    let Some(first) = woke.first() else {
-        return Vec::new();
-    };
-    let period = PERIOD.as_nanos() as i128;
-    let phases = woke.iter().map(|at| {
-        let since = at.duration_since(*first).as_nanos() as i128;
-        since - (since + period / 2).div_euclid(period) * period
-    });
-    let phases: Vec<i128> = phases.collect();
-    let earliest = phases.iter().min().copied().unwrap_or_default();
-    let late = |phase: &i128| Duration::from_nanos(u64::try_from(phase - earliest).unwrap_or_default());
-    phases.iter().map(late).collect()
+/// By how much a wake-up came after its place on the grid of periods. The grid begins a few microseconds before `awake` is
+/// called, so what comes by less than one hundredth of a period too early came in time.
+fn lateness(awoke: Duration, woke: Duration) -> Duration {
+    let early = PERIOD / 100;
+    let since = (woke + early).saturating_sub(awoke).as_nanos();
+    let late = since % PERIOD.as_nanos();
+    Duration::from_nanos(late as u64).saturating_sub(early)
 }
 
 /// A client in a process of its own; killed when dropped.
@@ -238,8 +241,27 @@ impl Drop for Guest {
     }
 }
 
+/// Keeps every core busy until it is killed.
+fn compute() -> ! {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for _ in 1..cores {
+        std::thread::spawn(count);
+    }
+    count()
+}
+
+fn count() -> ! {
+    let mut counted = 0_u64;
+    loop {
+        counted = std::hint::black_box(counted.wrapping_add(1));
+    }
+}
+
 fn client(role: &str, folder: Folder) -> std::result::Result<(), Failure> {
     rustix::process::nice(39)?;
+    if role == "compute" {
+        compute();
+    }
     let client = Client::connect(&Reach::Local(folder.clone()))?;
     let remote = client.application(None)?;
     if role == "listen" {
