@@ -208,18 +208,8 @@ fn opens(item: &Item) -> bool {
 /// What a widget is called in messages.
 fn name(item: &Item) -> &str {
     match item {
-        Item::Text { .. } => "a text",
         Item::Value { label, .. } => label,
         Item::Row { .. } => "a row",
-        Item::Button { id, .. }
-        | Item::Toggle { id, .. }
-        | Item::Slider { id, .. }
-        | Item::Choice { id, .. }
-        | Item::Image { id, .. }
-        | Item::Plot { id, .. }
-        | Item::Table { id, .. }
-        | Item::Group { id, .. }
-        | Item::Canvas { id, .. }
-        | Item::Scene { id, .. } => id,
+        item => item.id().unwrap_or("a text"),
     }
 }

@@ -1,10 +1,13 @@
 //! Lists and gestures as bytes: CBOR, which says itself what it holds and is read in every language.
 
+mod bounded;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::Broken;
 use crate::limits::MOST_ENCODED;
+pub(crate) use bounded::{cells, items, list, points};
 
 /// How deep what is read may be nested.
 const DEEPEST: usize = 48;
@@ -23,13 +26,16 @@ pub fn encode<T: Serialize>(value: &T) -> Vec<u8> {
 /// Reads what [`encode`] wrote. A list is to be checked before it is shown ([`crate::check`]).
 ///
 /// # Errors
-/// [`Broken::Encoded`], [`Broken::Bytes`].
+/// [`Broken::Encoded`], [`Broken::Bytes`]; of a list [`Broken::Items`] and [`Broken::Points`] as soon as there are too many, so that
+/// a few bytes cannot ask for much memory.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Broken> {
     if bytes.len() > MOST_ENCODED {
         return Err(Broken::Encoded(bytes.len()));
     }
-    ciborium::de::from_reader_with_recursion_limit(bytes, DEEPEST)
-        .map_err(|error| Broken::Bytes(error.to_string()))
+    ciborium::de::from_reader_with_recursion_limit(bytes, DEEPEST).map_err(|error| match error {
+        ciborium::de::Error::Semantic(_, said) => bounded::broken(said),
+        error => Broken::Bytes(error.to_string()),
+    })
 }
 
 /// Pixels as one string of bytes, not as a list of numbers.

@@ -147,7 +147,7 @@ impl Gesture {
     /// Looks whether it can be handed on as it is.
     ///
     /// # Errors
-    /// What is wrong: a text that is too long, a number that is none.
+    /// What is wrong: a name that is too long or has control characters, which would command a terminal; a number that is none.
     pub fn check(&self) -> Result<(), Broken> {
         let key = match &self.touch {
             Touch::Key { key, .. } => key,
@@ -155,6 +155,9 @@ impl Gesture {
         };
         if self.widget.len().max(key.len()) > LONGEST {
             return wrong(&self.widget, format!("a name of more than {LONGEST} bytes"));
+        }
+        if self.widget.chars().chain(key.chars()).any(char::is_control) {
+            return wrong(&self.widget, "a name with control characters");
         }
         let numbers = match &self.touch {
             Touch::Moved(to) => [[*to, 0.0, 0.0], [0.0; 3]],

@@ -64,6 +64,7 @@ pub enum Item {
         /// What it is.
         label: String,
         /// What there is; at least one.
+        #[serde(deserialize_with = "crate::bytes::items")]
         options: Vec<String>,
         /// The place of the present one.
         chosen: u32,
@@ -95,6 +96,7 @@ pub enum Item {
         /// Name and unit of the vertical one.
         up: String,
         /// The curves.
+        #[serde(deserialize_with = "crate::bytes::items")]
         traces: Vec<Trace>,
     },
     /// Texts in rows and columns.
@@ -102,13 +104,16 @@ pub enum Item {
         /// Keeps its place from list to list.
         id: String,
         /// What is above the columns.
+        #[serde(deserialize_with = "crate::bytes::items")]
         columns: Vec<String>,
         /// The rows, each as long as `columns`.
+        #[serde(deserialize_with = "crate::bytes::cells")]
         rows: Vec<Vec<String>>,
     },
     /// Widgets beside each other.
     Row {
         /// From left to right.
+        #[serde(deserialize_with = "crate::bytes::items")]
         items: Vec<Item>,
     },
     /// Widgets under a heading that can be folded.
@@ -120,6 +125,7 @@ pub enum Item {
         /// Whether it is unfolded at first.
         open: bool,
         /// From top to bottom.
+        #[serde(deserialize_with = "crate::bytes::items")]
         items: Vec<Item>,
     },
     /// A plane in metres, x to the right and y up unless `forward_up`, with pan and zoom.
@@ -131,6 +137,7 @@ pub enum Item {
         /// Shown with x up and y to the left, as a robot that looks up the screen sees its own frame.
         forward_up: bool,
         /// From back to front.
+        #[serde(deserialize_with = "crate::bytes::items")]
         shapes: Vec<Shape>,
         /// What is handed back.
         wants: Wants,
@@ -142,10 +149,31 @@ pub enum Item {
         /// The frame of REP-105 in which they are: `odom`, `base_link`.
         frame: String,
         /// The shapes.
+        #[serde(deserialize_with = "crate::bytes::items")]
         solids: Vec<Solid>,
         /// What is handed back.
         wants: Wants,
     },
+}
+
+impl Item {
+    /// The `id` by which gestures name it, and by which it is the same widget from list to list; texts, numbers and rows have none.
+    #[must_use]
+    pub fn id(&self) -> Option<&str> {
+        match self {
+            Self::Text { .. } | Self::Value { .. } | Self::Row { .. } => None,
+            Self::Button { id, .. }
+            | Self::Toggle { id, .. }
+            | Self::Slider { id, .. }
+            | Self::Choice { id, .. }
+            | Self::Image { id, .. }
+            | Self::Plot { id, .. }
+            | Self::Table { id, .. }
+            | Self::Group { id, .. }
+            | Self::Canvas { id, .. }
+            | Self::Scene { id, .. } => Some(id),
+        }
+    }
 }
 
 /// How a text matters.
@@ -177,5 +205,6 @@ pub struct Trace {
     /// Its color.
     pub color: Color,
     /// Its points, finite.
+    #[serde(deserialize_with = "crate::bytes::points")]
     pub points: Vec<[f64; 2]>,
 }

@@ -9,6 +9,7 @@ mod item;
 mod limits;
 mod shape;
 mod solid;
+mod takes;
 
 pub use boundary::{lend_gesture, lend_pen, read_gesture};
 pub use builder::{Builder, Holds};
@@ -27,5 +28,25 @@ pub struct List {
     /// When it was drawn, ns since the application's start.
     pub time: u64,
     /// From top to bottom.
+    #[serde(deserialize_with = "crate::bytes::list")]
     pub items: Vec<Item>,
+}
+
+impl List {
+    /// Every widget, each before those that are inside it.
+    pub fn walk(&self) -> impl Iterator<Item = &Item> {
+        let mut open = vec![self.items.iter()];
+        std::iter::from_fn(move || {
+            loop {
+                let Some(item) = open.last_mut()?.next() else {
+                    open.pop();
+                    continue;
+                };
+                if let Item::Row { items } | Item::Group { items, .. } = item {
+                    open.push(items.iter());
+                }
+                return Some(item);
+            }
+        })
+    }
 }

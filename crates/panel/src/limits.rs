@@ -159,7 +159,7 @@ impl Checker {
             }
             Item::Table { id, columns, rows } => {
                 self.id(id)?;
-                self.count(rows.len() * columns.len().max(1), 0)?;
+                self.count(columns.len() + rows.len() * columns.len().max(1), 0)?;
                 if rows.iter().any(|row| row.len() != columns.len()) {
                     return wrong(id, "a row has not as many texts as there are columns");
                 }
@@ -312,6 +312,9 @@ impl Checker {
         if id.is_empty() {
             return wrong(id, "a widget of this kind needs an id");
         }
+        if id.chars().any(char::is_control) {
+            return wrong(id, "its id has control characters, and no gesture may have them");
+        }
         if !self.ids.insert(id.to_owned()) {
             return wrong(id, "two widgets have this id");
         }
@@ -375,9 +378,10 @@ fn size(widget: &str, numbers: &[f64]) -> Result<(), Broken> {
     }
 }
 
-/// Something is wrong with a widget; of a name that is too long its beginning is told.
+/// Something is wrong with a widget; of a name that is too long its beginning is told, and nothing that commands a terminal.
 pub(crate) fn wrong<T>(widget: &str, reason: impl Into<String>) -> Result<T, Broken> {
-    let name: String = widget.chars().take(40).collect();
+    let bearable = |letter: char| if letter.is_control() { '?' } else { letter };
+    let name: String = widget.chars().take(40).map(bearable).collect();
     Err(Broken::Widget {
         widget: format!("`{name}`"),
         reason: reason.into(),

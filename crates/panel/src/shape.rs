@@ -9,6 +9,7 @@ pub enum Shape {
     /// Through points in turn.
     Line {
         /// Less than two show nothing.
+        #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
         /// From the last back to the first.
         closed: bool,
@@ -18,6 +19,7 @@ pub enum Shape {
     /// Each by itself.
     Points {
         /// Where.
+        #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
         /// Color, and diameter in points of the screen.
         stroke: Stroke,
@@ -36,6 +38,7 @@ pub enum Shape {
     /// What is between corners, filled; convex.
     Polygon {
         /// Less than three show nothing.
+        #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 2]>,
         /// Of what.
         color: Color,

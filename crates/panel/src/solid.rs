@@ -11,6 +11,7 @@ pub enum Solid {
     /// Through points in turn.
     Line {
         /// Less than two show nothing.
+        #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 3]>,
         /// Its color.
         color: Color,
@@ -20,6 +21,7 @@ pub enum Solid {
     /// Each by itself.
     Points {
         /// Where.
+        #[serde(deserialize_with = "crate::bytes::points")]
         points: Vec<[f64; 3]>,
         /// Their color.
         color: Color,
@@ -67,6 +69,7 @@ pub enum Solid {
     /// Corners of triangles, three by three, counter-clockwise from outside.
     Mesh {
         /// A multiple of three.
+        #[serde(deserialize_with = "crate::bytes::points")]
         corners: Vec<[f64; 3]>,
         /// Its color.
         color: Color,

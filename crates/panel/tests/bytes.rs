@@ -2,7 +2,10 @@
 
 mod common;
 
-use jde_panel::{Broken, Button, Gesture, List, MOST_ENCODED, Touch, check, decode, encode};
+use jde_panel::{
+    Broken, Button, Gesture, Item, List, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, Shape, Stroke, Touch, Wants,
+    check, decode, encode,
+};
 use proptest::prelude::*;
 
 fn gestures() -> Vec<Gesture> {
@@ -82,6 +85,102 @@ fn more_bytes_than_any_list_has_are_not_looked_at() {
 fn bytes_nested_without_end_are_refused() {
     let nested = vec![0x81; 100_000];
     assert!(matches!(decode::<List>(&nested), Err(Broken::Bytes(_))));
+}
+
+fn of(items: Vec<Item>) -> Vec<u8> {
+    encode(&List { time: 0, items })
+}
+
+fn table(columns: usize, rows: Vec<Vec<String>>) -> Item {
+    Item::Table {
+        id: "table".to_owned(),
+        columns: vec![String::new(); columns],
+        rows,
+    }
+}
+
+fn line(points: usize) -> Item {
+    Item::Canvas {
+        id: "plane".to_owned(),
+        area: None,
+        forward_up: false,
+        shapes: vec![Shape::Line {
+            points: vec![[0.5, 0.5]; points],
+            closed: false,
+            stroke: Stroke::default(),
+        }],
+        wants: Wants::default(),
+    }
+}
+
+#[test]
+fn a_list_with_too_much_in_it_is_refused_before_it_is_built() {
+    let empty = |rows: usize| table(0, vec![Vec::new(); rows]);
+    let rows = vec![Item::Row { items: Vec::new() }; MOST_ITEMS + 1];
+    let options = Item::Choice {
+        id: "choice".to_owned(),
+        label: String::new(),
+        options: vec![String::new(); MOST_ITEMS],
+        chosen: 0,
+    };
+    for items in [
+        rows,
+        vec![empty(MOST_ITEMS)],
+        vec![empty(MOST_ITEMS / 2), empty(MOST_ITEMS / 2)],
+        vec![table(2, vec![vec![String::new(); 2]; MOST_ITEMS / 2])],
+        vec![table(MOST_ITEMS, Vec::new())],
+        vec![options],
+    ] {
+        assert_eq!(decode::<List>(&of(items)), Err(Broken::Items));
+    }
+    assert_eq!(
+        decode::<List>(&of(vec![line(MOST_POINTS / 2), line(MOST_POINTS / 2 + 1)])),
+        Err(Broken::Points)
+    );
+}
+
+#[test]
+fn the_largest_lists_that_can_be_shown_are_read() {
+    let one = Item::Row { items: Vec::new() };
+    for items in [
+        vec![one.clone(); MOST_ITEMS],
+        vec![table(1, vec![vec![String::new()]; MOST_ITEMS - 2])],
+        vec![table(0, vec![Vec::new(); MOST_ITEMS - 1])],
+        vec![line(MOST_POINTS)],
+    ] {
+        let list = List { time: 0, items };
+        assert_eq!(check(&list), Ok(()));
+        assert_eq!(decode::<List>(&encode(&list)).as_ref(), Ok(&list));
+        let json = serde_json::to_string(&list).expect("it has a form in JSON");
+        assert_eq!(serde_json::from_str::<List>(&json).ok().as_ref(), Some(&list));
+    }
+    // What one list had in it is nothing to the next, nor to a widget by itself.
+    let bytes = encode(&one);
+    for _ in 0..=MOST_ITEMS {
+        assert_eq!(decode::<Item>(&bytes).as_ref(), Ok(&one));
+    }
+}
+
+#[test]
+fn no_gesture_commands_a_terminal() {
+    let key = |key: &str| Touch::Key {
+        key: key.to_owned(),
+        down: true,
+    };
+    for (widget, touch) in [
+        ("go\u{1b}[2J", Touch::Pressed),
+        ("go\n", Touch::Pressed),
+        ("go", key("a\u{9b}2J")),
+        ("go", key("\u{7}")),
+    ] {
+        let gesture = Gesture {
+            widget: widget.to_owned(),
+            touch,
+        };
+        let said = gesture.check().expect_err("it would").to_string();
+        assert!(said.ends_with("a name with control characters"), "{said}");
+        assert!(!said.contains(char::is_control), "{said:?}");
+    }
 }
 
 #[test]

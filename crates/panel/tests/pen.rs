@@ -337,7 +337,7 @@ fn a_gesture_that_was_lent_is_the_one_that_is_read() {
         };
         // SAFETY: the table lives for the call.
         let read = lend_gesture("ana@laptop", &gesture, |table| unsafe { read_gesture(table) });
-        assert_eq!(read, Some(("ana@laptop".to_owned(), gesture)));
+        assert_eq!(read, Ok(Some(("ana@laptop".to_owned(), gesture))));
     }
     let broken = Gesture {
         widget: "fi\0eld".to_owned(),
@@ -345,7 +345,38 @@ fn a_gesture_that_was_lent_is_the_one_that_is_read() {
     };
     // SAFETY: as above.
     let read = lend_gesture("", &broken, |table| unsafe { read_gesture(table) });
-    assert_eq!(read.expect("a gesture").1.widget, "fi", "up to the first NUL");
+    let (_, gesture) = read.expect("a gesture").expect("a known one");
+    assert_eq!(gesture.widget, "fi", "up to the first NUL");
     // SAFETY: null is looked at.
-    assert_eq!(unsafe { read_gesture(ptr::null()) }, None);
+    assert!(unsafe { read_gesture(ptr::null()) }.is_err());
+}
+
+#[test]
+fn gestures_of_later_versions_mean_nothing_yet() {
+    let read = |kind: u32, button: u32| {
+        let table = raw::Gesture {
+            size: size_of::<raw::Gesture>() as u32,
+            kind,
+            widget: c"go".as_ptr(),
+            by: c"ana@laptop".as_ptr(),
+            key: ptr::null(),
+            from: [0.0; 3],
+            at: [0.0; 3],
+            value: 0.0,
+            number: 0,
+            button,
+            flags: 0,
+            reserved: 0,
+        };
+        // SAFETY: the table lives for the call.
+        unsafe { read_gesture(&raw const table) }.map(|known| known.map(|(_, gesture)| gesture.touch))
+    };
+    assert_eq!(read(99, 0), Ok(None), "a kind");
+    assert_eq!(read(raw::TOUCH_CLICKED, 99), Ok(None), "a button");
+    assert_eq!(read(raw::TOUCH_DRAGGED, 99), Ok(None));
+    assert_eq!(
+        read(raw::TOUCH_PRESSED, 99),
+        Ok(Some(Touch::Pressed)),
+        "made without one"
+    );
 }

@@ -5,7 +5,7 @@ use std::ffi::CString;
 use jde_abi::raw;
 
 use super::{codes, table, text};
-use crate::{Gesture, Touch};
+use crate::{Broken, Gesture, Touch};
 
 /// Lends a gesture of somebody to `call` as the table that a plugin reads, for as long as that takes.
 pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw::Gesture) -> R) -> R {
@@ -57,37 +57,51 @@ pub fn lend_gesture<R>(by: &str, gesture: &Gesture, call: impl FnOnce(*const raw
     call(&raw const table)
 }
 
-/// A gesture out of its table, and whose it is; none if it is of a kind that is not known here.
+/// A gesture out of its table, and whose it is; nothing if it is of a kind, or made with a button, that is not known here: what
+/// later versions of the ABI add means nothing to who was built before.
+///
+/// # Errors
+/// It is no such table, or has a text that is none.
 ///
 /// # Safety
 /// `gesture` is null or a table that follows the rules of `raw`.
-#[must_use]
-pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Option<(String, Gesture)> {
+pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Result<Option<(String, Gesture)>, Broken> {
     // SAFETY: the caller's.
-    let table = unsafe { table("", gesture) }.ok()?;
+    let table = unsafe { table("a gesture", gesture) }?;
     // SAFETY: as above.
-    let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("", one) });
-    let button = codes::button(table.button)?;
-    let touch = match table.kind {
+    let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("a gesture", one) });
+    let (widget, by, key) = (widget?, by?, key?);
+    let Some(touch) = touch(table, key) else {
+        return Ok(None);
+    };
+    Ok(Some((by, Gesture { widget, touch })))
+}
+
+/// What was done, if it is known here.
+fn touch(table: &raw::Gesture, key: String) -> Option<Touch> {
+    // What is not done with a button leaves its number to whatever comes later.
+    let button = || codes::button(table.button);
+    Some(match table.kind {
         raw::TOUCH_PRESSED => Touch::Pressed,
         raw::TOUCH_TOGGLED => Touch::Toggled(table.number != 0),
         raw::TOUCH_MOVED => Touch::Moved(table.value),
         raw::TOUCH_CHOSE => Touch::Chose(table.number),
-        raw::TOUCH_CLICKED => Touch::Clicked { at: table.at, button },
+        raw::TOUCH_CLICKED => Touch::Clicked {
+            at: table.at,
+            button: button()?,
+        },
         raw::TOUCH_DRAGGED => Touch::Dragged {
             from: table.from,
             to: table.at,
-            button,
+            button: button()?,
             ended: table.flags & raw::DRAG_ENDED != 0,
         },
         raw::TOUCH_KEY => Touch::Key {
-            key: key.ok()?,
+            key,
             down: table.number != 0,
         },
         _ => return None,
-    };
-    let widget = widget.ok()?;
-    Some((by.ok()?, Gesture { widget, touch }))
+    })
 }
 
 fn until_nul(text: &str) -> CString {

@@ -97,7 +97,7 @@ impl Drawn {
     /// Its texts, from top to bottom.
     #[must_use]
     pub fn texts(&self) -> Vec<&str> {
-        let texts = self.items().into_iter().filter_map(|item| match item {
+        let texts = self.list.walk().filter_map(|item| match item {
             Item::Text { text, .. } => Some(&**text),
             _ => None,
         });
@@ -108,7 +108,7 @@ impl Drawn {
     #[must_use]
     #[track_caller]
     pub fn value(&self, label: &str) -> f64 {
-        let values = self.items().into_iter().filter_map(|item| match item {
+        let values = self.list.walk().filter_map(|item| match item {
             Item::Value { label, value, .. } => Some((&**label, *value)),
             _ => None,
         });
@@ -124,18 +124,17 @@ impl Drawn {
     #[must_use]
     #[track_caller]
     pub fn widget(&self, id: &str) -> &Item {
-        let items = self.items();
-        let found = items.iter().find(|item| self::id(item) == Some(id));
+        let found = self.list.walk().find(|item| item.id() == Some(id));
         match found {
             Some(item) => item,
-            None => unknown("widget", id, items.iter().filter_map(|item| self::id(item))),
+            None => unknown("widget", id, self.list.walk().filter_map(Item::id)),
         }
     }
 
     /// Whether there is a widget with this id.
     #[must_use]
     pub fn has(&self, id: &str) -> bool {
-        self.items().into_iter().any(|item| self::id(item) == Some(id))
+        self.list.walk().any(|item| item.id() == Some(id))
     }
 
     /// Whether this button can be pressed.
@@ -206,36 +205,5 @@ impl Drawn {
             Item::Plot { traces, .. } => traces,
             other => panic!("`{plot}` is no plot: {other:?}"),
         }
-    }
-
-    /// Every widget, those inside others after them.
-    fn items(&self) -> Vec<&Item> {
-        fn collect<'a>(items: &'a [Item], all: &mut Vec<&'a Item>) {
-            for item in items {
-                all.push(item);
-                if let Item::Row { items } | Item::Group { items, .. } = item {
-                    collect(items, all);
-                }
-            }
-        }
-        let mut all = Vec::new();
-        collect(&self.list.items, &mut all);
-        all
-    }
-}
-
-fn id(item: &Item) -> Option<&str> {
-    match item {
-        Item::Text { .. } | Item::Value { .. } | Item::Row { .. } => None,
-        Item::Button { id, .. }
-        | Item::Toggle { id, .. }
-        | Item::Slider { id, .. }
-        | Item::Choice { id, .. }
-        | Item::Image { id, .. }
-        | Item::Plot { id, .. }
-        | Item::Table { id, .. }
-        | Item::Group { id, .. }
-        | Item::Canvas { id, .. }
-        | Item::Scene { id, .. } => Some(id),
     }
 }

@@ -1,0 +1,55 @@
+//! Whether what somebody did fits what a panel shows. It knows the list alone: whether anybody takes it up is another matter.
+
+use crate::limits::wrong;
+use crate::{Broken, Gesture, Item, List, Touch, Wants};
+
+impl List {
+    /// Looks whether a gesture fits a widget of this list as it is now.
+    ///
+    /// # Errors
+    /// There is no such widget, it is of another kind, cannot be pressed now, has no such number or option, or does not want to
+    /// hear of it.
+    pub fn takes(&self, gesture: &Gesture) -> Result<(), Broken> {
+        let id = &*gesture.widget;
+        let Some(item) = self.walk().find(|item| item.id() == Some(id)) else {
+            return wrong(id, "the panel shows no such widget now");
+        };
+        match (&gesture.touch, item) {
+            (Touch::Pressed, Item::Button { enabled: true, .. })
+            | (Touch::Toggled(_), Item::Toggle { .. }) => Ok(()),
+            (Touch::Pressed, Item::Button { .. }) => wrong(id, "it cannot be pressed now"),
+            (Touch::Moved(to), Item::Slider { least, greatest, .. }) => {
+                if (least..=greatest).contains(&to) {
+                    return Ok(());
+                }
+                wrong(id, format!("{to} is not from {least} to {greatest}"))
+            }
+            (Touch::Chose(place), Item::Choice { options, .. }) => {
+                if (*place as usize) < options.len() {
+                    return Ok(());
+                }
+                wrong(id, format!("it has {} options, counted from 0", options.len()))
+            }
+            (touch, Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. }) => {
+                heard(id, touch, *wants)
+            }
+            _ => wrong(id, "it is not a widget of which this can be done"),
+        }
+    }
+}
+
+/// Whether a plane, scene or picture wants to hear of it.
+fn heard(id: &str, touch: &Touch, wants: Wants) -> Result<(), Broken> {
+    let (wanted, what) = match touch {
+        Touch::Clicked { .. } => (wants.clicks, "clicks"),
+        Touch::Dragged { .. } => (wants.drags, "drags"),
+        Touch::Key { .. } => (wants.keys, "keys"),
+        Touch::Pressed | Touch::Toggled(_) | Touch::Moved(_) | Touch::Chose(_) => {
+            return wrong(id, "it is a picture: it can be clicked, dragged or given keys");
+        }
+    };
+    if wanted {
+        return Ok(());
+    }
+    wrong(id, format!("it takes no {what}"))
+}
