@@ -39,6 +39,8 @@ pub struct Schema {
     pub children: Vec<Child>,
     /// Whether it has an arbitration of its own.
     pub arbitrates: bool,
+    /// Whether it draws a panel of its own.
+    pub panel: bool,
 }
 
 /// Kinds of schema.

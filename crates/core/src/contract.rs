@@ -33,7 +33,7 @@ pub struct Term {
 /// Computes the contract of every group of a valid specification; a group without known members has none.
 ///
 /// A member notices a situation within its period and one iteration, or within one iteration if publications
-/// trigger it (it may be in the middle of one). The father's arbitration and the loser's patience follow.
+/// trigger it (it may be in the middle of one); one drawing of its panel more, if it has one. The father's arbitration and the loser's patience follow.
 #[must_use]
 pub fn contract(spec: &Spec) -> Vec<GroupContract> {
     (0u32..)
@@ -115,6 +115,12 @@ fn terms(spec: &Spec, group: &GroupSpec, member: SchemaId) -> Option<Vec<Term>> 
         what: format!("longest iteration of {}", schema.name),
         nanos: schema.budget,
     });
+    if schema.panel {
+        terms.push(Term {
+            what: "drawing of its panel".into(),
+            nanos: schema.budget,
+        });
+    }
     if group.policy == Policy::Father {
         terms.push(Term {
             what: "arbitration of the father".into(),

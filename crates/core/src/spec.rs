@@ -68,6 +68,8 @@ pub struct SchemaSpec {
     pub budget: Nanos,
     /// Whether a publication re-evaluates its precondition, without waiting for its period (R12).
     pub triggered: bool,
+    /// Whether it has a panel, which it draws on its own turn while somebody looks, within its budget.
+    pub panel: bool,
 }
 
 /// Whether a schema competes for WINNER.
@@ -161,6 +163,7 @@ impl SchemaSpec {
             period,
             budget: 0,
             triggered: false,
+            panel: false,
         }
     }
 }

@@ -194,6 +194,20 @@ fn r17_the_contract_is_that_of_the_slowest_member() {
 }
 
 #[test]
+fn r17_a_panel_takes_as_long_as_an_iteration_may() {
+    let mut spec = sound();
+    spec.schemas[GOON.index()].budget = 20 * MS;
+    spec.schemas[GOON.index()].panel = true;
+    let motion = &contract(&spec)[1];
+    assert_eq!((motion.slowest, motion.total()), (GOON, 120 * MS));
+    assert_eq!(
+        motion.to_string(),
+        "motion: goon takes over within 120 ms = period of goon 75 ms + longest iteration of goon 20 ms \
+         + drawing of its panel 20 ms + patience with the loser 5 ms"
+    );
+}
+
+#[test]
 fn r17_a_contract_beyond_all_time_does_not_overflow() {
     let mut spec = sound();
     spec.schemas[STOP.index()].period = u64::MAX;

@@ -1,11 +1,12 @@
 //! The one door from a plugin's tables to owned descriptions: reads each table within the size it states, and refuses with
-//! words whatever cannot be right. It calls no function of the plugin.
+//! words whatever cannot be right. It calls no function of the plugin but `ability`, which says what else it can do.
 //!
 //! What no check can find is a pointer into nowhere; a plugin is native code, and loading one is an act of trust.
 
 #![allow(unsafe_code)]
 
 use core::mem::size_of;
+use std::ffi::CString;
 use std::fmt;
 use std::sync::Arc;
 
@@ -214,8 +215,32 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             ports,
             children,
             arbitrates: table.arbitrate.is_some(),
+            panel: panel(&here, table)?,
         })
     }
+}
+
+/// Whether there is a panel, which must be one that can be drawn.
+unsafe fn panel(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
+    let Some(ability) = table.ability else {
+        return Ok(false);
+    };
+    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
+    // SAFETY: the caller's table follows the rules of `raw`; the id is a text that lives for the call.
+    let panel = unsafe { ability(id.as_ptr()) }.cast::<raw::Panel>();
+    if panel.is_null() {
+        return Ok(false);
+    }
+    if !panel.is_aligned() {
+        return here.wrong("its panel's table is not aligned");
+    }
+    // SAFETY: what a plugin gives for that id begins with its size.
+    here.size(unsafe { panel.cast::<u32>().read() }, size_of::<raw::Panel>())?;
+    // SAFETY: as above, and it is as large as this ABI has it.
+    if unsafe { &*panel }.draw.is_none() {
+        return here.wrong("its panel's draw is null; a panel is drawn, or is none");
+    }
+    Ok(true)
 }
 
 unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) -> Result<Port, Refusal> {

@@ -34,6 +34,7 @@ impl Application {
             period: instance.period_ns,
             budget: instance.budget_ns,
             triggered: instance.triggered(),
+            panel: instance.schema.panel,
         }
     }
 

@@ -306,28 +306,13 @@ impl Drop for Instance {
     }
 }
 
-/// The panel of a type of schema, if it has one that can be drawn.
+/// The panel of a type of schema, if it has one; that it can be drawn was looked at when its plugin was loaded.
 pub(crate) fn panel_of(table: &'static raw::Schema) -> Option<&'static raw::Panel> {
     let ability = table.ability?;
     let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
-    // SAFETY: the table was checked, and the id is a text.
-    let panel = unsafe { ability(id.as_ptr()) }.cast::<raw::Panel>();
-    if panel.is_null() {
-        return None;
-    }
-    // SAFETY: what a plugin gives for that id begins with its size, and lives as long as the process.
-    let whole =
-        panel.is_aligned() && unsafe { panel.cast::<u32>().read() } as usize >= size_of::<raw::Panel>();
-    // SAFETY: as above, and as large as this ABI has it.
-    let panel = whole
-        .then(|| unsafe { &*panel })
-        .filter(|panel| panel.draw.is_some());
-    if panel.is_none() {
-        tracing::warn!(
-            "a type of schema has a panel that cannot be drawn: its table is too small, or its `draw` null"
-        );
-    }
-    panel
+    // SAFETY: the table was checked, and the id is a text; what a plugin gives for it is null or such a table, and lives as long
+    // as the process.
+    unsafe { ability(id.as_ptr()).cast::<raw::Panel>().as_ref() }
 }
 
 fn outcome(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {

@@ -68,7 +68,7 @@ impl Loaded {
         })
     }
 
-    /// Loads the library at `path`. No function of the plugin is called; the system runs its constructors, if it has any.
+    /// Loads the library at `path`. No function of the plugin is called but `ability`; the system runs its constructors, if it has any.
     ///
     /// # Errors
     /// See [`LoadError`]; the process is as before, but for a refused library that stays mapped.

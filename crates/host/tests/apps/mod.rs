@@ -294,6 +294,7 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         ports,
         children: Vec::new(),
         arbitrates: false,
+        panel: false,
     }
 }
 
