@@ -43,13 +43,14 @@ pub enum Event {
         /// The longest it may take by the contract of its group (R17).
         allowed: Nanos,
     },
-    /// A schema missed a deadline, or took longer than its budget; counted for each, told when it begins.
+    /// A schema missed a deadline, or it or the drawing of its panel took longer than its budget; counted for each, told when it
+    /// begins.
     Overrun {
         /// When.
         time: Nanos,
         /// Which.
         schema: usize,
-        /// How long the iteration took.
+        /// How long the iteration or drawing took.
         took: Nanos,
         /// What it may take.
         budget: Nanos,
@@ -63,7 +64,8 @@ pub enum Event {
         /// Since when the call runs.
         since: Nanos,
     },
-    /// A command or a wake was refused (R7), or a command was not finite; counted for each, told for the first of a row.
+    /// A command or a wake was refused (R7), or a command was not finite; counted for each, told for the first of a row. So are
+    /// gestures that were accepted and that their schema, which was gone too soon, did not take up.
     Refused {
         /// When.
         time: Nanos,

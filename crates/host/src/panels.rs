@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_panel::{Gesture, List};
+use jde_panel::{Gesture, List, Touch};
 
 /// Most drawings of a panel in a second: what eyes can use.
 pub const MOST_RATE: f64 = 30.0;
@@ -15,6 +15,8 @@ pub const MOST_RATE: f64 = 30.0;
 const LEAST_RATE: f64 = 0.01;
 /// Drawing takes at most one part in so many of a schema's time.
 pub(crate) const SHARE: u32 = 20;
+/// What is shown in place of a panel that nobody can draw.
+const GONE: &str = "it is not there: it failed or was unloaded";
 /// Most gestures that await a schema: some seconds of somebody who clicks as fast as people can.
 const MOST_GESTURES: usize = 64;
 
@@ -83,12 +85,29 @@ pub(crate) struct Panels {
 struct Easel {
     exists: AtomicBool,
     touchable: AtomicBool,
-    there: AtomicBool,
     /// How long from one drawing to the next, ns; 0 while nobody looks.
     every: AtomicU64,
     lookers: Mutex<Lookers>,
     shown: Mutex<Shown>,
-    gestures: Mutex<VecDeque<(String, Gesture)>>,
+    hands: Mutex<Hands>,
+}
+
+/// Who takes gestures up, and those that await it.
+#[derive(Default)]
+struct Hands {
+    there: bool,
+    gestures: VecDeque<(String, Gesture)>,
+}
+
+/// What became of a gesture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Put {
+    /// It awaits the schema.
+    Kept,
+    /// There is no instance to take it up.
+    Gone,
+    /// Too many await it already.
+    Full,
 }
 
 #[derive(Default)]
@@ -131,22 +150,28 @@ impl Panels {
 
     /// A schema has an instance now.
     pub(crate) fn came(&self, schema: usize) {
-        self.easels[schema].there.store(true, Ordering::Release);
+        lock(&self.easels[schema].hands).there = true;
     }
 
-    /// Its instance is gone; whoever looks is told so.
-    pub(crate) fn went(&self, schema: usize, time: Nanos) {
-        let easel = &self.easels[schema];
-        let was_there = easel.there.swap(false, Ordering::AcqRel);
-        lock(&easel.gestures).clear();
+    /// Its instance is gone; whoever looks is told so. Answers how many gestures it had not taken up: nobody will.
+    pub(crate) fn went(&self, schema: usize, time: Nanos) -> usize {
+        let mut hands = lock(&self.easels[schema].hands);
+        let was_there = std::mem::replace(&mut hands.there, false);
+        let left = std::mem::take(&mut hands.gestures).len();
+        drop(hands);
         if was_there && self.wanted(schema).is_some() {
-            let reason = "it is not there: it failed or was unloaded";
-            self.show(schema, time, Duration::ZERO, Err(reason.to_owned()));
+            self.show_gone(schema, time);
         }
+        left
     }
 
     pub(crate) fn is_there(&self, schema: usize) -> bool {
-        self.easels[schema].there.load(Ordering::Acquire)
+        lock(&self.easels[schema].hands).there
+    }
+
+    /// Says in place of the panel that there is no instance to draw it.
+    pub(crate) fn show_gone(&self, schema: usize, time: Nanos) {
+        self.show(schema, time, Duration::ZERO, Err(GONE.to_owned()));
     }
 
     /// Whether anybody looks at any panel.
@@ -208,25 +233,35 @@ impl Panels {
         lock(&self.easels.get(schema)?.shown).newest.clone()
     }
 
-    /// Keeps a gesture until the schema takes it up; answers false if too many await it. The newest place of a drag or slider is
-    /// all there is to tell of it.
-    pub(crate) fn put(&self, schema: usize, by: &str, gesture: Gesture) -> bool {
-        let mut gestures = lock(&self.easels[schema].gestures);
+    /// Keeps a gesture until the schema takes it up. The newest place of a drag or slider is all there is to tell of it, as long as
+    /// nothing else was done in between: what is pressed then counts with what was set before.
+    pub(crate) fn put(&self, schema: usize, by: &str, gesture: Gesture) -> Put {
+        let mut hands = lock(&self.easels[schema].hands);
+        if !hands.there {
+            return Put::Gone;
+        }
+        let gestures = &mut hands.gestures;
         if moves(&gesture) {
+            let last = gestures.iter().rposition(|(_, old)| !goes_on(old));
+            let mut before = last.map_or(0, |last| last + 1);
             gestures.retain(|(whose, old)| {
-                whose != by || old.widget != gesture.widget || !old.goes_on() && !is_move(old)
+                if before > 0 {
+                    before -= 1;
+                    return true;
+                }
+                whose != by || old.widget != gesture.widget
             });
         }
         if gestures.len() >= MOST_GESTURES {
-            return false;
+            return Put::Full;
         }
         gestures.push_back((by.to_owned(), gesture));
-        true
+        Put::Kept
     }
 
     /// The gestures that await a schema, in the order in which they came.
     pub(crate) fn take(&self, schema: usize) -> VecDeque<(String, Gesture)> {
-        std::mem::take(&mut *lock(&self.easels[schema].gestures))
+        std::mem::take(&mut lock(&self.easels[schema].hands).gestures)
     }
 
     /// The number of the next gesture that is handed in, from 1.
@@ -284,11 +319,12 @@ impl Pace {
 }
 
 fn moves(gesture: &Gesture) -> bool {
-    is_move(gesture) || matches!(gesture.touch, jde_panel::Touch::Dragged { .. })
+    matches!(gesture.touch, Touch::Moved(_) | Touch::Dragged { .. })
 }
 
-fn is_move(gesture: &Gesture) -> bool {
-    matches!(gesture.touch, jde_panel::Touch::Moved(_))
+/// Whether the next of its kind on its widget tells all that it does.
+fn goes_on(gesture: &Gesture) -> bool {
+    gesture.goes_on() || matches!(gesture.touch, Touch::Moved(_))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -32,7 +32,8 @@ pub(crate) struct Runner {
     last_check: Nanos,
     /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
     last_iteration: Nanos,
-    late: bool,
+    /// Whether the last cycle and the last drawing were late.
+    late: [bool; 2],
     /// Its instance ends as soon as it sleeps.
     unloading: bool,
     /// When its panel was drawn.
@@ -89,7 +90,7 @@ impl Runner {
             period: about.period_ns,
             last_check: 0,
             last_iteration: 0,
-            late: false,
+            late: [false; 2],
             unloading: false,
             pace: Pace::default(),
             journal,
@@ -431,8 +432,9 @@ impl Runner {
 
     fn dismiss(&mut self) {
         // The next instance begins with a clean sheet, and so does its health.
-        self.late = false;
-        self.engine.panels.went(self.number, self.engine.clock.now());
+        self.late = [false; 2];
+        let left = self.engine.panels.went(self.number, self.engine.clock.now());
+        self.engine.untouched(self.number, left);
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
             other => other,

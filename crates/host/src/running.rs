@@ -341,7 +341,8 @@ impl Handle {
     /// Has the panel of a schema be drawn, at most `rate` times a second and never more often than [`MOST_RATE`], until the
     /// answer is dropped. A schema that is awake draws after its iterations and checks, one that sleeps by itself.
     ///
-    /// `news` is called after each drawing, on the schema's thread: it must return at once, as a wake-up or a message does.
+    /// `news` is called after each drawing, on the schema's thread, and at once on the caller's if there is no instance to draw it: it
+    /// must return at once, as a wake-up or a message does.
     ///
     /// [`MOST_RATE`]: crate::MOST_RATE
     ///
@@ -367,7 +368,7 @@ impl Handle {
     /// took it up, only the newest place is told.
     ///
     /// # Errors
-    /// [`Refusal`]: there is nobody to take it up, or too much awaits them already.
+    /// [`Refusal`]: there is nobody to take it up, it does not fit what the panel shows, or too much awaits them already.
     pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
         self.engine.touch(&shown(by), schema, gesture)
     }

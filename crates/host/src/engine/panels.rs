@@ -1,21 +1,28 @@
 //! Who may look at panels and touch them, and what is told of it.
 
+use std::sync::atomic::Ordering;
+
 use jde_panel::Gesture;
 
 use super::{Engine, Signal};
-use crate::event::OperatorAction;
-use crate::panels::{Look, News, Refusal};
+use crate::event::{Event, OperatorAction};
+use crate::panels::{Look, News, Put, Refusal};
 
 impl Engine {
     /// Has a panel be drawn while the answer lives.
     pub(crate) fn look(&self, schema: usize, rate: f64, news: News) -> Result<Look, Refusal> {
         self.has_panel(schema)?;
         let look = self.panels.look(schema, rate, news);
+        if !self.panels.is_there(schema) {
+            // Nobody else will say so.
+            self.panels.show_gone(schema, self.clock.now());
+        }
         self.ring(schema, Signal::Looked);
         Ok(look)
     }
 
-    /// Keeps a gesture until the schema's next turn.
+    /// Keeps a gesture until the schema's next turn. What does not fit what the panel shows is refused; while nobody looks there is
+    /// nothing to compare it with, and the schema makes of it what it can.
     pub(crate) fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
         self.has_panel(schema)?;
         gesture.check().map_err(Refusal::Wrong)?;
@@ -23,14 +30,35 @@ impl Engine {
         if !self.panels.is_touchable(schema) {
             return Err(Refusal::Untouchable(name()));
         }
-        if !self.panels.is_there(schema) {
-            return Err(Refusal::Gone(name()));
+        if let Some(drawn) = self.panels.newest(schema)
+            && let Ok(list) = &drawn.list
+        {
+            list.takes(&gesture).map_err(Refusal::Wrong)?;
         }
-        if !self.panels.put(schema, by, gesture) {
-            return Err(Refusal::Busy(name()));
+        match self.panels.put(schema, by, gesture) {
+            Put::Kept => self.ring(schema, Signal::Touched),
+            Put::Gone => return Err(Refusal::Gone(name())),
+            Put::Full => return Err(Refusal::Busy(name())),
         }
-        self.ring(schema, Signal::Touched);
         Ok(())
+    }
+
+    /// So many gestures were accepted, and their schema was gone before it took them up.
+    pub(crate) fn untouched(&self, schema: usize, count: usize) {
+        if count == 0 {
+            return;
+        }
+        self.meters[schema]
+            .refused
+            .fetch_add(count as u64, Ordering::Relaxed);
+        let gestures = if count == 1 { "gesture" } else { "gestures" };
+        self.report(&Event::Refused {
+            time: self.clock.now(),
+            schema,
+            what: format!(
+                "{count} {gestures} on its panel: it failed or was unloaded before it took them up"
+            ),
+        });
     }
 
     /// A gesture is about to be handed in; answers with its number.

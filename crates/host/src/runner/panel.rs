@@ -1,7 +1,7 @@
 //! A schema's own panel, on its own turns: drawn after an iteration or check while somebody looks, and touched before the next.
 //! How often is measured by the machine's clock, in lockstep too: what is decided never depends on who looks.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 
@@ -11,9 +11,10 @@ use crate::turn::Turn;
 impl Runner {
     /// Hands in the gestures that await it, each in a turn of its own.
     pub(super) fn take_gestures(&mut self) {
-        for (by, gesture) in self.engine.panels.take(self.number) {
+        let mut gestures = self.engine.panels.take(self.number);
+        while let Some((by, gesture)) = gestures.pop_front() {
             let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
-                return;
+                return self.engine.untouched(self.number, gestures.len() + 1);
             };
             let number = self.engine.touched(&by, self.number, &gesture);
             self.told = Turn {
@@ -29,10 +30,11 @@ impl Runner {
         }
     }
 
-    /// Draws the panel over what was looked at in this turn, if somebody looks and it is time.
+    /// Draws the panel over what was looked at in this turn, if somebody looks and it is time. In real time it has the budget of an
+    /// iteration, on which the contract counts (R17): what took longer is not shown.
     pub(super) fn draw(&mut self) {
         let Some(every) = self.engine.panels.wanted(self.number) else {
-            return;
+            return self.draws_nothing();
         };
         let start = Instant::now();
         let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
@@ -41,11 +43,18 @@ impl Runner {
         if self.pace.wait(start).is_some() {
             return;
         }
-        let Some(list) = instance.draw() else {
+        let Some(mut list) = instance.draw() else {
             return;
         };
         let took = start.elapsed();
         self.pace.drew(start, took, every);
+        let in_time = !self.engine.clock.is_real() || self.judge_drawing(self.engine.clock.of_machine(took));
+        if !in_time && list.is_ok() {
+            let budget = Duration::from_nanos(self.budget());
+            list = Err(format!(
+                "drawing took {took:.1?}, more than the schema's budget of {budget:.1?}"
+            ));
+        }
         let time = self.engine.clock.now();
         self.engine.panels.show(self.number, time, took, list);
     }

@@ -27,25 +27,52 @@ impl Runner {
     }
 
     pub(super) fn judge(&mut self, took: Nanos, missed: bool) {
-        let budget = self.engine.application.instances[self.number].budget_ns;
-        let late = missed || took > budget;
+        self.note(Work::Cycle, took, missed || took > self.budget());
+    }
+
+    /// Judges a drawing; answers whether it kept to the budget, which the contract counts on (R17).
+    pub(super) fn judge_drawing(&mut self, took: Nanos) -> bool {
+        let late = took > self.budget();
+        self.note(Work::Drawing, took, late);
+        !late
+    }
+
+    /// Nothing is drawn: it holds up nobody.
+    pub(super) fn draws_nothing(&mut self) {
+        self.note(Work::Drawing, 0, false);
+    }
+
+    pub(super) fn budget(&self) -> Nanos {
+        self.engine.application.instances[self.number].budget_ns
+    }
+
+    /// Counts what is late, and tells when a row of such begins; who is late in either is late.
+    fn note(&mut self, work: Work, took: Nanos, late: bool) {
         if late {
             self.engine.meters[self.number].overruns.fetch_add(1, Relaxed);
         }
-        if late != self.late {
-            self.late = late;
-            self.engine.deadline(self.number, !late);
-            if late {
-                let time = self.engine.clock.now();
-                self.engine.report(&Event::Overrun {
-                    time,
-                    schema: self.number,
-                    took,
-                    budget,
-                });
-            }
+        let before = self.late;
+        self.late[work as usize] = late;
+        let healthy = |late: [bool; 2]| !late.contains(&true);
+        if healthy(before) != healthy(self.late) {
+            self.engine.deadline(self.number, healthy(self.late));
+        }
+        if late && !before[work as usize] {
+            self.engine.report(&Event::Overrun {
+                time: self.engine.clock.now(),
+                schema: self.number,
+                took,
+                budget: self.budget(),
+            });
         }
     }
+}
+
+/// What has a deadline.
+#[derive(Clone, Copy)]
+enum Work {
+    Cycle,
+    Drawing,
 }
 
 /// The first deadline after `now` on the grid of `due` and `period` (R11), and whether others were missed before it.

@@ -16,7 +16,10 @@ on_every_executor!(
     r10_gestures_are_handed_in_between_iterations_in_their_order_and_once,
     r14_a_gesture_is_told_as_an_operators_doing,
     a_drag_that_moved_on_is_told_where_it_is,
+    what_was_done_between_two_moves_stays_between_them,
+    only_what_a_panel_shows_can_be_touched,
     gestures_that_nobody_takes_up_are_refused_after_some,
+    gestures_that_nobody_can_take_up_any_more_are_told,
     a_gesture_that_fails_is_a_fault_like_any_other,
 );
 
@@ -70,7 +73,8 @@ pub(crate) fn held(executor: Executor, stage: &Arc<Stage>) -> (Rig, Option<Look>
     let hold = Arc::new(AtomicBool::new(true));
     let holds = Arc::clone(&hold);
     let weak = Arc::downgrade(stage);
-    stage.paints("easel", move |_, _, _| {
+    stage.paints("easel", move |_, _, pen| {
+        pen.button("go", "Go");
         if let Some(stage) = weak.upgrade() {
             stage.note(|| "it is held".to_owned());
             stage.wait_until(|| !holds.load(Ordering::SeqCst));
@@ -141,6 +145,93 @@ fn a_drag_that_moved_on_is_told_where_it_is(executor: Executor) {
     rig.stop();
 }
 
+fn what_was_done_between_two_moves_stays_between_them(executor: Executor) {
+    let stage = Stage::new();
+    let (mut rig, looks, hold) = held(executor, &stage);
+    let done = |widget: &str, touch: Touch| crate::panels::touch(&rig, widget, touch).expect("it takes them");
+    for to in [4.0, 5.0] {
+        done("speed", Touch::Moved(to));
+        done("gain", Touch::Moved(to / 10.0));
+    }
+    done("apply", Touch::Pressed);
+    for to in [6.0, 7.0] {
+        done("speed", Touch::Moved(to));
+    }
+    release(&stage, &hold);
+    rig.until_did("ana@laptop moved `speed` of easel to 7");
+    let lines = stage.lines();
+    let done = lines.iter().filter_map(|line| line.strip_prefix("ana@laptop "));
+    let done: Vec<_> = done.collect();
+    assert_eq!(
+        done,
+        [
+            "moved `speed` of easel to 5",
+            "moved `gain` of easel to 0.5",
+            "pressed `apply` of easel",
+            "moved `speed` of easel to 7",
+        ]
+    );
+    drop(looks);
+    rig.stop();
+}
+
+fn only_what_a_panel_shows_can_be_touched(executor: Executor) {
+    let stage = Stage::new();
+    stage.paints("easel", |_, _, pen| {
+        pen.text("all is well");
+        pen.button("go", "Go");
+    });
+    let mut rig = Rig::start(executor, &stage, APP);
+    let looks = look(&rig, "easel");
+    crate::panels::until_shown(&mut rig, "easel", "all is well");
+    let refused = touch(&rig, "gone", Touch::Pressed).expect_err("it shows none");
+    assert_eq!(
+        refused.to_string(),
+        "the gesture is wrong: `gone`: the panel shows no such widget now"
+    );
+    let refused = touch(&rig, "go", Touch::Toggled(true)).expect_err("it is a button");
+    assert!(matches!(refused, Refusal::Wrong(_)), "{refused}");
+    touch(&rig, "go", Touch::Pressed).expect("it shows it");
+    rig.until_did("ana@laptop pressed `go` of easel");
+    drop(looks);
+    touch(&rig, "hidden", Touch::Pressed).expect("nobody looks, so nobody knows");
+    rig.until_did("ana@laptop pressed `hidden` of easel");
+    rig.stop();
+}
+
+fn gestures_that_nobody_can_take_up_any_more_are_told(executor: Executor) {
+    let told = |stage: &Stage, what: &str| {
+        stage.told(|event| matches!(event, Event::Refused { what: said, .. } if said.starts_with(what)))
+    };
+    let unloads = |rig: &Rig| rig.operator().unload(rig.place("easel")).expect("it can be");
+    let fails = |rig: &Rig| touch(rig, "fail", Touch::Pressed).expect("it takes it");
+    // In virtual time an unload comes after all that was done before it.
+    let ends: &[(bool, &dyn Fn(&Rig))] = match executor {
+        Executor::Lockstep => &[(true, &fails)],
+        Executor::Threads | Executor::Pool => &[(true, &fails), (false, &unloads)],
+    };
+    for (first, ends) in ends {
+        let first = *first;
+        let stage = Stage::new();
+        let (mut rig, looks, hold) = held(executor, &stage);
+        if first {
+            ends(&rig);
+        }
+        for number in 0..3 {
+            touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+        }
+        if !first {
+            ends(&rig);
+        }
+        release(&stage, &hold);
+        rig.until(|_| told(&stage, "3 gestures on its panel: "));
+        assert!(!stage.did("ana@laptop pressed `button-0` of easel"));
+        assert_eq!(rig.see("easel").refused, 3);
+        drop(looks);
+        rig.stop();
+    }
+}
+
 fn gestures_that_nobody_takes_up_are_refused_after_some(executor: Executor) {
     let stage = Stage::new();
     let (mut rig, looks, hold) = held(executor, &stage);
@@ -173,9 +264,12 @@ fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
         rig.until_did("easel iterate");
         touch(&rig, widget, Touch::Pressed).expect("it takes it");
         rig.until(|rig| rig.see("easel").faults == 1);
-        assert!(stage.told(
-            |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason))
-        ));
+        // What is seen in a snapshot may be told a moment later.
+        rig.until(|_| {
+            stage.told(
+                |event| matches!(event, Event::Health { health: Health::Faulted(said), .. } if said.starts_with(reason)),
+            )
+        });
         rig.stop();
     }
 }

@@ -1,24 +1,27 @@
 //! Panels: drawn only while somebody looks, on the schema's own turn, changing nothing.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
-use jde_host::{Drawn, Look, Refusal};
+use jde_host::turn::{OnTurn, Turn};
+use jde_host::{Drawn, Look, Options, Refusal};
 use jde_panel::{Gesture, Item, Touch};
 use jde_schema::types::Twist;
+use jde_schema::{Context, Pen};
 
-use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Easel, Executor, MS, Rig, Stage, on_every_executor};
 
 on_every_executor!(
     a_panel_is_drawn_only_while_somebody_looks,
-    a_panel_shows_what_the_iteration_saw,
+    r8_a_panel_shows_what_the_iteration_saw,
     a_schema_without_a_panel_says_so,
     a_schema_that_sleeps_is_drawn_too,
     a_panel_that_panics_shows_why_and_leaves_its_schema_running,
     a_panel_that_cannot_be_shows_why,
     a_panel_that_writes_is_refused_and_says_what,
     the_panel_of_an_instance_that_is_gone_says_so,
+    whoever_looks_at_what_is_gone_already_is_told_so,
     several_may_look_and_the_most_wanted_rate_counts,
 );
 
@@ -26,6 +29,8 @@ pub(crate) const APP: &str = r#"
     roots = ["easel"]
     [schemas.easel]
     type = "test/easel"
+    # What a drawing may take: far more than any takes here, whatever else the machine does.
+    budget = "100ms"
     imports = { input = "eye.out" }
     [schemas.eye]
     type = "test/eye"
@@ -39,10 +44,16 @@ const TWO: &str = r#"
     type = "test/motor"
     [schemas.easel]
     type = "test/easel"
+    budget = "100ms"
+    imports = { input = "eye.out" }
     actuators = { base = "robot.velocity" }
     children = { child = "below" }
     [schemas.below]
     type = "test/easel"
+    budget = "100ms"
+    imports = { input = "eye.out" }
+    [schemas.eye]
+    type = "test/eye"
 "#;
 
 /// Looks as often as may be; each drawing is something that happened.
@@ -113,7 +124,7 @@ fn a_panel_is_drawn_only_while_somebody_looks(executor: Executor) {
     rig.stop();
 }
 
-fn a_panel_shows_what_the_iteration_saw(executor: Executor) {
+fn r8_a_panel_shows_what_the_iteration_saw(executor: Executor) {
     let stage = Stage::new();
     let values = AtomicU64::new(0);
     stage.play("eye", move |call, io| {
@@ -292,6 +303,18 @@ fn the_panel_of_an_instance_that_is_gone_says_so(executor: Executor) {
     rig.stop();
 }
 
+fn whoever_looks_at_what_is_gone_already_is_told_so(executor: Executor) {
+    let stage = Stage::new();
+    let mut rig = Rig::start(executor, &stage, APP);
+    rig.operator().unload(rig.place("easel")).expect("it can be");
+    let gone = Err(Refusal::Gone("easel".to_owned()));
+    rig.until(|rig| touch(rig, "go", Touch::Pressed) == gone);
+    let _look = look(&rig, "easel");
+    let shown = drawn(&rig, "easel").expect("it says so at once");
+    assert_eq!(says(&shown), "it is not there: it failed or was unloaded");
+    rig.stop();
+}
+
 fn several_may_look_and_the_most_wanted_rate_counts(executor: Executor) {
     let stage = Stage::new();
     stage.paints("easel", |_, _, pen| pen.text("all is well"));
@@ -317,9 +340,18 @@ fn several_may_look_and_the_most_wanted_rate_counts(executor: Executor) {
 fn r16_who_looks_changes_nothing_of_what_is_decided() {
     let run = |looks: bool| {
         let stage = Stage::new();
-        stage.paints("easel", |easel, cx, pen| {
+        let paint = |easel: &Easel, cx: &Context, pen: &mut Pen| {
             pen.value("now", cx.now().as_secs_f64(), "s");
-            pen.value("iterations", easel.iterations as f64, "");
+            let input = easel.input.get(cx).map_or(-1.0, |input| *input.value());
+            pen.value("input", input, "");
+        };
+        stage.paints("easel", paint);
+        stage.paints("below", paint);
+        stage.play("eye", |call, io| {
+            if call == Call::Iterate {
+                io.publish(io.now() as f64);
+            }
+            Ok(())
         });
         stage.play("high", |call, io| {
             if call == Call::Check {
@@ -327,7 +359,14 @@ fn r16_who_looks_changes_nothing_of_what_is_decided() {
             }
             Ok(())
         });
-        let mut rig = Rig::start(Executor::Lockstep, &stage, TWO);
+        let turns = Arc::new(Mutex::new(Vec::new()));
+        let tells = Arc::clone(&turns);
+        let on_turn: OnTurn = Arc::new(move |turn: &Turn| tells.lock().expect("no turn panics").push(*turn));
+        let options = Options {
+            on_turn: Some(on_turn),
+            ..Options::default()
+        };
+        let mut rig = Rig::start_with(Executor::Lockstep, &stage, TWO, options);
         let eyes = looks.then(|| (look(&rig, "easel"), look(&rig, "below")));
         for step in 1..200 {
             assert_eq!(rig.advance(step * 5 * MS), None);
@@ -338,10 +377,15 @@ fn r16_who_looks_changes_nothing_of_what_is_decided() {
         lines.retain(|line| !line.ends_with(" draw"));
         let events = format!("{:?}", stage.events());
         rig.stop();
-        (drawings, lines, events)
+        let turns = std::mem::take(&mut *turns.lock().expect("no turn panics"));
+        (drawings, lines, events, turns)
     };
-    let ((none, blind, untold), (some, seen, told)) = (run(false), run(true));
+    let ((none, blind, untold, unseen), (some, seen, told, turns)) = (run(false), run(true));
     assert!(none == 0 && some > 0, "{none} and {some} drawings");
     assert_eq!(blind, seen);
     assert_eq!(untold, told);
+    let looked =
+        |turn: &Turn| turn.kind == Turn::CYCLED && turn.inputs.iter().any(|input| *input != Turn::NOTHING);
+    assert!(turns.iter().any(looked), "their imports were looked at");
+    assert_eq!(unseen, turns, "nor what each turn looked at");
 }

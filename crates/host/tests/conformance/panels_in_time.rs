@@ -2,10 +2,12 @@
 //! a call that hangs.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use jde_core::Health;
 use jde_host::event::Event;
+use jde_schema::Pen;
 
 use crate::common::{Executor, MS, Rig, Stage, in_real_time};
 use crate::gestures::{held, release};
@@ -15,18 +17,23 @@ in_real_time!(
     a_slow_panel_takes_a_twentieth_of_the_time,
     a_panel_is_drawn_no_more_often_than_is_wanted,
     a_panel_that_hangs_is_a_schema_that_hangs,
+    r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown,
 );
 
+/// Draws for so long, of the machine's time.
+const SLOW: Duration = Duration::from_millis(20);
+
+fn draw_slowly(pen: &mut Pen) {
+    let start = Instant::now();
+    while start.elapsed() < SLOW {
+        std::hint::spin_loop();
+    }
+    pen.text("at last");
+}
+
 fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
-    const SLOW: Duration = Duration::from_millis(20);
     let stage = Stage::new();
-    stage.paints("easel", |_, _, pen| {
-        let start = Instant::now();
-        while start.elapsed() < SLOW {
-            std::hint::spin_loop();
-        }
-        pen.text("at last");
-    });
+    stage.paints("easel", |_, _, pen| draw_slowly(pen));
     let mut rig = Rig::start(executor, &stage, APP);
     let _look = look(&rig, "easel");
     let first = until_shown(&mut rig, "easel", "at last");
@@ -77,6 +84,48 @@ fn a_panel_that_hangs_is_a_schema_that_hangs(executor: Executor) {
         )
     });
     release(&stage, &hold);
+    drop(looks);
+    rig.stop();
+}
+
+/// An easel that may take a quarter of what a slow drawing does.
+fn hurried() -> String {
+    APP.replace("100ms", "5ms")
+}
+
+fn r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown(executor: Executor) {
+    let slow = Arc::new(AtomicBool::new(true));
+    let is_slow = Arc::clone(&slow);
+    let stage = Stage::new();
+    stage.paints("easel", move |_, _, pen| match is_slow.load(Ordering::SeqCst) {
+        true => draw_slowly(pen),
+        false => pen.text("all is well"),
+    });
+    let mut rig = Rig::start(executor, &stage, &hurried());
+    let looks = look(&rig, "easel");
+    let shown = until_shown(&mut rig, "easel", "more than the schema's budget of 5.0ms");
+    assert!(shown.took >= SLOW && shown.failed > 0);
+    let easel = rig.see("easel");
+    assert!(easel.overruns > 0);
+    assert_eq!(easel.health, Health::Overrun, "until a drawing is in time");
+    let least = SLOW.as_nanos() as u64;
+    rig.until(|_| stage.told(|event| matches!(event, Event::Overrun { took, .. } if *took >= least)));
+    slow.store(false, Ordering::SeqCst);
+    until_shown(&mut rig, "easel", "all is well");
+    rig.until(|rig| rig.see("easel").health == Health::Ok);
+    drop(looks);
+    rig.stop();
+}
+
+#[test]
+fn r16_in_lockstep_a_drawing_takes_no_time_however_slow() {
+    let stage = Stage::new();
+    stage.paints("easel", |_, _, pen| draw_slowly(pen));
+    let mut rig = Rig::start(Executor::Lockstep, &stage, &hurried());
+    let looks = look(&rig, "easel");
+    let shown = until_shown(&mut rig, "easel", "at last");
+    assert!(shown.took >= SLOW);
+    assert_eq!(rig.see("easel").overruns, 0);
     drop(looks);
     rig.stop();
 }
