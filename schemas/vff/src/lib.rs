@@ -68,6 +68,8 @@ pub struct Vff {
     #[actuator]
     base: Actuator<Twist>,
     obstacle: bool,
+    /// By how much the area was larger when it was looked at last.
+    tested: f64,
 }
 
 impl Schema for Vff {
@@ -76,6 +78,7 @@ impl Schema for Vff {
             return Ok(false.into());
         };
         let margin = self.grown(cx);
+        self.tested = margin;
         let nearest = laser.nearest_ahead(self.half_width.get(cx) + margin);
         self.obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx) + margin);
         Ok(Precondition::from(self.obstacle).urgency(heading.abs()))

@@ -23,7 +23,7 @@ impl Panel for Vff {
             });
         }
         let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
-        let grown = self.grown(cx);
+        let grown = self.tested;
         let canvas = pen.canvas("area").forward_up();
         canvas.area((-1.0, -2.5), (4.0, 2.5)).show(|area| {
             area.rectangle((0.0, -side - grown), (ahead + grown, side + grown))
