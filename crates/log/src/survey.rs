@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use jde_host::story::{Kind, Line};
+use jde_host::story::{Happening, Kind, Line};
 use serde::Serialize;
 
 use crate::{Message, ReadError, Recording};
@@ -228,37 +228,38 @@ impl Survey {
                 group.decisions += 1;
                 group.switches += u64::from(decision.changed);
             }
-            Some(Line::Happening(happening)) => {
-                let Some(schema) = &happening.schema else {
-                    return;
-                };
-                if matches!(
-                    happening.kind.as_str(),
-                    "faulted" | "hung" | "overrun" | "refused"
-                ) {
-                    self.trouble(schema, &happening.kind, &happening.text);
-                }
-            }
+            Some(Line::Happening(happening)) => Troubled::count(&mut self.troubled, &happening),
             Some(Line::Change(_)) | None => {}
         }
     }
+}
 
-    fn trouble(&mut self, schema: &str, kind: &str, text: &str) {
-        let of = |known: &&mut Troubled| known.schema == schema;
-        let troubled = match self.troubled.iter_mut().find(of) {
+impl Troubled {
+    /// Counts what happened if it was trouble of a schema, which is added to those that had trouble.
+    pub fn count(all: &mut Vec<Self>, happening: &Happening) {
+        let Some(schema) = &happening.schema else {
+            return;
+        };
+        if !matches!(
+            happening.kind.as_str(),
+            "faulted" | "hung" | "overrun" | "refused"
+        ) {
+            return;
+        }
+        let troubled = match all.iter_mut().find(|known| known.schema == *schema) {
             Some(troubled) => troubled,
-            None => self.troubled.push_mut(Troubled {
-                schema: schema.to_owned(),
-                ..Troubled::default()
+            None => all.push_mut(Self {
+                schema: schema.clone(),
+                ..Self::default()
             }),
         };
-        match kind {
+        match happening.kind.as_str() {
             // Told twice each: as what it took, and as what it is now.
-            "overrun" => troubled.overruns += u64::from(text.starts_with("took")),
+            "overrun" => troubled.overruns += u64::from(happening.text.starts_with("took")),
             "refused" => troubled.refused += 1,
             _ => {
                 troubled.faults += 1;
-                troubled.last_fault = Some(text.to_owned());
+                troubled.last_fault = Some(happening.text.clone());
             }
         }
     }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use jde_host::story::{Candidate, Change, Decision, Happening, Line};
-use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Troupe};
-use jde_types::{Odometry, Pose2D, Twist, Value};
+use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Topic, Troupe};
+use jde_types::{Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
 use crate::drawing::Tone;
@@ -17,26 +17,8 @@ const SECOND: u64 = 1_000_000_000;
 
 /// Two schemas take turns of ten seconds in a minute, and the robot goes along a line; `names` are those of the two.
 fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
-    let options = Options {
-        origin: Origin {
-            application: "turns".to_owned(),
-            seed: 7,
-            started: SystemTime::UNIX_EPOCH + Duration::from_secs(1000),
-            folder: None,
-            file: None,
-            cast: cast.then(|| told(names)),
-        },
-        application: None,
-        overwrite: true,
-        lossless: true,
-        on_trouble: Box::new(|trouble| panic!("{trouble}")),
-    };
-    let recorder = Recorder::create(file, options).unwrap();
-    let about = BTreeMap::from([
-        ("variable".to_owned(), "robot.odometry".to_owned()),
-        ("access".to_owned(), "export".to_owned()),
-    ]);
-    let odometry = recorder.topic("/robot/odometry", Arc::new(Odometry::describe()), about);
+    let recorder = recorder(file, cast.then(|| told(names)));
+    let odometry = export::<Odometry>(&recorder, "odometry");
     for turn in 0..6 {
         let (winner, loser) = (names[turn % 2], names[(turn + 1) % 2]);
         let time_s = turn as f64 * 10.0;
@@ -55,12 +37,7 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
             let time = turn as u64 * 10 * SECOND + tenth * SECOND / 10;
             let pose = Pose2D::new(time as f64 / 1e9 * 0.1, 0.0, 0.0);
             let value = Odometry::planar(jde_types::Time::default(), pose, Twist::planar(0.1, 0.0));
-            let stamps = Stamps {
-                published: time,
-                measured: time,
-                sequence: time / (SECOND / 10) + 1,
-            };
-            odometry.put(value.as_bytes(), stamps);
+            odometry.put(value.as_bytes(), at(time, time / (SECOND / 10) + 1));
         }
     }
     recorder.line(Line::Happening(Happening {
@@ -73,6 +50,41 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
     }));
     recorder.finish();
     Recording::open(file).unwrap()
+}
+
+fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
+    let options = Options {
+        origin: Origin {
+            application: "turns".to_owned(),
+            seed: 7,
+            started: SystemTime::UNIX_EPOCH + Duration::from_secs(1000),
+            folder: None,
+            file: None,
+            cast,
+        },
+        application: None,
+        overwrite: true,
+        lossless: true,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    };
+    Recorder::create(file, options).unwrap()
+}
+
+/// A topic of a variable that the robot exports.
+fn export<T: Value>(recorder: &Recorder, name: &str) -> Topic {
+    let about = BTreeMap::from([
+        ("variable".to_owned(), format!("robot.{name}")),
+        ("access".to_owned(), "export".to_owned()),
+    ]);
+    recorder.topic(&format!("/robot/{name}"), Arc::new(T::describe()), about)
+}
+
+fn at(time: u64, sequence: u64) -> Stamps {
+    Stamps {
+        published: time,
+        measured: time,
+        sequence,
+    }
 }
 
 fn told(names: [&str; 2]) -> Cast {
@@ -192,6 +204,74 @@ fn numbers_stand_in_a_chart_of_their_own() {
     let pixels = Picture::of_tale(&tale, size).png().unwrap();
     let pixels = Pixmap::decode_png(&pixels).unwrap();
     assert!((0..800).any(|x| found(&pixels, x, Tone::Of(0).light()) > 0));
+}
+
+#[test]
+fn a_stretch_counts_what_was_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    let counted = |from: u64, to: u64| {
+        let wanted = Wanted {
+            from: Some(from * SECOND),
+            to: Some(to * SECOND),
+            ..columns(600)
+        };
+        let tale = read(&recording, wanted);
+        let selections = tale.contests.iter().map(|one| one.decisions).sum::<u64>();
+        let page = page(&tale, "turns.mcap");
+        assert!(page.contains(&format!("of {selections} selections")), "{page}");
+        (
+            tale.troubled.iter().map(|one| one.faults).sum::<u64>(),
+            selections,
+        )
+    };
+    // The only fault was at 59.9 s.
+    assert_eq!(counted(15, 45), (0, 3));
+    assert_eq!(counted(35, 60), (1, 2));
+    assert_eq!(counted(0, 60), (1, 6));
+}
+
+#[test]
+fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("truth.mcap");
+    let record = |first: u64| {
+        let recorder = recorder(&file, None);
+        let topic = export::<Truth>(&recorder, "truth");
+        // Touched at 10 s and at 30 s; nearest at 10 s, and nearer at 50 s.
+        for second in first..=60 {
+            let truth = Truth {
+                collisions: u64::from(second >= 10) + u64::from(second >= 30),
+                min_clearance: match second {
+                    0..10 => 1.0,
+                    10..50 => 0.2,
+                    _ => 0.1,
+                },
+                ..Truth::default()
+            };
+            topic.put(truth.as_bytes(), at(second * SECOND, second + 1));
+        }
+        recorder.finish();
+        Recording::open(&file).unwrap()
+    };
+    let counted = |recording: &Recording, from: Option<u64>, to: u64| {
+        let wanted = Wanted {
+            from: from.map(|from| from * SECOND),
+            to: Some(to * SECOND),
+            ..columns(600)
+        };
+        let ending = read(recording, wanted).ending;
+        (ending.collisions.unwrap(), ending.min_clearance)
+    };
+    let recording = record(0);
+    assert_eq!(counted(&recording, None, 60), (2, Some(0.1)));
+    assert_eq!(counted(&recording, Some(0), 20), (1, Some(0.2)));
+    assert_eq!(counted(&recording, Some(20), 40), (1, None));
+    assert_eq!(counted(&recording, Some(31), 60), (0, Some(0.1)));
+    // Begun when the robot had driven for a while.
+    let recording = record(20);
+    assert_eq!(counted(&recording, None, 40), (1, None));
+    assert_eq!(counted(&recording, None, 60), (1, Some(0.1)));
 }
 
 #[test]

@@ -60,7 +60,6 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
     let configured = tale.periods[schema];
     let none = Troubled::default();
     let had = tale
-        .survey
         .troubled
         .iter()
         .find(|troubled| troubled.schema == about.name);

@@ -1,10 +1,12 @@
 //! The head of a page: what it is about, what is wrong with the recording, and the numbers that people ask for first.
 
+use jde_log::Troubled;
 use jde_types::Mission;
 use maud::{Markup, html};
 
 use super::{Page, at, counted, trouble};
 use crate::chart;
+use crate::tale::Contest;
 
 pub(super) fn summary(page: &Page<'_>, file: &str) -> Markup {
     let tale = page.tale;
@@ -53,8 +55,8 @@ fn missing(page: &Page<'_>) -> Vec<&'static str> {
 pub(super) fn facts(page: &Page<'_>) -> Markup {
     let tale = page.tale;
     let ending = &tale.ending;
-    let switches: u64 = tale.contests.iter().map(|contest| contest.switches).sum();
-    let sum = |of: fn(&jde_log::Troubled) -> u64| tale.survey.troubled.iter().map(of).sum::<u64>();
+    let in_all = |of: fn(&Contest) -> u64| tale.contests.iter().map(of).sum::<u64>();
+    let sum = |of: fn(&Troubled) -> u64| tale.troubled.iter().map(of).sum::<u64>();
     let seconds = tale.columns.seconds();
     html! {
         dl.facts {
@@ -75,7 +77,9 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 } }
             }
             @if tale.survey.decisions > 0 {
-                div { dt { "Switches" } dd { (switches) small { "of " (counted(tale.survey.decisions, "selection")) } } }
+                div { dt { "Switches" } dd {
+                    (in_all(|one| one.switches)) small { "of " (counted(in_all(|one| one.decisions), "selection")) }
+                } }
                 div { dt { "Overruns" } dd { (trouble(sum(|one| one.overruns))) } }
                 div { dt { "Refused" } dd { (trouble(sum(|one| one.refused))) small { "rows of commands and wakes" } } }
                 div { dt { "Faults" } dd { (trouble(sum(|one| one.faults))) } }

@@ -27,8 +27,8 @@ const MOST_TARGETS: usize = 1000;
 /// Collects it.
 pub(crate) struct Course {
     topics: Topics,
-    /// By topic, what is true of every robot at last.
-    truths: BTreeMap<String, Truth>,
+    /// By topic, what is true of every robot.
+    truths: BTreeMap<String, Known>,
     odometry: Option<Pose2D>,
     pose: Option<Pose2D>,
     /// The same place in the frame of the truth and of the odometry, seen first.
@@ -59,14 +59,21 @@ struct Topics {
     radius: Option<Channel>,
 }
 
+/// What is true of a robot, whose counts go back to its start.
+struct Known {
+    /// Before the stretch that is told; none if it began in it.
+    before: Option<Truth>,
+    last: Truth,
+}
+
 /// What is known at the end.
 #[derive(Default)]
 pub(crate) struct Ending {
     pub(crate) drive: Drive,
     pub(crate) mission: Option<Mission>,
-    /// Contacts of all robots; none without ground truth.
+    /// Contacts of all robots in the stretch that is told; none without ground truth.
     pub(crate) collisions: Option<u64>,
-    /// The least gap to anything, m.
+    /// The least gap to anything, m; none if that was before.
     pub(crate) min_clearance: Option<f64>,
     /// How far it drove, m.
     pub(crate) distance: Option<f64>,
@@ -109,7 +116,7 @@ impl Course {
         if self.topics.truths.contains(topic) {
             if let Some(truth) = read::<Truth>(message) {
                 let followed = self.topics.truths.first() == Some(topic);
-                self.truths.insert(topic.clone(), truth);
+                self.known(columns, time, message, truth);
                 if followed {
                     self.at(columns, time, truth.pose, acting);
                 }
@@ -204,19 +211,35 @@ impl Course {
             .filter(|step| step.is_finite())
             .sum();
         drive.path = path;
-        let clearances = self.truths.values().map(|truth| truth.min_clearance);
+        let nearest = self
+            .truths
+            .values()
+            .min_by(|one, other| one.last.min_clearance.total_cmp(&other.last.min_clearance));
         Ending {
             distance: (drive.path.len() > 1).then_some(distance),
             mission: self.mission,
             collisions: has_truth.then(|| {
-                let contacts = self.truths.values().map(|truth| truth.collisions);
+                let contacts = self.truths.values().map(Known::collisions);
                 contacts.fold(0, u64::saturating_add)
             }),
-            min_clearance: clearances
-                .reduce(f64::min)
-                .filter(|clearance| clearance.is_finite()),
+            min_clearance: nearest.and_then(Known::min_clearance),
             drive,
             remarks,
+        }
+    }
+
+    fn known(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
+        let known = self
+            .truths
+            .entry(message.channel.topic.clone())
+            .or_insert_with(|| Known {
+                // Only the first of all values tells of nothing that was before it.
+                before: (message.sequence > 1).then_some(truth),
+                last: truth,
+            });
+        known.last = truth;
+        if time < columns.from {
+            known.before = Some(truth);
         }
     }
 
@@ -312,6 +335,19 @@ impl Course {
         }
         let world = load(&path, self.seed);
         self.world = Some((path, world));
+    }
+}
+
+impl Known {
+    fn collisions(&self) -> u64 {
+        let before = self.before.map_or(0, |before| before.collisions);
+        self.last.collisions.saturating_sub(before)
+    }
+
+    fn min_clearance(&self) -> Option<f64> {
+        let least = self.last.min_clearance;
+        let is_of_now = self.before.is_none_or(|before| least < before.min_clearance);
+        (is_of_now && least.is_finite()).then_some(least)
     }
 }
 

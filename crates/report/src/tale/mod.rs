@@ -18,7 +18,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use jde_core::{Nanos, State};
 use jde_host::story::{Kind, Line};
 use jde_host::turn::Turn;
-use jde_log::{Cast, Message, ReadError, Recording, Survey};
+use jde_log::{Cast, Message, ReadError, Recording, Survey, Troubled};
 use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
@@ -72,7 +72,7 @@ pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
 /// What a recording comes to.
 pub struct Tale {
-    /// What it is.
+    /// What all of it is, whatever stretch of it is told.
     pub(crate) survey: Survey,
     /// Name of the application, or of the file.
     pub(crate) title: String,
@@ -94,6 +94,8 @@ pub struct Tale {
     pub(crate) switches: Switches,
     /// What else happened.
     pub(crate) events: Events,
+    /// Schemas that had trouble.
+    pub(crate) troubled: Vec<Troubled>,
     /// Where the robot went.
     pub(crate) ending: Ending,
     /// Numbers that were asked for, and who they are.
@@ -238,6 +240,7 @@ impl Reader {
                 contests: Vec::new(),
                 switches: Switches::default(),
                 events: Events::default(),
+                troubled: Vec::new(),
                 ending: Ending::default(),
                 traces,
                 has_turns: false,
@@ -334,6 +337,7 @@ impl Reader {
                     }
                 }
                 if happens {
+                    Troubled::count(&mut self.tale.troubled, &happening);
                     self.tale.events.add(happening);
                 }
             }
@@ -383,11 +387,11 @@ impl Reader {
         let Some(turn) = turn.ok().and_then(|bytes| Turn::from_bytes(&bytes)) else {
             return;
         };
+        self.tale.has_turns = true;
         let columns = self.tale.columns;
         if let Some(work) = self.tale.works.get_mut(turn.schema as usize)
             && columns.has(turn.time())
         {
-            self.tale.has_turns = true;
             work.turn(self.tale.coarse, &turn);
         }
     }
