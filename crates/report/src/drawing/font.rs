@@ -20,11 +20,7 @@ impl Font {
 
     /// Gives the width of a text in pixels, for a size in pixels.
     pub(crate) fn width(&self, text: &str, size: f32) -> f32 {
-        let advance = |letter| {
-            let glyph = self.face.glyph_index(letter).unwrap_or_default();
-            f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
-        };
-        text.chars().map(advance).sum::<f32>() * self.scale(size)
+        text.chars().map(|letter| self.advance(letter)).sum::<f32>() * self.scale(size)
     }
 
     /// Gives the height of a capital letter in pixels.
@@ -34,17 +30,19 @@ impl Font {
 
     /// Gives a text that is no wider than there is room, with an ellipsis where letters are missing.
     pub(crate) fn fitted(&self, text: &str, size: f32, room: f32) -> String {
-        if self.width(text, size) <= room {
-            return text.to_owned();
-        }
-        let mut kept: String = text.to_owned();
-        while kept.pop().is_some() {
-            let shortened = format!("{kept}…");
-            if self.width(&shortened, size) <= room {
-                return shortened;
+        let fits = |units: f32| units * self.scale(size) <= room;
+        let ellipsis = self.advance('…');
+        let (mut units, mut kept) = (0.0, None);
+        for (place, letter) in text.char_indices() {
+            if fits(units + ellipsis) {
+                kept = Some(place);
+            }
+            units += self.advance(letter);
+            if !fits(units) {
+                return kept.map_or_else(String::new, |kept| format!("{}…", &text[..kept]));
             }
         }
-        String::new()
+        text.to_owned()
     }
 
     /// Gives the outline of a text whose base line begins at a point of the picture; nothing for a text without ink.
@@ -58,9 +56,15 @@ impl Font {
         for letter in text.chars() {
             let glyph = self.face.glyph_index(letter).unwrap_or_default();
             self.face.outline_glyph(glyph, &mut pen);
-            pen.x += f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0)) * pen.scale;
+            pen.x += self.advance(letter) * pen.scale;
         }
         pen.path.finish()
+    }
+
+    /// Gives how far a letter moves the pen, in the typeface's units.
+    fn advance(&self, letter: char) -> f32 {
+        let glyph = self.face.glyph_index(letter).unwrap_or_default();
+        f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
     }
 
     fn scale(&self, size: f32) -> f32 {
@@ -129,7 +133,13 @@ mod tests {
             short.ends_with('…') && font.width(&short, 20.0) <= 100.0,
             "{short}"
         );
+        let kept = short.chars().count() - 1;
+        let one_more: String = "a schema of a very long name".chars().take(kept + 1).collect();
+        assert!(font.width(&(one_more + "…"), 20.0) > 100.0, "{short}");
         assert_eq!(font.fitted("goon", 20.0, 1.0), "");
+        assert_eq!(font.fitted("goon", 20.0, font.width("goon", 20.0)), "goon");
+        let endless = font.fitted(&"m".repeat(1_000_000), 20.0, 100.0);
+        assert!(endless.ends_with('…') && endless.len() < 20, "{endless}");
     }
 
     #[test]
