@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use jde_host::story::{Candidate, Change, Decision, Happening, Line};
 use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Topic, Troupe};
-use jde_types::{Odometry, Pose2D, Truth, Twist, Value};
+use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
 use crate::drawing::Tone;
@@ -19,6 +19,17 @@ const SECOND: u64 = 1_000_000_000;
 fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
     let recorder = recorder(file, cast.then(|| told(names)));
     let odometry = export::<Odometry>(&recorder, "odometry");
+    turns(&recorder, names, |time, sequence| {
+        let pose = Pose2D::new(time as f64 / 1e9 * 0.1, 0.0, 0.0);
+        let value = Odometry::planar(jde_types::Time::default(), pose, Twist::planar(0.1, 0.0));
+        odometry.put(value.as_bytes(), at(time, sequence));
+    });
+    recorder.finish();
+    Recording::open(file).unwrap()
+}
+
+/// What is decided in that minute; `drive` is called ten times a second.
+fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
     for turn in 0..6 {
         let (winner, loser) = (names[turn % 2], names[(turn + 1) % 2]);
         let time_s = turn as f64 * 10.0;
@@ -35,9 +46,7 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
         }
         for tenth in 0..100 {
             let time = turn as u64 * 10 * SECOND + tenth * SECOND / 10;
-            let pose = Pose2D::new(time as f64 / 1e9 * 0.1, 0.0, 0.0);
-            let value = Odometry::planar(jde_types::Time::default(), pose, Twist::planar(0.1, 0.0));
-            odometry.put(value.as_bytes(), at(time, time / (SECOND / 10) + 1));
+            drive(time, time / (SECOND / 10) + 1);
         }
     }
     recorder.line(Line::Happening(Happening {
@@ -48,11 +57,9 @@ fn record(file: &Path, names: [&str; 2], cast: bool) -> Recording {
         text: "it <broke> & fell".to_owned(),
         touched: None,
     }));
-    recorder.finish();
-    Recording::open(file).unwrap()
 }
 
-fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
+pub(crate) fn recorder(file: &Path, cast: Option<Cast>) -> Recorder {
     let options = Options {
         origin: Origin {
             application: "turns".to_owned(),
@@ -151,11 +158,30 @@ fn found(pixels: &Pixmap, x: u32, color: ColorU8) -> usize {
 fn a_picture_has_its_size_and_bands_the_colour_of_who_won_then() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], true);
+    bands_have_the_colours_of_who_won(&recording);
+}
+
+#[test]
+fn without_a_path_everybody_who_won_has_a_colour_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turns.mcap");
+    let recorder = recorder(&file, Some(told(["one", "two"])));
+    turns(&recorder, ["one", "two"], |_, _| ());
+    recorder.finish();
+    let recording = Recording::open(&file).unwrap();
+    bands_have_the_colours_of_who_won(&recording);
+    let page = page(&read(&recording, columns(600)), "turns.mcap");
+    for tone in [Tone::Of(0), Tone::Of(1)] {
+        assert!(page.contains(&format!("background:var({tone})")), "{page}");
+    }
+}
+
+fn bands_have_the_colours_of_who_won(recording: &Recording) {
     let size = Size {
         width: 1600,
         height: 1067,
     };
-    let tale = read(&recording, columns(size.columns()));
+    let tale = read(recording, columns(size.columns()));
     let png = Picture::of_tale(&tale, size).png().unwrap();
     let pixels = Pixmap::decode_png(&png).unwrap();
     assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
@@ -272,6 +298,32 @@ fn contacts_and_the_least_clearance_are_those_of_the_stretch() {
     let recording = record(20);
     assert_eq!(counted(&recording, None, 40), (1, None));
     assert_eq!(counted(&recording, None, 60), (1, Some(0.1)));
+}
+
+#[test]
+fn a_recording_begun_later_shows_the_targets_that_it_knows() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("later.mcap");
+    let recorder = recorder(&file, None);
+    let topic = export::<Mission>(&recorder, "mission");
+    for (second, reached) in [(100, 3), (101, 3), (102, 4), (103, 5)] {
+        let mission = Mission {
+            reached,
+            total: 7,
+            target: Pose2D::new(f64::from(reached), 0.0, 0.0),
+            distance: 1.0,
+            ..Mission::default()
+        };
+        topic.put(mission.as_bytes(), at(second * SECOND, second));
+    }
+    recorder.finish();
+    let recording = Recording::open(&file).unwrap();
+    let targets = read(&recording, columns(600)).ending.drive.targets;
+    let known: Vec<_> = targets
+        .iter()
+        .map(|target| (target.number, target.x, target.reached))
+        .collect();
+    assert_eq!(known, [(4, 3.0, true), (5, 4.0, true), (6, 5.0, false)]);
 }
 
 #[test]

@@ -35,6 +35,8 @@ pub(crate) fn world(application: &Application) -> Option<PathBuf> {
 pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Path) -> Result<(), Failure> {
     let Some(trace) = &kept.trace else { return Ok(()) };
     let application = handle.application();
+    let takeovers = takeovers(trace, kept);
+    let steps = trace.path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
     let mut drive = Drive {
         title: application.name.clone(),
         schema_names: application
@@ -44,8 +46,10 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
             .collect(),
         scans: trace.scans.clone().unwrap_or_default(),
         path: path(trace),
+        distance: steps.map(|[from, to]| (to.x - from.x).hypot(to.y - from.y)).sum(),
         targets: targets(trace),
-        takeovers: takeovers(trace, kept),
+        takeover_count: takeovers.len() as u64,
+        takeovers,
         ..Drive::default()
     };
     if let Some(path) = world {
@@ -74,10 +78,11 @@ fn path(trace: &Trace) -> Vec<Moment> {
 
 fn targets(trace: &Trace) -> Vec<Target> {
     let named = trace.targets.iter().enumerate();
-    let target = |(number, (x, y)): (usize, &(f64, f64))| Target {
+    let target = |(before, (x, y)): (usize, &(f64, f64))| Target {
+        number: before + 1,
         x: *x,
         y: *y,
-        reached: number < trace.reached,
+        reached: before < trace.reached,
     };
     named.map(target).collect()
 }

@@ -2,6 +2,8 @@
 //!
 //! Only what the picture really shows gets an entry.
 
+use std::collections::BTreeSet;
+
 use super::frame::Frame;
 use super::palette::Palette;
 use super::{Drive, ground, way};
@@ -61,8 +63,10 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
         percent(time, whole)
     };
     let name = |winner: usize| drive.schema_names.get(winner).map_or("unknown", String::as_str);
+    let seen: BTreeSet<usize> = drive.seen().collect();
     let mut entries: Vec<Entry> = palette
         .winners()
+        .filter(|winner| seen.contains(winner))
         .map(|winner| Entry {
             sign: Sign::Way(Some(winner)),
             text: format!("{} {}", name(winner), share(Some(winner))),
@@ -150,23 +154,18 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
 fn numbers(drive: &Drive) -> String {
     let mut numbers = Vec::new();
     if let [first, .., last] = drive.path.as_slice() {
-        let far: f64 = drive
-            .path
-            .windows(2)
-            .map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y))
-            .sum();
         numbers.push(format!("{:.1} s", last.time - first.time));
-        numbers.push(format!("{far:.1} m driven"));
+        numbers.push(format!("{:.1} m driven", drive.distance));
     }
     if !drive.targets.is_empty() {
         let reached = drive.targets.iter().filter(|target| target.reached).count();
         numbers.push(format!(
             "{reached} of {} reached",
-            count(drive.targets.len(), "target")
+            count(drive.targets.len() as u64, "target")
         ));
     }
-    if !drive.takeovers.is_empty() {
-        numbers.push(count(drive.takeovers.len(), "takeover"));
+    if drive.takeover_count > 0 {
+        numbers.push(count(drive.takeover_count, "takeover"));
     }
     numbers.join("  ·  ")
 }
@@ -187,6 +186,6 @@ fn percent(time: f64, whole: f64) -> String {
     }
 }
 
-fn count(number: usize, what: &str) -> String {
+fn count(number: u64, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

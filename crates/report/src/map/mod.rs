@@ -29,12 +29,19 @@ pub struct Drive {
     pub scans: Vec<(f64, f64)>,
     /// Where the robot was and who won, in the order of time.
     pub path: Vec<Moment>,
-    /// Names of the schemas that [`Moment::winner`] and [`Takeover::to`] count.
+    /// How far it drove, metres: at least as far as along [`Drive::path`], of which some may be left out.
+    pub distance: f64,
+    /// Names of the schemas that [`Moment::winner`], [`Takeover::to`] and [`Drive::winners`] count.
     pub schema_names: Vec<String>,
+    /// Who won for any time, if only where nobody knows where the robot was; the others of the path and of the takeovers may be
+    /// missing.
+    pub winners: Vec<usize>,
     /// Where it should go, in that order.
     pub targets: Vec<Target>,
     /// Where the winner changed.
     pub takeovers: Vec<Takeover>,
+    /// How often it changed: at least as often as there are [`Drive::takeovers`], of which some may be left out.
+    pub takeover_count: u64,
     /// The robot's radius; 0 if nobody knows it.
     pub robot_radius: f64,
 }
@@ -66,6 +73,8 @@ pub struct Moment {
 /// A place to go to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
+    /// Which of all targets it is, from 1.
+    pub number: usize,
     /// Metres.
     pub x: f64,
     /// Metres.
@@ -83,6 +92,14 @@ pub struct Takeover {
     pub y: f64,
     /// Who won since, an index into [`Drive::schema_names`].
     pub to: usize,
+}
+
+impl Drive {
+    /// Gives those who won where the robot is known to have been, each as often as that is known.
+    fn seen(&self) -> impl Iterator<Item = usize> {
+        let path = self.path.iter().filter_map(|at| at.winner);
+        path.chain(self.takeovers.iter().map(|takeover| takeover.to))
+    }
 }
 
 impl From<Shape<'_>> for Thing {
@@ -130,29 +147,33 @@ fn onto(drawing: &mut Drawing, drive: &Drive, frame: &Frame, entries: &[legend::
 /// Places further out than 1000 km are errors of whoever measured them, and no pixel tells them apart.
 const FARTHEST: f64 = 1e6;
 
+/// Whether these can be coordinates of a place.
+pub(crate) fn is_placed(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.abs() <= FARTHEST)
+}
+
 /// Leaves out what has no place: a lost pose must not cost the picture of the rest.
 fn finite(drive: &Drive) -> Drive {
-    let placed = |numbers: &[f64]| numbers.iter().all(|number| number.abs() <= FARTHEST);
     let mut drive = drive.clone();
     drive.bounds = drive.bounds.filter(|bounds| {
-        placed(&[bounds.min, bounds.max].concat())
+        is_placed(&[bounds.min, bounds.max].concat())
             && bounds.min[0] <= bounds.max[0]
             && bounds.min[1] <= bounds.max[1]
     });
     drive.shapes.retain(|thing| match thing.outline {
-        Outline::Segment { from, to } => placed(&[from, to].concat()),
-        Outline::Box { center, size, angle } => placed(&[center, size].concat()) && angle.is_finite(),
-        Outline::Circle { center, radius } => placed(&center) && placed(&[radius]),
+        Outline::Segment { from, to } => is_placed(&[from, to].concat()),
+        Outline::Box { center, size, angle } => is_placed(&[center, size].concat()) && angle.is_finite(),
+        Outline::Circle { center, radius } => is_placed(&center) && is_placed(&[radius]),
     });
-    drive.scans.retain(|(x, y)| placed(&[*x, *y]));
+    drive.scans.retain(|(x, y)| is_placed(&[*x, *y]));
     drive
         .path
-        .retain(|at| placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
-    drive.targets.retain(|target| placed(&[target.x, target.y]));
+        .retain(|at| is_placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
+    drive.targets.retain(|target| is_placed(&[target.x, target.y]));
     drive
         .takeovers
-        .retain(|takeover| placed(&[takeover.x, takeover.y]));
-    drive.robot_radius = if placed(&[drive.robot_radius]) {
+        .retain(|takeover| is_placed(&[takeover.x, takeover.y]));
+    drive.robot_radius = if is_placed(&[drive.robot_radius]) {
         drive.robot_radius.max(0.0)
     } else {
         0.0

@@ -13,15 +13,7 @@ pub(crate) struct Palette {
 impl Palette {
     /// Gives colours to those that won for any time, so that the most telling ones are not spent on others.
     pub(crate) fn of(drive: &Drive) -> Self {
-        let path = drive.path.iter().filter_map(|at| at.winner);
-        Self::new(
-            path.chain(drive.takeovers.iter().map(|takeover| takeover.to))
-                .collect(),
-        )
-    }
-
-    /// Gives colours to these.
-    pub(crate) fn new(mut winners: Vec<usize>) -> Self {
+        let mut winners: Vec<usize> = drive.winners.iter().copied().chain(drive.seen()).collect();
         winners.sort_unstable();
         winners.dedup();
         Self { winners }

@@ -61,11 +61,13 @@ fn room() -> Drive {
         schema_names: vec!["goon".to_owned(), "vff".to_owned()],
         targets: vec![
             Target {
+                number: 1,
                 x: 9.0,
                 y: 5.0,
                 reached: true,
             },
             Target {
+                number: 2,
                 x: 1.0,
                 y: 5.0,
                 reached: false,
@@ -157,6 +159,7 @@ fn a_reached_target_is_full_and_another_is_not() {
 fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
     let mut drive = room();
     drive.targets = vec![Target {
+        number: 1,
         x: 9.0,
         y: 2.7,
         reached: true,
@@ -296,6 +299,7 @@ fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
         radius: 1.0,
     }));
     drive.targets.push(Target {
+        number: 3,
         x: f64::NEG_INFINITY,
         y: 0.0,
         reached: true,

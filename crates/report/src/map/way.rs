@@ -60,9 +60,9 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
             robot(drawing, frame.at(at.x, at.y), radius, at.heading, which);
         }
     }
-    for (number, at) in drive.targets.iter().enumerate() {
+    for at in &drive.targets {
         let place = beside(frame.at(at.x, at.y), &runs, &robots, radius);
-        badge(drawing, place, &(number + 1).to_string(), at.reached);
+        badge(drawing, place, &at.number.to_string(), at.reached);
     }
 }
 

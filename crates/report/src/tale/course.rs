@@ -13,7 +13,7 @@ use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
 use super::thinned::Thinned;
-use crate::map::{Drive, Moment, Takeover, Target, Thing};
+use crate::map::{Drive, Moment, Takeover, Target, Thing, is_placed};
 
 /// Most places of the path, takeovers and scans that are kept: more than a picture can show.
 const MOST_PLACES: usize = 40_000;
@@ -34,13 +34,17 @@ pub(crate) struct Course {
     /// The same place in the frame of the truth and of the odometry, seen first.
     anchor: Option<(Pose2D, Pose2D)>,
     path: Thinned<Moment>,
+    /// How far it drove, m, and from where it goes on; not thinned.
+    distance: f64,
+    place: Option<Pose2D>,
     takeovers: Thinned<Takeover>,
+    takeover_count: u64,
     scans: Thinned<Vec<(f64, f64)>>,
     scanned: Option<Nanos>,
     mission: Option<Mission>,
     route: Vec<(f64, f64)>,
-    /// Targets that were known one by one.
-    found: Vec<(f64, f64)>,
+    /// Targets that were known one by one, by how many were reached before: of a recording begun later the first are missing.
+    found: BTreeMap<usize, (f64, f64)>,
     world: Option<(PathBuf, Result<World, String>)>,
     radius: Option<f64>,
     folder: Option<PathBuf>,
@@ -91,12 +95,15 @@ impl Course {
             pose: None,
             anchor: None,
             path: Thinned::new(MOST_PLACES),
+            distance: 0.0,
+            place: None,
             takeovers: Thinned::new(MOST_TAKEOVERS),
+            takeover_count: 0,
             scans: Thinned::new(MOST_SCANS),
             scanned: None,
             mission: None,
             route: Vec::new(),
-            found: Vec::new(),
+            found: BTreeMap::new(),
             world: None,
             radius: None,
             folder: said("folder").map(PathBuf::from),
@@ -162,11 +169,12 @@ impl Course {
     pub(crate) fn took_over(&mut self, to: usize) {
         if let Some(Pose2D { x, y, .. }) = self.pose {
             self.takeovers.add(Takeover { x, y, to });
+            self.takeover_count += 1;
         }
     }
 
-    /// Nothing more comes.
-    pub(crate) fn finish(mut self, title: String, schema_names: Vec<String>) -> Ending {
+    /// Nothing more comes. `winners` are those of the schemas that won for any time.
+    pub(crate) fn finish(mut self, title: String, schema_names: Vec<String>, winners: Vec<usize>) -> Ending {
         let mut remarks = Vec::new();
         let targets = self.targets();
         if self.path.step() > 1 {
@@ -176,7 +184,10 @@ impl Course {
         let mut drive = Drive {
             title,
             schema_names,
+            winners,
+            distance: self.distance,
             takeovers: self.takeovers.into_items(),
+            takeover_count: self.takeover_count,
             targets,
             ..Drive::default()
         };
@@ -205,18 +216,13 @@ impl Course {
                 remarks.push("dots are what the laser saw, a scan a second at most".to_owned());
             }
         }
-        let steps = path.windows(2);
-        let distance: f64 = steps
-            .map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y))
-            .filter(|step| step.is_finite())
-            .sum();
         drive.path = path;
         let nearest = self
             .truths
             .values()
             .min_by(|one, other| one.last.min_clearance.total_cmp(&other.last.min_clearance));
         Ending {
-            distance: (drive.path.len() > 1).then_some(distance),
+            distance: (drive.path.len() > 1).then_some(drive.distance),
             mission: self.mission,
             collisions: has_truth.then(|| {
                 let contacts = self.truths.values().map(Known::collisions);
@@ -246,6 +252,11 @@ impl Course {
     fn at(&mut self, columns: Columns, time: Nanos, pose: Pose2D, winner: Option<usize>) {
         self.pose = Some(pose);
         if columns.has(time) {
+            // What is no place is not drawn, and was not driven to.
+            if is_placed(&[pose.x, pose.y]) {
+                let from = self.place.replace(pose).unwrap_or(pose);
+                self.distance += (pose.x - from.x).hypot(pose.y - from.y);
+            }
             self.path.add(Moment {
                 time: time as f64 / 1e9,
                 x: pose.x,
@@ -283,12 +294,8 @@ impl Course {
         let place = (mission.target.x, mission.target.y);
         // A robot is never at a distance of 0 from where it has still to go.
         let is_place = place != (0.0, 0.0) || mission.distance > 0.0;
-        if is_place
-            && mission.reached < mission.total
-            && self.found.len() == mission.reached as usize
-            && self.found.len() < MOST_TARGETS
-        {
-            self.found.push(place);
+        if is_place && mission.reached < mission.total && self.found.len() < MOST_TARGETS {
+            self.found.entry(mission.reached as usize).or_insert(place);
         }
         self.mission = Some(mission);
     }
@@ -299,27 +306,28 @@ impl Course {
         if self.found.is_empty() {
             return Vec::new();
         }
-        let places = if self.route.is_empty() {
-            &self.found
-        } else {
-            &self.route
-        };
         let reached = self.mission.map_or(0, |mission| mission.reached as usize);
-        let target = |(number, (x, y)): (usize, &(f64, f64))| {
+        let target = |(before, (x, y)): (usize, (f64, f64))| {
             let (x, y) = match &self.anchor {
                 Some((truth, odometry)) => {
-                    let place = truth.transform(&odometry.localize(&Pose2D::new(*x, *y, 0.0)));
+                    let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
                     (place.x, place.y)
                 }
-                None => (*x, *y),
+                None => (x, y),
             };
             Target {
+                number: before + 1,
                 x,
                 y,
-                reached: number < reached,
+                reached: before < reached,
             }
         };
-        places.iter().enumerate().map(target).collect()
+        if self.route.is_empty() {
+            let found = self.found.iter();
+            found.map(|(before, place)| target((*before, *place))).collect()
+        } else {
+            self.route.iter().copied().enumerate().map(target).collect()
+        }
     }
 
     fn world(&mut self, path: &str) {
@@ -424,5 +432,32 @@ fn single(channel: &Channel, message: &Message) -> Option<Value> {
     match value::decode(&value_type, &bytes) {
         Value::Map(mut fields) if fields.len() == 1 => Some(fields.remove(0).1),
         other => Some(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distance_and_takeovers_count_also_where_they_are_thinned() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("empty.mcap");
+        crate::tests::recorder(&file, None).finish();
+        let mut course = Course::new(&Recording::open(&file).unwrap());
+        let columns = Columns::new(0, 1_000_000, 100);
+        for step in 0..=100_000_u64 {
+            course.at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), None);
+            course.took_over(0);
+        }
+        // Lost for a moment.
+        course.at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), None);
+        course.at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), None);
+        let ending = course.finish(String::new(), Vec::new(), Vec::new());
+        assert!(ending.drive.path.len() <= MOST_PLACES && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
+        assert_eq!(
+            (ending.distance, ending.drive.takeover_count),
+            (Some(100_002.0), 100_001)
+        );
     }
 }

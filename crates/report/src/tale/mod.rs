@@ -446,7 +446,12 @@ impl Reader {
         }
         let names = tale.hierarchy.schemas.iter();
         let names = names.map(|schema| schema.name.clone()).collect();
-        tale.ending = self.course.finish(tale.title.clone(), names);
+        let won = |schema: &usize| tale.bands[*schema].time(State::Winner) > 0;
+        let schemas = (0..tale.bands.len()).filter(won);
+        let winners = schemas
+            .filter(|schema| tale.hierarchy.is_actor(*schema))
+            .collect();
+        tale.ending = self.course.finish(tale.title.clone(), names, winners);
         self.tale
     }
 }
