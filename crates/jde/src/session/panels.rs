@@ -4,6 +4,8 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 
+use jde_host::app::Application;
+use jde_host::plugin::Plugins;
 use jde_host::{Handle, Look, StartError};
 use jde_log::{Recorder, Selection, Stamps, Topic};
 
@@ -16,6 +18,13 @@ pub(crate) struct Panels {
     pub(crate) only: Vec<String>,
     /// Most drawings a second of each.
     pub(crate) rate: f64,
+}
+
+/// Which schemas those are.
+#[derive(Clone, Debug)]
+pub(super) struct Chosen {
+    schemas: Vec<usize>,
+    rate: f64,
 }
 
 /// Panels that are recorded until this is dropped.
@@ -33,6 +42,23 @@ struct Taken {
 }
 
 impl Panels {
+    /// Those that are meant of an application that has not started.
+    ///
+    /// # Errors
+    /// There is no such panel.
+    pub(super) fn of(&self, application: &Application, plugins: &Plugins) -> Result<Chosen, Failure> {
+        let places = plugins.panels(application);
+        let names = places
+            .iter()
+            .map(|place| application.instances[*place].name.clone());
+        let names: Vec<String> = names.collect();
+        let chosen = self.chosen(&names)?.into_iter();
+        Ok(Chosen {
+            schemas: chosen.map(|chosen| places[chosen]).collect(),
+            rate: self.rate,
+        })
+    }
+
     /// Those that are meant of the schemas that have one, by their places among these.
     ///
     /// # Errors
@@ -59,23 +85,20 @@ impl Taking {
     /// Begins with an application that is about to start.
     ///
     /// # Errors
-    /// There is no such panel.
-    pub(super) fn begin(handle: &Handle, recorder: &Recorder, wanted: &Panels) -> Result<Self, Failure> {
-        let places = handle.panels();
-        let name = |place: &usize| handle.application().instances[*place].name.clone();
-        let names: Vec<String> = places.iter().map(name).collect();
+    /// A panel cannot be looked at, or there can be no more threads.
+    pub(super) fn begin(handle: &Handle, recorder: &Recorder, chosen: &Chosen) -> Result<Self, Failure> {
         // One ring is enough for any number of drawings.
         let (ring, rung) = sync_channel(1);
         let mut looks = Vec::new();
         let mut taken = Vec::new();
-        for chosen in wanted.chosen(&names)? {
-            let (schema, ring) = (places[chosen], ring.clone());
+        for &schema in &chosen.schemas {
+            let ring = ring.clone();
             taken.push(Taken {
                 schema,
-                topic: recorder.panel(&names[chosen]),
+                topic: recorder.panel(&handle.application().instances[schema].name),
                 last: 0,
             });
-            let look = handle.look(schema, wanted.rate, move || {
+            let look = handle.look(schema, chosen.rate, move || {
                 // A ring that is not heard yet tells of this drawing too.
                 let _ = ring.try_send(());
             });

@@ -7,13 +7,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::Observer;
+use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;
 use jde_host::{BeforeStart, StartError};
 use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Status, When, Written};
 use serde::Serialize;
 
-use super::panels::{Panels, Taking};
+use super::panels::{Chosen, Panels, Taking};
 use crate::failure::{Failure, shown};
 
 /// What to record, and where.
@@ -91,7 +92,7 @@ pub(crate) struct Recording {
     recorder: Arc<Recorder>,
     selection: Selection,
     on_turn: Option<OnTurn>,
-    panels: Option<Panels>,
+    panels: Option<Chosen>,
     taking: Arc<Mutex<Option<Taking>>>,
     file: PathBuf,
     /// Files are written when conditions come true.
@@ -102,8 +103,13 @@ impl Recording {
     /// Begins it. In virtual time nothing is lost: the run waits for the disk.
     ///
     /// # Errors
-    /// The file cannot be written, or a pattern fits no variable.
-    pub(crate) fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
+    /// The file cannot be written, or a pattern fits no variable or no panel; then nothing is made or written over.
+    pub(crate) fn begin(
+        record: &Record,
+        application: &Application,
+        plugins: &Plugins,
+        lockstep: bool,
+    ) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
         let selection = Selection::new(record.only.clone(), &names).map_err(|unknown| {
             Failure::usage(
@@ -111,6 +117,8 @@ impl Recording {
                 "a pattern is a variable's full name, with `*` for any letters: `pioneer.*`, `*.laser`",
             )
         })?;
+        let panels = record.panels.as_ref();
+        let panels = panels.map(|panels| panels.of(application, plugins)).transpose()?;
         let file = record.file.clone();
         let named = shown(&file);
         let options = Options {
@@ -135,7 +143,7 @@ impl Recording {
                 .then(|| jde_log::turns(&recorder, application, lockstep)),
             recorder: Arc::new(recorder),
             selection,
-            panels: record.panels.clone(),
+            panels,
             taking: Arc::default(),
             file,
             waits: record.around.is_some(),

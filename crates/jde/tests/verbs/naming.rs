@@ -166,11 +166,12 @@ fn a_recording_from_outside_begins_when_it_began() {
 fn r14_a_recording_from_outside_waits_for_its_moment() {
     let place = Place::new();
     let _robot = navigation(&place);
-    let wrong = refused(&place, &["record", "x.mcap", "--when", "goon.fst > 0.1"]);
+    let file = place.folder().join("drive.mcap");
+    let name = file.to_str().expect("UTF-8");
+    let wrong = refused(&place, &["record", name, "--when", "goon.fst > 0.1"]);
     assert!(wrong.err.contains("goon.fast"), "{wrong:?}");
     // What was done before is no moment.
     place.told(&["set", "goon.fast", "0.35"]);
-    let file = place.folder().join("drive.mcap");
     let mut record = place.command(jde(&["record"]));
     record
         .arg(&file)

@@ -106,7 +106,24 @@ fn panels_are_recorded_on_request_and_shown_again_at_their_time() {
     place.told(&["record", outside, "goon.*", "--panels", "--for", "1s"]);
     let recorded = topics(&place, outside);
     assert!(recorded.contains(&"/panels/vff".to_owned()), "{recorded:?}");
-    let wrong = place.says(&["record", "x.mcap", "--panels=exampel"]);
-    assert_eq!(wrong.status, Some(2), "{wrong:?}");
-    assert!(wrong.err.contains("did you mean `example`?"), "{wrong:?}");
+}
+
+#[test]
+fn a_slip_in_a_panels_name_makes_no_recording_and_costs_none() {
+    let place = Place::new();
+    let _robot = navigation(&place);
+    let [new, old] = ["x.mcap", "old.mcap"].map(|name| place.folder().join(name));
+    std::fs::write(&old, "a drive of long ago").unwrap();
+    let [new, old] = [&new, &old].map(|file| file.to_str().unwrap());
+    let run = ["run", "safe-navigation", "--for", "1s", "--record"];
+    for verb in [&["record"][..], &run] {
+        for file in [&[new][..], &[old, "--overwrite"]] {
+            let mut command = place.command(jde_with_plugins(verb));
+            let wrong = said(command.args(file).arg("--panels=exampel"));
+            assert_eq!(wrong.status, Some(2), "{wrong:?}");
+            assert!(wrong.err.contains("did you mean `example`?"), "{wrong:?}");
+        }
+    }
+    assert!(!std::fs::exists(new).unwrap());
+    assert_eq!(std::fs::read(old).unwrap(), b"a drive of long ago");
 }

@@ -7,6 +7,7 @@ mod events;
 mod get;
 mod named;
 mod operate;
+mod pace;
 mod panel;
 mod ps;
 mod record;

@@ -16,6 +16,7 @@ use jde_link::{Rate, Remote, Watching};
 use jde_log::trigger::Names;
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 
+use super::pace::Pace;
 use super::{Context, Target};
 use crate::cli::quantity;
 use crate::cli::recording::{RecordedPanels, Waiting};
@@ -69,6 +70,9 @@ impl Record {
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
+        // Before the file is made, which may be one that is written over.
+        let panels = self.panels.wanted().map(|panels| chosen(&remote, panels));
+        let panels = panels.transpose()?;
         let options = options(&remote, self.overwrite);
         let around = self.waiting.wanted();
         let waits = around.is_some();
@@ -99,8 +103,10 @@ impl Record {
                 watching.push(watch(&remote, variable, topic)?);
             }
         }
-        if let Some(panels) = self.panels.wanted() {
-            watch_panels(&remote, &recorder, &panels, &mut watching)?;
+        if let Some((names, rate)) = panels {
+            for name in names {
+                watching.push(watch_panel(&remote, &recorder, &name, rate)?);
+            }
         }
         let story = Arc::clone(&recorder);
         // The application's clock counts from its start, and the recording begins now.
@@ -252,31 +258,33 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
     Ok(watching)
 }
 
-/// Has panels go to topics of the recording.
-fn watch_panels(
-    remote: &Remote,
-    recorder: &Recorder,
-    panels: &Panels,
-    watching: &mut Vec<Watching>,
-) -> Result<(), Failure> {
+/// The schemas whose panels are to be recorded, and how often.
+fn chosen(remote: &Remote, panels: Panels) -> Result<(Vec<String>, f64), Failure> {
     let schemas = remote.schemas()?.schemas.into_iter();
     let names: Vec<_> = schemas
         .filter(|schema| schema.panel)
         .map(|schema| schema.name)
         .collect();
-    for place in panels.chosen(&names)? {
-        let topic = recorder.panel(&names[place]);
-        let rate = Rate::at_least(panels.rate);
-        watching.push(remote.watch_panel(&names[place], rate, move |sample| {
+    let places = panels.chosen(&names)?.into_iter();
+    Ok((places.map(|place| names[place].clone()).collect(), panels.rate))
+}
+
+/// Has a panel go to a topic of the recording.
+fn watch_panel(remote: &Remote, recorder: &Recorder, schema: &str, rate: f64) -> Result<Watching, Failure> {
+    let topic = recorder.panel(schema);
+    let offered = Rate::at_least(rate);
+    let mut pace = Pace::new(rate, offered);
+    let watching = remote.watch_panel(schema, offered, move |sample| {
+        if pace.lets(sample.time) {
             let stamps = Stamps {
                 published: sample.time.saturating_add(sample.age),
                 measured: sample.time,
                 sequence: sample.sequence,
             };
             topic.put_panel(&sample.list, stamps);
-        })?);
-    }
-    Ok(())
+        }
+    })?;
+    Ok(watching)
 }
 
 fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {

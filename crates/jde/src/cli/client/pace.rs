@@ -1,0 +1,72 @@
+//! Fewer of what comes at one of the rates that a link offers: as many a second as were asked for. It waits for nothing.
+
+use jde_core::Nanos;
+use jde_link::Rate;
+
+/// Lets through what comes on the grid of a rate, so that what is a little early or late costs no other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    every: Nanos,
+    /// Half the time between two that come: so much early is on time.
+    slack: Nanos,
+    /// When the next is on time; the first always is.
+    due: Nanos,
+}
+
+impl Pace {
+    /// So many a second of those that come at a rate that is not below it.
+    pub(super) fn new(hz: f64, from: Rate) -> Self {
+        Self {
+            every: (1e9 / hz) as Nanos,
+            slack: match from {
+                Rate::Hz(hz) => 500_000_000 / u64::from(hz.max(1)),
+                Rate::Full => 0,
+            },
+            due: 0,
+        }
+    }
+
+    /// Whether what comes at this time is let through.
+    pub(super) fn lets(&mut self, time: Nanos) -> bool {
+        if time.saturating_add(self.slack) < self.due {
+            return false;
+        }
+        // Who is later than that begins a grid of his own.
+        let on_time = time <= self.due.saturating_add(self.slack);
+        let from = if on_time { self.due } else { time };
+        self.due = from.saturating_add(self.every);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of those that come at these times, ms, those that are let through.
+    fn kept(hz: f64, times: impl IntoIterator<Item = u64>) -> Vec<u64> {
+        let mut pace = Pace::new(hz, Rate::at_least(hz));
+        let times = times.into_iter();
+        times.filter(|time| pace.lets(time * 1_000_000)).collect()
+    }
+
+    #[test]
+    fn a_rate_that_is_not_on_offer_is_kept_all_the_same() {
+        assert_eq!(
+            kept(0.5, [7010, 8000, 9000, 10_030, 10_990]),
+            [7010, 9000, 10_990]
+        );
+        assert_eq!(kept(3.0, (0..50).map(|step| step * 200)).len(), 30);
+    }
+
+    #[test]
+    fn a_rate_on_offer_loses_nothing_by_being_uneven() {
+        let uneven = [3000, 3210, 3390, 3600, 3810, 3990];
+        assert_eq!(kept(5.0, uneven), uneven);
+    }
+
+    #[test]
+    fn nothing_is_made_up_for_after_a_pause() {
+        assert_eq!(kept(0.5, [0, 9000, 10_000, 11_000, 12_000]), [0, 9000, 11_000]);
+    }
+}
