@@ -1,7 +1,7 @@
 //! Names for the shell to complete: of applications that run, of what is in them, and of what is in recordings. Whoever does not answer at once is left
 //! out: a key pressed in a shell must not wait.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::sync::mpsc::channel;
 use std::thread;
@@ -89,11 +89,12 @@ pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Widgets of the panel that the command line names.
 pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
-    let mut words = std::env::args().skip_while(|word| word != "panel").skip(1);
-    let Some(schema) = words.find(|word| !word.starts_with('-')) else {
+    let line = Words::of(std::env::args_os());
+    let mut words = line.others.into_iter().skip_while(|word| word != "panel");
+    let Some(schema) = words.nth(1) else {
         return Vec::new();
     };
-    let usual = std::env::var("JDE_APP").ok();
+    let usual = line.application.or_else(usual);
     let widgets = in_time(move || {
         let (named, schema) = split_application(&schema);
         let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
@@ -121,8 +122,7 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Numbers of the recording that stands on the same command line.
 pub(crate) fn recorded(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
-    let named =
-        |word: &std::ffi::OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
+    let named = |word: &OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
     let names = std::env::args_os().find(named).and_then(|file| {
         in_time(move || {
             let recording = Recording::open(Path::new(&file)).ok()?;
@@ -150,7 +150,7 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         begun.to_owned(),
     );
     let named = named.map(str::to_owned);
-    let usual = std::env::var("JDE_APP").ok();
+    let usual = Words::of(std::env::args_os()).application.or_else(usual);
     let known = in_time(move || {
         let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
         let list = |name: Option<&str>| list(&client.application(name).ok()?);
@@ -177,6 +177,40 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
         .collect()
 }
 
+/// The application that is meant where nothing else is said.
+fn usual() -> Option<String> {
+    std::env::var("JDE_APP").ok()
+}
+
+/// What a command line says, as far as names depend on it.
+#[derive(Debug, Default, PartialEq)]
+struct Words {
+    /// The value of --app.
+    application: Option<String>,
+    /// What is neither an option nor the value of one.
+    others: Vec<String>,
+}
+
+impl Words {
+    /// Of a line that may still be written: letters that are none stand for themselves, and an option may have no value yet.
+    fn of(line: impl Iterator<Item = OsString>) -> Self {
+        let mut words = Self::default();
+        let mut line = line.map(|word| word.to_string_lossy().into_owned());
+        while let Some(word) = line.next() {
+            match word.as_str() {
+                "--app" | "-a" => words.application = line.next(),
+                "--at" | "--key" | "--touch" => drop(line.next()),
+                option if option.starts_with('-') => {
+                    let named = option.strip_prefix("--app=").or(option.strip_prefix("-a"));
+                    words.application = named.map(str::to_owned).or(words.application);
+                }
+                _ => words.others.push(word),
+            }
+        }
+        words
+    }
+}
+
 /// What is there in time; the rest is left behind.
 fn in_time<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
     let (tell, told) = channel();
@@ -185,4 +219,48 @@ fn in_time<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) 
         let _ = tell.send(ask());
     });
     told.recv_timeout(PATIENCE).ok().flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::ffi::OsStringExt;
+
+    use super::*;
+
+    fn words(line: &[&str]) -> (Option<String>, Vec<String>) {
+        let Words { application, others } = Words::of(line.iter().map(OsString::from));
+        (application, others)
+    }
+
+    #[test]
+    fn values_of_options_are_no_names() {
+        let panel = vec!["jde".to_owned(), "panel".to_owned(), "example".to_owned()];
+        let robot = Some("robot2".to_owned());
+        for line in [
+            &["jde", "panel", "--app", "robot2", "example", "--touch", "cl"][..],
+            &[
+                "jde",
+                "panel",
+                "--app=robot2",
+                "--at",
+                "tcp/robot2:7447",
+                "example",
+            ],
+            &["jde", "-a", "robot2", "panel", "example", "--touch"],
+            &[
+                "jde", "panel", "-arobot2", "--key", "key.toml", "--json", "example",
+            ],
+        ] {
+            assert_eq!(words(line), (robot.clone(), panel.clone()), "{line:?}");
+        }
+        assert_eq!(words(&["jde", "panel", "example"]), (None, panel));
+        assert_eq!(words(&["jde", "--app"]), (None, vec!["jde".to_owned()]));
+    }
+
+    #[test]
+    fn what_is_no_utf_8_is_a_word_like_others() {
+        let line = [b"jde".to_vec(), vec![0xff, b'x'], b"panel".to_vec()];
+        let words = Words::of(line.into_iter().map(OsString::from_vec));
+        assert_eq!(words.others, ["jde", "\u{fffd}x", "panel"]);
+    }
 }
