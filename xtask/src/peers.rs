@@ -205,10 +205,10 @@ impl Server {
         Ok(Self { process, line })
     }
 
-    /// Ends it as Ctrl-C does; gives what it printed.
+    /// Asks it to end, by a signal that is heeded also in the background of a shell; gives what it printed.
     fn end(&mut self) -> Result<String> {
         let number = self.process.id().to_string();
-        shell::read(Command::new("kill").args(["-INT", &number]))?;
+        shell::read(Command::new("kill").args(["-TERM", &number]))?;
         let output = self.process.stdout.take().context("it was read before")?;
         let summary = std::io::read_to_string(output)?;
         let status = self.process.wait()?;

@@ -54,7 +54,7 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
         ours.0.try_wait()?.is_none(),
         "`jde run ros2` ended before it was asked to"
     );
-    shell::read(Command::new("kill").args(["-INT", &ours.0.id().to_string()]))?;
+    shell::read(Command::new("kill").args(["-TERM", &ours.0.id().to_string()]))?;
     let status = ours.0.wait()?;
     ensure!(status.success(), "`jde run ros2` ended with {status}");
     Ok(())

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Once, OnceLock};
 
 use serde_json::Value;
+use signal_hook::consts::{SIGINT, SIGQUIT};
+use signal_hook::flag;
 
 /// Plugins that the tests use.
 const PLUGINS: [&str; 10] = [
@@ -48,12 +51,25 @@ pub(crate) fn root() -> &'static Path {
 
 /// The executable, without plugins but those beside it; no colours, no settings of the one who runs the tests.
 pub(crate) fn jde(args: &[&str]) -> Command {
+    heed_interrupts();
     let mut command = Command::new(env!("CARGO_BIN_EXE_jde"));
     command
         .args(args)
         .env_remove("NO_COLOR")
         .env_remove("JDE_PLUGIN_PATH");
     command
+}
+
+/// A shell without jobs has those that it starts in the background ignore Ctrl-C, and they all that they start: a test that
+/// interrupts the executable would wait for ever. What is handled here, though as it is by default, is not ignored there.
+fn heed_interrupts() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        for signal in [SIGINT, SIGQUIT] {
+            flag::register_conditional_default(signal, Arc::new(AtomicBool::new(true)))
+                .expect("the signal can be handled");
+        }
+    });
 }
 
 /// The executable with the plugins of the workspace.
