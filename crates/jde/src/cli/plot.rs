@@ -34,10 +34,10 @@ pub(super) struct Plot {
     #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     /// Begin at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
     /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     to: Option<Nanos>,
     /// Pixels of the picture; a larger one shows the same more finely.
     #[arg(long, value_name = "SIZE", value_parser = quantity::pixels, default_value = "1200x800")]

@@ -13,8 +13,16 @@ const MOST_SIZE: f64 = 1e12;
 /// Longest time that can be asked for, s: a year.
 const LONGEST_S: f64 = 366.0 * 86_400.0;
 
-/// Reads "60s", "2min", "500ms" or a number of seconds, in ns.
+/// Reads "60s", "2min", "500ms" or a number of seconds, in ns: how long something takes, which is more than 0.
 pub(super) fn time(text: &str) -> Result<Nanos, String> {
+    match place(text)? {
+        0 => Err(format!("`{text}` must be more than 0 and at most a year")),
+        time => Ok(time),
+    }
+}
+
+/// Reads the same as a place in time, ns since the application's start: "0s" is one.
+pub(super) fn place(text: &str) -> Result<Nanos, String> {
     let wrong = || format!("`{text}` is no time; write a number with ms, s, min or h, such as 60s");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
@@ -24,10 +32,10 @@ pub(super) fn time(text: &str) -> Result<Nanos, String> {
         unit => UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1,
     };
     let time = number * nanos;
-    if time > 0.0 && time <= LONGEST_S * 1e9 {
+    if (0.0..=LONGEST_S * 1e9).contains(&time) {
         Ok(time.round() as Nanos)
     } else {
-        Err(format!("`{text}` must be more than 0 and at most a year"))
+        Err(format!("`{text}` must be 0 or more and at most a year"))
     }
 }
 
@@ -85,7 +93,7 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Size, pixels, rate, size, speed, time};
+    use super::{Size, pixels, place, rate, size, speed, time};
 
     #[test]
     fn pixels_are_wide_and_high() {
@@ -130,6 +138,16 @@ mod tests {
     fn what_is_no_time_is_refused() {
         for text in ["", "s", "ten", "5 parsecs", "0s", "-3s", "nan", "inf", "1e300h"] {
             assert!(time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_place_in_time_may_be_the_start() {
+        assert_eq!(place("0"), Ok(0));
+        assert_eq!(place("0s"), Ok(0));
+        assert_eq!(place("1.5s"), time("1.5s"));
+        for text in ["-1s", "nan", "400000h", "s"] {
+            assert!(place(text).is_err(), "{text}");
         }
     }
 

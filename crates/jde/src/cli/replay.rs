@@ -47,10 +47,10 @@ pub(super) struct Replay {
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE", requires = "decide")]
     set: Vec<Override>,
     /// Begin at this time of the drive; to decide again, compare from there on.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
     /// Go no further than this time of the drive.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, requires = "decide")]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place, requires = "decide")]
     to: Option<Nanos>,
     /// End standard output with one line of JSON; all words go to standard error.
     #[arg(long, requires = "decide")]

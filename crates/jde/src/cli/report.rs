@@ -28,10 +28,10 @@ pub(super) struct Report {
     #[arg(short, long = "output", value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     /// Begin at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
     /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     to: Option<Nanos>,
 }
 

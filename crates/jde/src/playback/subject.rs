@@ -186,7 +186,7 @@ impl Subject for Playing {
         let declared = variable.describe();
         let range = match (declared.owner.as_str(), declared.name.as_str()) {
             (STEERING, "position") => Range {
-                least: Some(0.0),
+                least: Some(self.player.index.begin as f64 / 1e9),
                 greatest: Some(self.player.index.end as f64 / 1e9),
             },
             _ => Range::default(),

@@ -4,7 +4,10 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::{Duration, UNIX_EPOCH};
 
+use jde_host::story::{Decision, Happening, Line};
+use jde_log::{Options, Origin, Recorder};
 use serde_json::Value;
 
 use crate::attached::{Place, navigation, schema};
@@ -111,6 +114,58 @@ fn of_times_that_are_not_known_nothing_is_told() {
     let said = place.says(&["why", "at", "99999s", "--in", file]);
     assert_eq!(said.status, Some(1), "{said:?}");
     assert!(said.err.contains("lies beyond what is known"), "{said:?}");
+}
+
+#[test]
+fn a_recording_is_known_from_its_beginning_on_and_not_from_its_first_selection() {
+    let place = Place::new();
+    let file = place.folder().join("quiet.mcap");
+    let options = Options {
+        origin: Origin {
+            application: "quiet".to_owned(),
+            seed: 0,
+            started: UNIX_EPOCH + Duration::from_secs(1000),
+            folder: None,
+            file: None,
+            cast: None,
+        },
+        application: None,
+        overwrite: false,
+        lossless: true,
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
+    };
+    let recorder = Recorder::create(&file, options).unwrap();
+    recorder.line(Line::Happening(Happening {
+        time_s: 1.0,
+        kind: "operator".to_owned(),
+        schema: None,
+        by: None,
+        text: "plays".to_owned(),
+        touched: None,
+    }));
+    recorder.line(Line::Decision(Decision {
+        number: 1,
+        time_s: 5.0,
+        group: "roots".to_owned(),
+        case: "alone".to_owned(),
+        candidates: Vec::new(),
+        before: None,
+        choice: Some("listener".to_owned()),
+        decider: "nobody".to_owned(),
+        reason: "the only one ready".to_owned(),
+        cause: "it became ready".to_owned(),
+        changed: true,
+        takeover_us: None,
+    }));
+    recorder.finish();
+    for (time, answer) in [
+        ("0.2s", "0.2 s lies before what is known, which begins at 1.00 s"),
+        ("3s", "no takeover like that was made"),
+    ] {
+        let said = place.says(&["why", "at", time, "--in", file.to_str().unwrap()]);
+        assert_eq!(said.status, Some(1), "{said:?}");
+        assert!(said.err.contains(answer), "{said:?}");
+    }
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn a_drive_is_drawn_to_a_file_named_after_it_or_another_or_standard_output() {
     );
     assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
     assert_eq!(size(&fs::read(other).unwrap()), [640, 900]);
-    let sent = jde(&["plot", file.to_str().unwrap(), "-o", "-"])
+    let sent = jde(&["plot", file.to_str().unwrap(), "-o", "-", "--from", "0s"])
         .output()
         .unwrap();
     assert_eq!(size(&sent.stdout), [1200, 800]);

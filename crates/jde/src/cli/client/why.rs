@@ -98,7 +98,8 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
         )?;
     }
     let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
-    let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or_default();
+    let (first, _) = recording.times().unwrap_or_default();
+    let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
     let mut until = 0;
     let mut decisions = Vec::new();
     for message in recording.messages()? {
@@ -116,8 +117,10 @@ fn of_recording(file: &Path) -> Result<Selections, Failure> {
             "`jde run APP --record FILE` records them",
         ));
     }
+    // Of one that was begun later, also what was in force then is known.
+    let from = first.saturating_sub(start) as f64 / 1e9;
     let known = Known {
-        from: decisions[0].time_s,
+        from: from.min(decisions[0].time_s),
         until: until as f64 / 1e9,
     };
     Ok((decisions, known))
