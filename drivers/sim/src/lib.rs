@@ -114,8 +114,8 @@ struct Body {
     ring: SonarConfig,
     /// When it entered its world.
     since: Duration,
-    /// Since when what moves has not been told; none before the first time.
-    told: Option<Duration>,
+    /// When what moves is to be told next; none before the first time.
+    due: Option<Duration>,
 }
 
 impl Schema for Pioneer {
@@ -145,15 +145,11 @@ impl Schema for Pioneer {
         };
         world.command_head(body.hold.robot(), look)?;
         self.sense(cx, &world, &body)?;
-        if body.told.is_none() {
+        if body.due.is_none() {
             self.show(cx, &world);
         }
-        if body
-            .told
-            .is_none_or(|told| cx.now().saturating_sub(told) >= scenery::EVERY)
-        {
+        if scenery::is_time(&mut body.due, cx.now()) {
             self.show_movers(cx, &world, body.hold.robot());
-            body.told = Some(cx.now());
         }
         drop(world);
         self.body = Some(body);
@@ -209,7 +205,7 @@ impl Pioneer {
             lasers,
             ring,
             since,
-            told: None,
+            due: None,
         })
     }
 }
