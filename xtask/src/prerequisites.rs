@@ -62,6 +62,7 @@ const TOOLS: &[Tool] = &[
             "xvfb",
         ]),
     },
+    LIBUDEV,
     Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -73,6 +74,18 @@ const TOOLS: &[Tool] = &[
         from: Source::Rustup("clippy"),
     },
 ];
+
+/// What the windows' feature `gamepad` is built with.
+const LIBUDEV: Tool = Tool {
+    name: "libudev, to build what reads game pads",
+    probe: &["pkg-config", "--exists", "libudev"],
+    from: Source::Apt(&["libudev-dev", "pkg-config"]),
+};
+
+/// Whether game pads can be built here.
+pub(crate) fn has_libudev() -> bool {
+    LIBUDEV.works()
+}
 
 /// Installs what is missing; an error names what still is, as far as no step can do without.
 pub(crate) fn run(context: &Context) -> Result<Done> {
