@@ -3,7 +3,8 @@
 
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{self, Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, ensure};
 
@@ -16,6 +17,8 @@ const PAGE: &str = "docs/link.md";
 const APPLICATION: &str = "apps/safe-navigation.toml";
 /// What the page calls the endpoint of a robot.
 const ENDPOINT: &str = "tcp/robot2.local:7447";
+/// Until it must have been found, and until a program must have ended: a hundred times what they take.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// An application under way; ended when dropped.
 struct Robot(Child);
@@ -35,7 +38,8 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
         let mut command = Command::new(python);
         command.arg(&file);
         shell::show(&command, context.paint);
-        let said = shell::read(&mut command).with_context(|| format!("a program of {PAGE} failed"))?;
+        let said = shell::read_within(&mut command, PATIENCE)
+            .with_context(|| format!("a program of {PAGE} failed"))?;
         ensure!(!said.trim().is_empty(), "a program of {PAGE} found nothing");
         print!("{said}");
     }
@@ -63,9 +67,9 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
     let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
     std::fs::write(&file, format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\n"))?;
     let mut command = Command::new(folder_of_plugins.join("jde"));
-    command
-        .args(["run", "--plain", "--name", "documented"])
-        .arg(&file);
+    // Others may be tested on this machine at the same time.
+    let name = format!("documented-{}", process::id());
+    command.args(["run", "--plain", "--name", &name]).arg(&file);
     command
         .env("JDE_PLUGIN_PATH", &folder_of_plugins)
         .current_dir(&context.root);
@@ -76,13 +80,17 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
         .spawn()
         .context("cannot start `jde run`")?;
     let mut robot = Robot(child);
-    // Until it lets itself be found.
+    let (begun, quoted) = (Instant::now(), format!("\"{name}\""));
     loop {
         let mut apps = Command::new(context.target.join("debug/jde"));
-        if shell::read(apps.args(["apps", "--json"]))?.contains("\"documented\"") {
+        if shell::read_within(apps.args(["apps", "--json"]), PATIENCE)?.contains(&quoted) {
             return Ok((endpoint, robot));
         }
         ensure!(robot.0.try_wait()?.is_none(), "`jde run` ended at once");
+        ensure!(
+            begun.elapsed() < PATIENCE,
+            "`jde apps` does not find {name}, which has run for {PATIENCE:?}"
+        );
     }
 }
 

@@ -1,7 +1,11 @@
 //! Starting other programs: shown before they run, with no standard input, and an error that names the command.
 //! It knows nothing of what they are for.
 
+use std::io::read_to_string;
 use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail};
 
@@ -37,6 +41,28 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
     }
     String::from_utf8(output.stdout)
         .with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
+}
+
+/// The same for a command that may wait for what never comes: it is ended, and that is an error, if it takes longer than this.
+pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<String> {
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .with_context(|| cannot_start(command))?;
+    let output = child.stdout.take().context("its output is piped")?;
+    let (tell, told) = channel();
+    thread::spawn(move || tell.send(read_to_string(output)));
+    let Ok(output) = told.recv_timeout(patience) else {
+        child.kill()?;
+        child.wait()?;
+        bail!("`{}` did not end within {patience:?}", line(command));
+    };
+    let status = child.wait()?;
+    if !status.success() {
+        bail!("`{}` ended with {status}", line(command));
+    }
+    output.with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
 }
 
 /// Whether a command starts and succeeds; what it writes is dropped.
@@ -113,6 +139,16 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert_eq!(error, "cannot start `no-such-program`");
+    }
+
+    #[test]
+    fn who_never_ends_is_ended_and_named() {
+        let mut command = Command::new("sleep");
+        let error = read_within(command.arg("1000"), Duration::from_millis(10)).unwrap_err();
+        assert_eq!(error.to_string(), "`sleep 1000` did not end within 10ms");
+        let hello = read_within(Command::new("echo").arg("hello"), Duration::MAX).unwrap();
+        assert_eq!(hello, "hello\n");
+        assert!(read_within(&mut Command::new("false"), Duration::MAX).is_err());
     }
 
     #[test]
