@@ -43,25 +43,7 @@ const TOOLS: &[Tool] = &[
         probe: &["python3", "-c", "import ensurepip, tkinter"],
         from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
     },
-    Tool {
-        name: "a screen without a monitor",
-        // Windows are tested in one, and drawn by Mesa's renderers, which need no graphics card.
-        probe: &[
-            "sh",
-            "-c",
-            "command -v Xvfb xdotool && ls /usr/share/vulkan/icd.d/lvp_icd.*",
-        ],
-        from: Source::Apt(&[
-            "libegl1",
-            "libgl1-mesa-dri",
-            "libxcursor1",
-            "libxi6",
-            "libxkbcommon-x11-0",
-            "mesa-vulkan-drivers",
-            "xdotool",
-            "xvfb",
-        ]),
-    },
+    SCREEN,
     LIBUDEV,
     Tool {
         name: "rustfmt",
@@ -75,6 +57,27 @@ const TOOLS: &[Tool] = &[
     },
 ];
 
+/// What windows are tested with.
+const SCREEN: Tool = Tool {
+    name: "a screen without a monitor",
+    // Windows are tested in one, and drawn by Mesa's renderers, which need no graphics card.
+    probe: &[
+        "sh",
+        "-c",
+        "command -v Xvfb && command -v xdotool && ls /usr/share/vulkan/icd.d/lvp_icd.*",
+    ],
+    from: Source::Apt(&[
+        "libegl1",
+        "libgl1-mesa-dri",
+        "libxcursor1",
+        "libxi6",
+        "libxkbcommon-x11-0",
+        "mesa-vulkan-drivers",
+        "xdotool",
+        "xvfb",
+    ]),
+};
+
 /// What the windows' feature `gamepad` is built with.
 const LIBUDEV: Tool = Tool {
     name: "libudev, to build what reads game pads",
@@ -85,6 +88,11 @@ const LIBUDEV: Tool = Tool {
 /// Whether game pads can be built here.
 pub(crate) fn has_libudev() -> bool {
     LIBUDEV.works()
+}
+
+/// Whether windows can be opened here.
+pub(crate) fn has_screen() -> bool {
+    SCREEN.works()
 }
 
 /// Installs what is missing; an error names what still is, as far as no step can do without.
