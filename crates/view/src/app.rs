@@ -13,6 +13,7 @@ use crate::player::Player;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
 use crate::start::{Chosen, Start};
+use crate::window::space::{self, Effort};
 use crate::{Error, Opening};
 
 /// The name of the file with the settings.
@@ -32,7 +33,7 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     };
     let build: eframe::AppCreator<'_> = Box::new(move |context| {
         if let Some(card) = &context.wgpu_render_state {
-            crate::window::space::offer(&context.egui_ctx, card);
+            space::offer(&context.egui_ctx, card, Effort::of(card));
         }
         Ok(Box::new(App::new(&context.egui_ctx, opening, Drawer::of_user())))
     });
@@ -202,5 +203,10 @@ enum Next {
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.frame(ui);
+    }
+
+    /// The ground of all that is drawn.
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
     }
 }

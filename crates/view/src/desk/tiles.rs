@@ -29,13 +29,11 @@ impl Behavior<Kind> for Shown<'_> {
             pane.open(kept)
         });
         let id = ui.scope_id().with(&*pane);
-        egui::Frame::new()
-            .fill(ui.visuals().panel_fill)
-            .inner_margin(4)
-            .show(ui, |ui| {
-                ui.push_id(id, |ui| window.show(ui, self.session, self.look));
-                ui.allocate_space(ui.available_size());
-            });
+        // The ground is there already: a program that draws in a card's place pays for every pixel that is drawn over.
+        egui::Frame::new().inner_margin(4).show(ui, |ui| {
+            ui.push_id(id, |ui| window.show(ui, self.session, self.look));
+            ui.allocate_space(ui.available_size());
+        });
         UiResponse::None
     }
 

@@ -8,7 +8,7 @@ use super::common::{Robot, until};
 use crate::look::{Look, Units};
 use crate::session::Session;
 use crate::window::Window;
-use crate::window::space::{Eye, Space, offer};
+use crate::window::space::{Effort, Eye, Space, offer};
 
 struct Shown {
     session: Session,
@@ -33,7 +33,7 @@ fn harness(robot: &Robot) -> Harness<'static, Shown> {
     Harness::builder()
         .with_size([600.0, 420.0])
         .with_render_cursor(false)
-        .with_context_setup(move |ctx| offer(ctx, &card))
+        .with_context_setup(move |ctx| offer(ctx, &card, Effort::Fine))
         .renderer(WgpuTestRenderer::from_render_state(state))
         .build_ui_state(
             |ui, Shown { session, space }: &mut Shown| {

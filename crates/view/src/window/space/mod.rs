@@ -31,7 +31,7 @@ use orbit::Orbit;
 use seen::Seen;
 use stage::Stage;
 
-pub(crate) use gpu::offer;
+pub(crate) use gpu::{Effort, offer};
 #[cfg(test)]
 pub(crate) use orbit::Eye;
 #[cfg(test)]

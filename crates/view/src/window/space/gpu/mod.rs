@@ -22,8 +22,39 @@ use super::stage::{FORMS, Instance, Picture, Stage};
 use pipes::Pipes;
 use target::{Room, Shown, Target, answer};
 
-/// Edges are drawn from so many samples a pixel, where the card can.
-const SAMPLES: u32 = 4;
+/// How much goes into a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Every pixel of the screen, edges from several samples of it, where the card can.
+    Fine,
+    /// Fewer pixels than the screen has, one sample each: for processors that draw in a card's place, so that the picture moves.
+    Quick,
+}
+
+impl Effort {
+    /// What suits a card.
+    pub(crate) fn of(state: &RenderState) -> Self {
+        match state.adapter.get_info().device_type {
+            wgpu::DeviceType::Cpu => Self::Quick,
+            _ => Self::Fine,
+        }
+    }
+
+    fn samples(self) -> u32 {
+        match self {
+            Self::Fine => 4,
+            Self::Quick => 1,
+        }
+    }
+
+    /// Of a row of pixels of the screen, how many are drawn.
+    fn pixels(self, pixels: u32) -> u32 {
+        match self {
+            Self::Fine => pixels,
+            Self::Quick => pixels.div_ceil(5) * 3,
+        }
+    }
+}
 
 /// The colors of what is drawn everywhere, and how bright it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +70,7 @@ pub(crate) struct Ground {
 /// The card, and what lies ready on it.
 pub(crate) struct Card {
     state: RenderState,
+    effort: Effort,
     samples: u32,
     pipes: Pipes,
     forms: (wgpu::Buffer, [Range<u32>; FORMS.len()]),
@@ -77,9 +109,9 @@ struct Frame {
     step: f32,
 }
 
-/// Lets windows find the card on which they are drawn.
-pub(crate) fn offer(ctx: &egui::Context, state: &RenderState) {
-    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, state.clone()));
+/// Lets windows find the card on which they are drawn, and says how much it is to be asked for.
+pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, effort: Effort) {
+    ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, (state.clone(), effort)));
 }
 
 impl Card {
@@ -88,21 +120,21 @@ impl Card {
     /// # Errors
     /// There is none, or it cannot do what is needed; in words for people.
     pub(crate) fn find(ctx: &egui::Context) -> Result<Self, String> {
-        let state: RenderState = ctx
+        let (state, effort): (RenderState, Effort) = ctx
             .data(|data| data.get_temp(egui::Id::NULL))
             .ok_or("these windows are drawn without a graphics card or a program in its place")?;
         let device = state.device.clone();
-        answer(&device, || Self::new(state))
+        answer(&device, || Self::new(state, effort))
     }
 
-    fn new(state: RenderState) -> Self {
+    fn new(state: RenderState, effort: Effort) -> Self {
         let device = &state.device;
         let many = |format| {
             let features = state.adapter.get_texture_format_features(format);
-            features.flags.sample_count_supported(SAMPLES)
+            features.flags.sample_count_supported(effort.samples())
         };
         let samples = if many(pipes::COLOR) && many(pipes::DEPTH) {
-            SAMPLES
+            effort.samples()
         } else {
             1
         };
@@ -131,6 +163,7 @@ impl Card {
             ..wgpu::SamplerDescriptor::default()
         });
         Self {
+            effort,
             samples,
             forms: (forms.into_buffer(), ranges),
             frame,
@@ -162,7 +195,7 @@ impl Card {
         pixels: [u32; 2],
     ) -> Result<egui::TextureId, String> {
         let most = self.state.device.limits().max_texture_dimension_2d;
-        let pixels = pixels.map(|pixels| pixels.clamp(1, most));
+        let pixels = pixels.map(|pixels| self.effort.pixels(pixels).clamp(1, most));
         let frame = frame(eye, ground, pixels);
         let mut hasher = DefaultHasher::new();
         (stage.fingerprint(), pixels, ground.shown).hash(&mut hasher);

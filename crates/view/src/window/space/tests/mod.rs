@@ -11,7 +11,7 @@ use egui_kittest::{Harness, SnapshotOptions};
 use glam::Vec3;
 
 use super::seen::Seen;
-use super::{Space, offer};
+use super::{Effort, Space, offer};
 use crate::look::{Look, Units};
 use room::room;
 
@@ -23,6 +23,10 @@ fn state() -> RenderState {
 }
 
 fn window(seen: Seen, dark: bool) -> Harness<'static, Space> {
+    window_of(seen, dark, Effort::Fine)
+}
+
+fn window_of(seen: Seen, dark: bool, effort: Effort) -> Harness<'static, Space> {
     let state = state();
     let card = state.clone();
     let mut space = Space::open(&serde_json::Value::Null);
@@ -36,7 +40,7 @@ fn window(seen: Seen, dark: bool) -> Harness<'static, Space> {
         })
         .with_render_cursor(false)
         .with_options(SnapshotOptions::new().threshold(2.0).max_failed_pixels(400))
-        .with_context_setup(move |ctx| offer(ctx, &card))
+        .with_context_setup(move |ctx| offer(ctx, &card, effort))
         .renderer(WgpuTestRenderer::from_render_state(state))
         .build_ui_state(
             |ui, space: &mut Space| {
@@ -184,6 +188,13 @@ fn the_robot_that_is_followed_stays_in_the_middle() {
     assert!(first != window.render().unwrap());
     let middle = window.get_by_label(NAME).rect().center();
     assert!(on_screen(&window, Vec3::new(3.0, 1.0, 0.2)).distance(middle) < 1.0);
+}
+
+#[test]
+fn a_processor_in_a_cards_place_is_asked_for_less_and_shows_the_same() {
+    let mut window = window_of(room(), true, Effort::Quick);
+    window.run();
+    window.snapshot("space-quick");
 }
 
 #[test]
