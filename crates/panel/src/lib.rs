@@ -16,7 +16,7 @@ pub use builder::{Builder, Holds};
 pub use bytes::{decode, encode};
 pub use gesture::{Button, Gesture, Touch};
 pub use item::{Item, Trace, Words};
-pub use limits::{Broken, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, MOST_TEXT, check};
+pub use limits::{Broken, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS, MOST_SIDE, MOST_TEXT, check};
 pub use shape::{Area, Color, Ink, Shape, Stroke, Wants};
 pub use solid::{Place, Solid};
 

@@ -12,6 +12,8 @@ pub const MOST_ENCODED: usize = 32 << 20;
 pub const MOST_ITEMS: usize = 20_000;
 /// Most points of all its lines, curves and meshes.
 pub const MOST_POINTS: usize = 400_000;
+/// Most pixels of a side of an image: what every graphics card takes that shows these windows at all.
+pub const MOST_SIDE: u32 = 4096;
 /// Most bytes of a text.
 pub const MOST_TEXT: usize = 4096;
 /// Deepest that rows and groups stand in each other.
@@ -141,6 +143,12 @@ impl Checker {
                 let bytes: u128 = size.into_iter().product();
                 if bytes != pixels.len() as u128 || bytes == 0 {
                     return wrong(id, "it has not as many pixels as its width and height say");
+                }
+                if *width.max(height) > MOST_SIDE {
+                    return wrong(
+                        id,
+                        format!("it is {width} × {height} pixels, and {MOST_SIDE} to a side are allowed"),
+                    );
                 }
                 self.bytes(pixels.len())
             }

@@ -4,7 +4,7 @@ mod common;
 
 use jde_panel::{
     Area, Broken, Builder, Color, Holds, Ink, Item, List, MOST_BYTES, MOST_ENCODED, MOST_ITEMS, MOST_POINTS,
-    MOST_TEXT, Shape, Solid, Stroke, Trace, Wants, Words, check, decode, encode,
+    MOST_SIDE, MOST_TEXT, Shape, Solid, Stroke, Trace, Wants, Words, check, decode, encode,
 };
 
 fn text(text: &str) -> Item {
@@ -144,6 +144,9 @@ fn images_have_as_many_pixels_as_they_say() {
     refused(vec![image(0, 2, 3, 0)], short);
     refused(vec![image(u32::MAX, u32::MAX, 4, 0)], short);
     refused(vec![image(2, 2, 2, 8)], "`seen`: a pixel has 1, 3 or 4 bytes");
+    let wide = "`seen`: it is 5000 × 2 pixels, and 4096 to a side are allowed";
+    refused(vec![image(5000, 2, 1, 10_000)], wide);
+    assert_eq!(said(vec![image(MOST_SIDE, 1, 1, MOST_SIDE as usize)]), Ok(()));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What people and robots look like.
 //!
-//! Pictures only: no other sense meets these parts.
+//! Pictures only: no other sense meets these parts. Windows draw figures of their own (`window/space/figures.rs` of `crates/view`).
 
 use super::stage::Stage;
 use crate::color::Color;
