@@ -2,7 +2,7 @@
 //! Nobody allocates, and nobody who publishes in real time ever waits.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Thread;
@@ -23,6 +23,8 @@ use crate::tap::retracted;
 const ROOM: usize = 512 << 10;
 /// Slots of a panel: half a second of one that is drawn as fast as can be.
 const PANELS: usize = 16;
+/// Most bytes of a panel's drawings on their way: some seconds of one with a picture in it, or one of the largest.
+const PANEL_BYTES: usize = 16 << 20;
 /// Even the largest get so many slots, the smallest no more than that.
 const SLOTS: (usize, usize) = (4, 1024);
 /// How long a lossless writer waits before it looks again by itself.
@@ -80,6 +82,8 @@ pub(crate) struct Lane {
     pub(crate) about: BTreeMap<String, String>,
     pub(crate) free: ArrayQueue<Box<Slot>>,
     pub(crate) full: ArrayQueue<Box<Slot>>,
+    /// Bytes on their way, of a panel: values have as many as their slots.
+    flying: AtomicUsize,
     /// Set for values that are too large to be copied by whoever publishes them.
     pub(crate) note: Option<Note>,
     /// Whether it goes into files; if not, conditions look at it and that is all.
@@ -178,9 +182,35 @@ impl Lane {
             about,
             free,
             full: ArrayQueue::new(slots),
+            flying: AtomicUsize::new(0),
             note,
             kept,
             lost: AtomicU64::new(0),
+        }
+    }
+
+    /// Takes back a slot that has been written. One that a large drawing has grown shrinks again.
+    pub(crate) fn give_back(&self, mut slot: Box<Slot>) {
+        self.land(slot.bytes.len());
+        if matches!(self.holds, Holds::Panel) && slot.bytes.capacity() > ROOM {
+            slot.bytes = Vec::new();
+        }
+        // It came from there.
+        let _ = self.free.push(slot);
+    }
+
+    /// Counts bytes that are to go; answers whether there is room. One drawing may always go, however large.
+    fn fly(&self, bytes: usize) -> bool {
+        if !matches!(self.holds, Holds::Panel) {
+            return true;
+        }
+        let before = self.flying.fetch_add(bytes, Ordering::Relaxed);
+        before == 0 || before + bytes <= PANEL_BYTES
+    }
+
+    fn land(&self, bytes: usize) {
+        if matches!(self.holds, Holds::Panel) {
+            self.flying.fetch_sub(bytes, Ordering::Relaxed);
         }
     }
 }
@@ -215,7 +245,11 @@ impl Topic {
             return false;
         }
         let lane = &*self.lane;
-        let Some(mut slot) = lane.free.pop().or_else(|| self.shared.wait_for_room(lane)) else {
+        // Who waits rather than lose anything is bounded by the slots.
+        let fits = lane.fly(bytes.len()) || self.shared.lossless;
+        let slot = fits.then(|| lane.free.pop().or_else(|| self.shared.wait_for_room(lane)));
+        let Some(mut slot) = slot.flatten() else {
+            lane.land(bytes.len());
             lane.lost.fetch_add(1, Ordering::Relaxed);
             return false;
         };
@@ -338,4 +372,50 @@ impl Shared {
 
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use super::*;
+
+    #[test]
+    fn the_drawings_of_a_panel_are_bounded_in_bytes_and_leave_no_large_slots() {
+        let (tell, _told) = sync_channel(1);
+        let lane = Lane::new(
+            "/panels/goon".to_owned(),
+            Holds::Panel,
+            BTreeMap::new(),
+            None,
+            true,
+        );
+        let topic = Topic {
+            lane: Arc::new(lane),
+            shared: Arc::new(Shared::new(tell, false)),
+        };
+        let stamps = Stamps {
+            published: 0,
+            measured: 0,
+            sequence: 0,
+        };
+        let put = |bytes: usize| topic.put_message(&vec![0; bytes], stamps);
+        let write = || {
+            topic
+                .lane
+                .give_back(topic.lane.full.pop().expect("one is on its way"))
+        };
+        assert!(put(2 * PANEL_BYTES), "one may always go");
+        assert!(!put(1), "and nothing beside it");
+        write();
+        assert!(put(PANEL_BYTES / 2) && put(PANEL_BYTES / 2));
+        assert!(!put(1));
+        write();
+        assert!(put(1));
+        assert_eq!(topic.lane.lost.load(Ordering::Relaxed), 2);
+        write();
+        write();
+        let slots = std::iter::from_fn(|| topic.lane.free.pop());
+        assert!(slots.fold(0, |largest, slot| largest.max(slot.bytes.capacity())) <= ROOM);
+    }
 }

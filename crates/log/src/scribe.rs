@@ -169,8 +169,7 @@ impl Scribe {
             match item {
                 Item::Value(number, slot) => {
                     self.slot(number, &slot);
-                    // It came from there.
-                    let _ = self.lanes[number].lane.free.push(slot);
+                    self.lanes[number].lane.give_back(slot);
                 }
                 Item::Told(told) => self.tell(*told),
             }
