@@ -88,8 +88,12 @@ mod tests {
             }],
         };
         assert!(read(&long).list.is_err());
-        let huge = vec![0; jde_panel::MOST_BYTES + 1];
-        assert!(PanelSample::read(&huge, Some(&tag(false))).unwrap().list.is_err());
+        let huge = vec![0; jde_panel::MOST_ENCODED + 1];
+        let reason = PanelSample::read(&huge, Some(&tag(false)))
+            .unwrap()
+            .list
+            .unwrap_err();
+        assert!(reason.contains("no list has more than"), "{reason}");
         let nothing = PanelSample::read(b"it panicked", Some(&tag(true))).unwrap();
         assert_eq!(nothing.list, Err("it panicked".to_owned()));
         assert_eq!((nothing.sequence, nothing.time, nothing.age), (7, 8, 9));

@@ -12,10 +12,12 @@ use zenoh::query::Query;
 use super::inbox::Inbox;
 use super::subject::Subject;
 use crate::Error;
-use crate::message::{Refusal, Request};
+use crate::message::{Action, Refusal, Request};
 
 /// Errands on their way.
 const ERRANDS: usize = 32;
+/// Gestures among them: who drags on a panel leaves room for whoever stops a robot.
+const TOUCHES: usize = ERRANDS / 4;
 
 /// What is to be done.
 pub(super) enum Errand {
@@ -43,6 +45,8 @@ pub(super) enum Done {
 pub(super) struct Hands {
     errands: Option<SyncSender<Errand>>,
     thread: Option<JoinHandle<()>>,
+    /// Gestures that were sent and have not come back.
+    touches: usize,
 }
 
 impl Hands {
@@ -55,17 +59,35 @@ impl Hands {
         Ok(Self {
             errands: Some(errands),
             thread: Some(thread),
+            touches: 0,
         })
     }
 
     /// Has it done; gives it back if too much is to be done already.
-    pub(super) fn send(&self, errand: Errand) -> Result<(), Errand> {
+    pub(super) fn send(&mut self, errand: Errand) -> Result<(), Errand> {
         let Some(errands) = &self.errands else {
             return Err(errand);
         };
+        let touches = matches!(&errand, Errand::Act(act) if act.touches());
+        if touches && self.touches >= TOUCHES {
+            return Err(errand);
+        }
         errands.try_send(errand).map_err(|error| match error {
             TrySendError::Full(errand) | TrySendError::Disconnected(errand) => errand,
-        })
+        })?;
+        self.touches += usize::from(touches);
+        Ok(())
+    }
+
+    /// An act has come back.
+    pub(super) fn acted(&mut self, act: &Act) {
+        self.touches -= usize::from(act.touches());
+    }
+}
+
+impl Act {
+    fn touches(&self) -> bool {
+        matches!(self.request.action, Action::Touch { .. })
     }
 }
 

@@ -1,12 +1,14 @@
 //! What Zenoh's threads leave for those of the link. They never serve a request and never wait: what there is no room for is dropped
 //! and its sender told so.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::Thread;
 
 use crossbeam_queue::ArrayQueue;
+use serde::Deserialize;
 use zenoh::query::Query;
 
 use super::hands::Done;
@@ -18,6 +20,9 @@ const ASKS: usize = 256;
 const TOKENS: usize = 4096;
 /// Longest token that is minded, bytes: the longest names there are, and room for a client's.
 const LONGEST_TOKEN: usize = 1024;
+
+/// Longest message of a gesture that is looked for, bytes: its names, each letter of which may take six, and its numbers.
+const LONGEST_TOUCH: usize = 8 << 10;
 
 /// Through which session something came. Each has its own listeners, so nobody can pretend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,10 +40,12 @@ pub(super) struct Ask {
 }
 
 /// Which requests go first.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rank {
     /// What operators on this machine want done.
     Order,
+    /// What people on this machine do to panels: so much that it may not fill the place of orders.
+    Touch,
     /// What else is asked on this machine.
     Local,
     /// Whatever comes from the network.
@@ -76,7 +83,7 @@ struct Wanting {
 /// What waits for the worker.
 pub(super) struct Inbox {
     /// By their [`Rank`]: whoever asks much keeps nobody of another rank waiting.
-    asks: [ArrayQueue<Ask>; 3],
+    asks: [ArrayQueue<Ask>; 4],
     pub(super) done: ArrayQueue<Done>,
     wants: Mutex<Wants>,
     wants_changed: AtomicBool,
@@ -125,7 +132,10 @@ impl Inbox {
     pub(super) fn ask(&self, origin: Origin, query: Query) {
         let rank = match origin {
             Origin::Network => Rank::Network,
-            Origin::Local if query.key_expr().as_str().ends_with(OPERATE) => Rank::Order,
+            Origin::Local if query.key_expr().as_str().ends_with(OPERATE) => {
+                let message = query.payload().map(|payload| payload.to_bytes());
+                rank(message.as_deref().unwrap_or_default())
+            }
             Origin::Local => Rank::Local,
         };
         // A full queue drops the request, which ends it without an answer: its sender knows at once.
@@ -195,6 +205,21 @@ impl Inbox {
     }
 }
 
+/// The rank of what an operator wants. It is looked into, not believed: whoever reads it decides what it is.
+fn rank(message: &[u8]) -> Rank {
+    #[derive(Deserialize)]
+    struct Head<'m> {
+        #[serde(borrow)]
+        action: Cow<'m, str>,
+    }
+    let short = message.len() <= LONGEST_TOUCH;
+    let head = short.then(|| serde_json::from_slice::<Head<'_>>(message).ok());
+    match head.flatten() {
+        Some(head) if head.action == "touch" => Rank::Touch,
+        Some(_) | None => Rank::Order,
+    }
+}
+
 impl Wants {
     fn come(&mut self, want: Want, token: &str) {
         let count = &mut self.tokens[want.origin as usize];
@@ -237,6 +262,17 @@ mod tests {
 
     fn token(variable: &str, client: &str) -> String {
         keys().want("pioneer", variable, Rate::Full, client)
+    }
+
+    #[test]
+    fn gestures_have_a_rank_of_their_own_and_the_rest_is_an_order() {
+        let touch = r#"{"by": "ana", "action": "touch", "schema": "goon", "gesture": {"widget": "stop", "touch": "pressed"}}"#;
+        assert_eq!(rank(touch.as_bytes()), Rank::Touch);
+        let stop = r#"{"by": "touch", "action": "stop", "schema": "touch"}"#;
+        assert_eq!(rank(stop.as_bytes()), Rank::Order);
+        assert_eq!(rank(b"touch"), Rank::Order);
+        let long = format!("{touch}{}", " ".repeat(LONGEST_TOUCH));
+        assert_eq!(rank(long.as_bytes()), Rank::Order);
     }
 
     fn want(inbox: &Inbox, origin: Origin, token: &str, there: bool) {

@@ -40,11 +40,12 @@ pub(super) fn run(yard: &Yard<'_>) {
 /// All lanes.
 #[derive(Default)]
 struct Lanes {
+    /// Each with the arrival of whoever came last for it when it was last told so.
     lanes: BTreeMap<Want, (u64, Lane)>,
     places: Places,
 }
 
-/// Each with how many had come for it when it was last told so.
+/// The way of one thing at one rate.
 enum Lane {
     Values(ValueLane),
     Panel(PanelLane),

@@ -208,6 +208,7 @@ impl Worker {
             Done::Snapshot(snapshot) => self.shown(&snapshot),
             Done::Statuses(statuses) => self.looked(&statuses),
             Done::Acted(act, outcome) => {
+                self.hands.acted(&act);
                 if outcome.is_ok() {
                     self.leases.acted(&act.request, Instant::now());
                 }

@@ -30,6 +30,8 @@ pub(crate) struct Stage {
     /// How often its board was looked at.
     pub(crate) looked: AtomicU64,
     pub(crate) easel: Arc<Easel>,
+    /// Whoever has it holds up gestures.
+    pub(crate) hold: Mutex<()>,
     imports: Vec<Import>,
     /// Its time goes with the machine's, if it goes.
     start: Option<Instant>,
@@ -46,6 +48,7 @@ impl Stage {
             start: (!imports.is_empty()).then(Instant::now),
             board: Board::new(),
             clock: AtomicU64::new(5_000_000_000),
+            hold: Mutex::default(),
             acted: Mutex::default(),
             snapshots: AtomicU64::new(0),
             looked: AtomicU64::new(0),
@@ -165,6 +168,9 @@ impl Subject for Stage {
                 error: "there is no schema `nobody`".to_owned(),
                 nearest: Some("goon".to_owned()),
             });
+        }
+        if matches!(action, Action::Touch { .. }) {
+            drop(self.hold.lock().unwrap());
         }
         self.acted.lock().unwrap().push((by.to_owned(), action.clone()));
         Ok(())

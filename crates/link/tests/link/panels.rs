@@ -266,30 +266,40 @@ fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
         lease_ms: None,
     };
     let request = serde_json::to_vec(&request).unwrap();
-    let refused = || {
-        let (tell, told) = channel();
-        // More at once than a second has room for, and fewer than may wait.
-        for _ in 0..150 {
-            let tell = tell.clone();
-            let get = flood.get(key.as_str()).payload(request.clone());
-            get.callback(move |reply| tell.send(reply.into_result().is_err()).unwrap())
-                .wait()
-                .unwrap();
-        }
-        drop(tell);
-        told.iter().filter(|refused| *refused).count()
+    let held = stage.hold.lock().unwrap();
+    // More than may wait, and the first is not done before the stop has been asked for.
+    let open = Arc::new(());
+    for _ in 0..400 {
+        let open = Arc::clone(&open);
+        let get = flood.get(key.as_str()).payload(request.clone());
+        get.callback(move |_| drop(Arc::clone(&open))).wait().unwrap();
+    }
+    until("most are refused", || Arc::strong_count(&open) < 100);
+    let stop = Request {
+        by: "ana".to_owned(),
+        action: Action::Stop {
+            schema: "goon".to_owned(),
+        },
+        lease_ms: None,
     };
-    until("some are refused", || refused() > 0);
+    let (tell, told) = channel();
+    let get = flood
+        .get(key.as_str())
+        .payload(serde_json::to_vec(&stop).unwrap());
+    get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
+        .wait()
+        .unwrap();
+    // What is asked later and is less urgent is answered later.
+    let about = flood.get(key.replace("operate", "about")).wait().unwrap();
+    assert!(about.recv_timeout(SOON).unwrap().is_some());
+    drop(held);
+    assert_eq!(told.recv_timeout(SOON), Ok(true), "the stop was carried out");
+    until("both are done", || {
+        let acts = stage.acts();
+        acts.contains(&("ana".to_owned(), stop.action.clone())) && acts.iter().any(|(by, _)| by == "eva")
+    });
     let remote = home.remote();
     for _ in 0..50 {
-        let action = Action::Stop {
-            schema: "goon".to_owned(),
-        };
-        let stop = Request {
-            by: "ana".to_owned(),
-            action,
-            lease_ms: None,
-        };
         remote.operate(&stop).unwrap();
     }
 }
