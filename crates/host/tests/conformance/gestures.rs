@@ -206,7 +206,9 @@ fn gestures_that_nobody_can_take_up_any_more_are_told(executor: Executor) {
     let unloads = |rig: &Rig| rig.operator().unload(rig.place("easel")).expect("it can be");
     let fails = |rig: &Rig| touch(rig, "fail", Touch::Pressed).expect("it takes it");
     // In virtual time an unload comes after all that was done before it.
-    let ends: &[(bool, &dyn Fn(&Rig))] = match executor {
+    /// Whether it is brought about before the gestures, and how.
+    type End<'a> = (bool, &'a dyn Fn(&Rig));
+    let ends: &[End<'_>] = match executor {
         Executor::Lockstep => &[(true, &fails)],
         Executor::Threads | Executor::Pool => &[(true, &fails), (false, &unloads)],
     };
