@@ -80,6 +80,9 @@ struct Play {
     /// Stand at the end instead of ending there, until it is stopped.
     #[arg(long, conflicts_with = "decide")]
     stay: bool,
+    /// End when standard input does: with whoever started it, however that ends.
+    #[arg(long, hide = true, requires = "plain")]
+    until_eof: bool,
 }
 
 impl Replay {
@@ -95,6 +98,7 @@ impl Replay {
                 looping: self.play.looping,
                 plain: self.play.plain,
                 stay: self.play.stay,
+                until_eof: self.play.until_eof,
             });
         }
         let span = Span {

@@ -1,6 +1,7 @@
 //! `jde view`: windows on a running application or a recording.
 
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
 use std::{env, fs};
 
 use clap::{Args, ValueHint};
@@ -21,46 +22,78 @@ use crate::failure::Failure;
   jde view drive.mcap
   jde view --at tls/robot2:7447 --key me.toml")]
 pub(super) struct View {
-    /// An application that runs, by its name, or a recording.
+    /// An application that runs, by its name, or a recording: a file that ends in .mcap, or a path with a /.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
-    what: Option<String>,
+    what: Option<OsString>,
     #[command(flatten)]
     target: Target,
 }
 
 impl View {
     pub(super) fn run(self, context: &Context) -> Result<(), Failure> {
-        let is_file = |what: &str| what.ends_with(".mcap") || Path::new(what).is_file();
-        let (recording, name) = match self.what {
-            Some(what) if is_file(&what) => (Some(PathBuf::from(what)), None),
-            what => (None, what),
-        };
-        if let Some(file) = &recording {
-            // What cannot be read is said here, where it was typed.
-            fs::File::open(file).map_err(Failure::file(file))?;
-        }
+        let (recording, application) = self.wanted()?;
         let reach = context.reach(&self.target)?;
         let program = env::current_exe()
             .map_err(|error| Failure::Broken(format!("this program does not find itself: {error}")))?;
         let opening = Opening {
             reach,
-            application: name.or(self.target.app),
+            application,
             recording,
-            player: [
-                program.display().to_string().as_str(),
-                "replay",
-                "--plain",
-                "--stay",
-            ]
-            .map(str::to_owned)
-            .to_vec(),
+            player: [program.as_os_str()]
+                .into_iter()
+                .chain(["replay", "--plain", "--stay", "--until-eof"].map(OsStr::new))
+                .map(OsStr::to_owned)
+                .collect(),
             recordings: env::current_dir().into_iter().collect(),
         };
-        jde_view::run(opening).map_err(|error| {
-            Failure::usage(
+        jde_view::run(opening).map_err(|error| match error {
+            jde_view::Error::NoScreen => Failure::usage(
                 error.to_string(),
                 "without a screen: jde top in this terminal, or jde view --at on a machine that has one",
-            )
+            ),
+            jde_view::Error::NoCard(_) | jde_view::Error::Lost(_) | jde_view::Error::Window(_) => {
+                Failure::Broken(error.to_string())
+            }
         })
+    }
+
+    /// The recording, or the application; neither for the start page.
+    fn wanted(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
+        let Some(what) = &self.what else {
+            return Ok((None, self.target.app.clone()));
+        };
+        let bytes = what.as_encoded_bytes();
+        if bytes.ends_with(b".mcap") || bytes.contains(&b'/') {
+            let file = PathBuf::from(what);
+            let shown = file.display();
+            if let Some(app) = self.target.typed_app() {
+                return Err(Failure::usage(
+                    format!("{shown} is a recording, and --app {app} names an application"),
+                    "give one of the two",
+                ));
+            }
+            if self.target.is_elsewhere() {
+                return Err(Failure::usage(
+                    format!("{shown} is a recording on this machine, and --at looks elsewhere"),
+                    "leave --at out, or name an application that runs there",
+                ));
+            }
+            // What cannot be read is said here, where it was typed.
+            fs::File::open(&file).map_err(Failure::file(&file))?;
+            return Ok((Some(file), None));
+        }
+        let name = what.to_str().ok_or_else(|| {
+            Failure::usage(
+                format!("no application is called {}", what.display()),
+                "jde apps says which run",
+            )
+        })?;
+        match self.target.typed_app() {
+            Some(app) if app != name => Err(Failure::usage(
+                format!("`{name}` and --app {app} name two applications"),
+                "give one of the two",
+            )),
+            Some(_) | None => Ok((None, Some(name.to_owned()))),
+        }
     }
 }

@@ -8,7 +8,7 @@ mod screen;
 mod stage;
 mod subject;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -49,6 +49,8 @@ pub(crate) struct How {
     pub(crate) plain: bool,
     /// Stand at the end instead of ending there.
     pub(crate) stay: bool,
+    /// End at the end of standard input.
+    pub(crate) until_eof: bool,
 }
 
 /// Plays a recording until its end, or on a terminal until the user leaves.
@@ -91,6 +93,15 @@ pub(crate) fn play(how: How) -> Result<(), Failure> {
     }
     let interrupted = Arc::clone(&player);
     let _interrupts = Interrupts::call(move || interrupted.stop())?;
+    if how.until_eof {
+        let left = Arc::clone(&player);
+        // It ends with the process at the latest; nobody waits for it.
+        thread::Builder::new().name("stdin".to_owned()).spawn(move || {
+            // Whether it ends or breaks, nobody is there any more.
+            let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+            left.stop();
+        })?;
+    }
     thread::scope(|scope| {
         let stop = StopOnDrop(Arc::clone(&player));
         let told = events.clone();

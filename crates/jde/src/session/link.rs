@@ -1,9 +1,10 @@
 //! The way into a run for tools: opened with it, closed with it. A run goes on without one, unless the application or the user
 //! asked for it in so many words.
 
+use std::io::Read;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
@@ -24,6 +25,9 @@ pub(crate) struct Wanted {
     /// Whether windows are opened beside it.
     pub(crate) view: bool,
 }
+
+/// Of what the windows say the last so many bytes are kept.
+const MOST_WORDS: usize = 4096;
 
 /// The link of a run.
 pub(crate) struct Way {
@@ -117,20 +121,47 @@ impl Way {
 }
 
 /// Opens windows on the application: a process of its own, which may end, hang or be killed at any time.
-fn open_windows(name: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let mut windows = Command::new(std::env::current_exe()?)
-        .args(["view", name])
+fn open_windows(name: &str) -> Result<(), Failure> {
+    let refused = |error| Failure::Broken(format!("the windows cannot be opened: {error}"));
+    let windows = Command::new(std::env::current_exe().map_err(refused)?)
+        .args(["view", "--app", name])
+        // It is on this machine, wherever other tools look.
+        .env_remove("JDE_AT")
+        .env_remove("JDE_KEY")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         // What ends the application from the keyboard does not end the windows, which then show how it ended.
         .process_group(0)
-        .spawn()?;
+        .spawn()
+        .map_err(refused)?;
     // It is waited for so that nothing of it stays; nobody waits for that thread.
+    let name = name.to_owned();
     thread::Builder::new()
         .name("windows".to_owned())
-        .spawn(move || windows.wait())?;
+        .spawn(move || wait(windows, &name))
+        .map_err(refused)?;
     Ok(())
+}
+
+/// Waits for the windows, and says if they could not be shown.
+fn wait(mut windows: Child, name: &str) {
+    let mut words = Vec::new();
+    if let Some(said) = windows.stderr.take() {
+        // Read to the end, so that it never waits for that; of what is said without an end the beginning is dropped.
+        for byte in std::io::BufReader::new(said).bytes().map_while(Result::ok) {
+            if words.len() == 2 * MOST_WORDS {
+                words.drain(..MOST_WORDS);
+            }
+            words.push(byte);
+        }
+    }
+    let ended = windows.wait();
+    if !ended.is_ok_and(|status| status.success()) {
+        let words = String::from_utf8_lossy(&words);
+        let last = words.trim().lines().next_back().unwrap_or_default();
+        tracing::warn!("the windows ended with an error; `jde view {name}` says why ({last})");
+    }
 }
 
 /// How an application is linked, as far as that is known without its secrets.

@@ -1,11 +1,12 @@
 //! `jde replay` as a user meets it: a recording that tools look into like an application that runs.
 
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use serde_json::Value;
 
 use crate::attached::{Place, schema};
-use crate::support::{jde_with_plugins, root, said};
+use crate::support::{jde, jde_with_plugins, root, said};
 
 /// Half a minute of the demonstration.
 fn record(folder: &Path) -> PathBuf {
@@ -111,4 +112,24 @@ fn whoever_watches_sees_the_values_of_then() {
         );
         assert!(line["time_s"].as_f64() <= Some(30.0), "{line}");
     }
+}
+
+#[test]
+fn it_ends_with_whoever_started_it_if_asked_to() {
+    let place = Place::new();
+    let file = record(place.folder());
+    let file = file.to_str().expect("a name in UTF-8");
+    let mut replay = place.command(jde(&["replay", "--plain", "--stay", "--until-eof", file]));
+    let mut replay = replay
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the executable starts");
+    while place.apps().is_empty() {
+        let ended = replay.try_wait().expect("it can be asked");
+        assert!(ended.is_none(), "it ended at once: {ended:?}");
+    }
+    drop(replay.stdin.take());
+    let ended = replay.wait().expect("it can be waited for");
+    assert!(ended.success(), "{ended}");
 }

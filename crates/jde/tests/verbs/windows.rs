@@ -156,20 +156,6 @@ fn a_robot_is_stopped_and_sent_from_a_window_that_may_stall_and_die() {
     // Stop everything, and let it go on.
     screen.click_until(1383, 13, || state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
-    // Drive by hand, by a key that is held while the pad has the focus; and no longer when it is let go.
-    let driven = (0..20).any(|_| {
-        screen.click(1137, 88);
-        screen.click(1200, 209);
-        screen.hand(&["keydown", "Up"]);
-        let driven = (0..60).any(|_| acts(&place.json(&["ps"]), "teleop"));
-        if !driven {
-            screen.hand(&["keyup", "Up"]);
-        }
-        driven
-    });
-    assert!(driven, "a key held on the pad does not drive");
-    screen.hand(&["keyup", "Up"]);
-    place.until(&["ps"], |all| acts(all, "example"));
     // The panel of `example`, and a target in it; its tab comes to the front in a frame of its own.
     let sent = || place.told(&["panel", "example"]).contains("To the target of");
     let came = (0..20).any(|_| {
@@ -221,4 +207,52 @@ fn without_a_screen_a_window_is_refused_in_words() {
     assert_eq!(refused.status, Some(2), "{refused:?}");
     assert!(refused.err.contains("there is no screen here"), "{refused:?}");
     assert!(refused.err.contains("jde top"), "{refused:?}");
+}
+
+#[test]
+fn of_two_things_to_look_at_neither_is_left_out_without_a_word() {
+    let place = Place::new();
+    for (args, status, why) in [
+        (&["view", "one", "--app", "other"][..], 2, "name two applications"),
+        (
+            &["view", "drive.mcap", "--app", "other"],
+            2,
+            "names an application",
+        ),
+        (
+            &["view", "drive.mcap", "--at", "tcp/robot2:7447"],
+            2,
+            "--at looks elsewhere",
+        ),
+        (&["view", "./nowhere"], 1, "nowhere: No such file"),
+        (&["view", "nowhere.mcap"], 1, "nowhere.mcap: No such file"),
+    ] {
+        let refused = said(&mut place.command(jde(args)));
+        assert_eq!(refused.status, Some(status), "{args:?}: {refused:?}");
+        assert!(refused.err.contains(why), "{args:?}: {refused:?}");
+    }
+    // What is only set for all tools is no second word, and a file in the folder does not hide an application.
+    std::fs::write(place.folder().join("one"), "").expect("it can be written");
+    let mut view = place.command(jde(&["view", "one"]));
+    view.env("JDE_APP", "other").current_dir(place.folder());
+    let refused = said(view.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY"));
+    assert!(refused.err.contains("there is no screen here"), "{refused:?}");
+}
+
+#[test]
+fn without_a_graphics_card_it_says_what_to_install() {
+    let Some(screen) = Screen::new() else { return };
+    let place = Place::new();
+    let mut view = place.command(jde(&["view"]));
+    let refused = said(
+        view.env("DISPLAY", &screen.name)
+            .env_remove("WAYLAND_DISPLAY")
+            // Of another system, so that none of them draws here.
+            .env("WGPU_BACKEND", "dx12"),
+    );
+    assert_eq!(refused.status, Some(1), "{refused:?}");
+    assert!(
+        refused.err.contains("apt install mesa-vulkan-drivers"),
+        "{refused:?}"
+    );
 }

@@ -65,10 +65,8 @@ impl Context {
 
     /// The application that is named by itself and not by `--app` as well, unless both say the same.
     pub(super) fn by_name(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
-        let usual = std::env::var("JDE_APP").ok();
-        if let (Some(named), Some(app)) = (named, &target.app)
+        if let (Some(named), Some(app)) = (named, target.typed_app())
             && named != app
-            && target.app != usual
         {
             return Err(Failure::usage(
                 format!("`{named}` and --app {app} name two applications"),

@@ -26,6 +26,21 @@ pub(crate) struct Target {
     pub(crate) key: Option<PathBuf>,
 }
 
+impl Target {
+    /// The application, if it was typed and not only set in the environment.
+    pub(crate) fn typed_app(&self) -> Option<&str> {
+        let usual = std::env::var("JDE_APP").ok();
+        self.app.as_deref().filter(|app| Some(*app) != usual.as_deref())
+    }
+
+    /// Whether it was typed where to look.
+    #[cfg(feature = "view")]
+    pub(crate) fn is_elsewhere(&self) -> bool {
+        let usual = std::env::var("JDE_AT").unwrap_or_default();
+        !self.at.is_empty() && !self.at.iter().map(String::as_str).eq(usual.split(','))
+    }
+}
+
 /// What several verbs in a row share: connections, and the application that is meant unless they say otherwise.
 #[derive(Default)]
 pub(crate) struct Context {
