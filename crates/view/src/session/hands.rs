@@ -1,74 +1,63 @@
-//! Carries orders to the application and keeps its answers: on a thread of its own, in the order in which they were given.
+//! Carries orders to the application and keeps its answers: on threads of its own, in the order in which they were given. To stop
+//! something has a thread for itself, for an order to which no answer comes takes seconds.
 
-use std::collections::{HashMap, HashSet, VecDeque};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::collections::HashMap;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_link::Remote;
-use jde_link::message::{Action, Request};
-use jde_panel::Touch;
+use jde_link::message::Action;
 
-use super::{Notice, lock};
+use super::lock;
+use super::queue::{Next, Order, Queue};
+use super::voice::{Notice, Outcome, Voice};
 
 /// What is held and not asked for again for so long is let go.
-const PATIENCE: Duration = Duration::from_millis(500);
+pub(super) const PATIENCE: Duration = Duration::from_millis(500);
 /// How soon the application lets go by itself of what a dead viewer held.
 const LEASE: Duration = Duration::from_millis(600);
-/// A lease is renewed this often.
+/// A lease is renewed this often, and what was refused is asked for again as soon.
 const RENEWED: Duration = Duration::from_millis(150);
-/// How many answers are kept.
-const KEPT: usize = 50;
 
 pub(super) struct Hands {
-    orders: Sender<Order>,
-    notices: Arc<Mutex<Vec<Notice>>>,
-}
-
-/// What came of an order.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Outcome(Arc<OnceLock<Result<(), String>>>);
-
-impl Outcome {
-    /// It, or nothing while the order is under way.
-    pub(crate) fn get(&self) -> Option<&Result<(), String>> {
-        self.0.get()
-    }
-}
-
-enum Order {
-    Act(Action, Outcome),
-    Hold(Action),
-    LetGo(String),
+    orders: Arc<Orders>,
+    voice: Voice,
 }
 
 impl Hands {
     pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
-        let (orders, taken) = channel();
-        let notices = Arc::new(Mutex::new(Vec::new()));
-        // A name of its own, so that letting go undoes nothing that this person did elsewhere.
-        let holder = format!(
-            "{} (view {:05})",
-            jde_link::operator(),
-            std::process::id() % 100_000
-        );
+        let orders = Arc::new(Orders::default());
+        let voice = Voice::new(remote, repaint);
         let worker = Worker {
-            remote,
-            holder,
-            repaint,
-            notices: Arc::clone(&notices),
+            orders: Arc::clone(&orders),
+            voice: voice.clone(),
+            // A name of its own, so that letting go undoes nothing that this person did elsewhere.
+            holder: format!(
+                "{} (view {:05})",
+                jde_link::operator(),
+                std::process::id() % 100_000
+            ),
             held: HashMap::new(),
+            refused: HashMap::new(),
         };
-        // It ends when its sender is gone; there is nothing to wait for.
-        let begun = thread::Builder::new()
-            .name("view-hands".to_owned())
-            .spawn(move || worker.run(&taken));
-        if let Err(error) = begun {
-            tracing::error!("no thread for orders: {error}");
+        let (stops, stopper) = (Arc::clone(&orders), voice.clone());
+        // They end when the orders are closed; there is nothing to wait for.
+        for (name, work) in [
+            (
+                "view-hands",
+                Box::new(move || worker.run()) as Box<dyn FnOnce() + Send>,
+            ),
+            ("view-stop", Box::new(move || stop(&stops, &stopper))),
+        ] {
+            if let Err(error) = thread::Builder::new().name(name.to_owned()).spawn(work) {
+                voice.note(format!(
+                    "orders cannot be carried, for there is no thread for them: {error}"
+                ));
+            }
         }
-        Self { orders, notices }
+        Self { orders, voice }
     }
 
     pub(super) fn act(&self, action: Action) {
@@ -77,37 +66,125 @@ impl Hands {
 
     pub(super) fn order(&self, action: Action) -> Outcome {
         let outcome = Outcome::default();
-        self.send(Order::Act(action, outcome.clone()));
+        self.orders.push(Order::Act(action, outcome.clone()));
         outcome
     }
 
     pub(super) fn hold(&self, action: Action) {
-        self.send(Order::Hold(action));
+        self.orders.push(Order::Hold(action));
     }
 
     pub(super) fn let_go(&self, schema: &str) {
-        self.send(Order::LetGo(schema.to_owned()));
+        self.orders.push(Order::LetGo(schema.to_owned()));
     }
 
     pub(super) fn notices(&self) -> Vec<Notice> {
-        lock(&self.notices).clone()
-    }
-
-    fn send(&self, order: Order) {
-        if self.orders.send(order).is_err() {
-            let text = "orders cannot be carried any more: close this window and open it again".to_owned();
-            note(&self.notices, text, true);
-        }
+        self.voice.notices()
     }
 }
 
-/// One that carries orders.
+impl Drop for Hands {
+    fn drop(&mut self) {
+        self.orders.close();
+    }
+}
+
+/// Orders between those who give and those who carry them.
+#[derive(Default)]
+struct Orders {
+    state: Mutex<State>,
+    news: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    queue: Queue,
+    /// Nobody gives any more.
+    closed: bool,
+}
+
+impl Orders {
+    fn push(&self, order: Order) {
+        lock(&self.state).queue.push(order, Instant::now());
+        self.news.notify_all();
+    }
+
+    fn close(&self) {
+        lock(&self.state).closed = true;
+        self.news.notify_all();
+    }
+
+    /// The next to be carried, other than to stop; none at `until`, or once all is carried and nobody gives any more.
+    fn next(&self, until: Option<Instant>) -> Came {
+        let mut state = lock(&self.state);
+        loop {
+            let now = Instant::now();
+            let soonest = match state.queue.next(now) {
+                Next::Carry(order, given) => return Came::Carry(order, given),
+                Next::Stale(action, outcome) => return Came::Stale(action, outcome),
+                Next::Wait(soonest) => soonest,
+            };
+            if state.closed && state.queue.is_empty() {
+                return Came::Closed;
+            }
+            if until.is_some_and(|until| until <= now) {
+                return Came::Time;
+            }
+            let end = soonest.into_iter().chain(until).min();
+            state = match end {
+                Some(end) => {
+                    let waited = self.news.wait_timeout(state, end.saturating_duration_since(now));
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
+                None => self.news.wait(state).unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+
+    /// The next schema to be stopped; none once nobody gives any more.
+    fn next_stop(&self) -> Option<(String, Outcome)> {
+        let mut state = lock(&self.state);
+        loop {
+            if let Some(stop) = state.queue.next_stop() {
+                return Some(stop);
+            }
+            if state.closed {
+                return None;
+            }
+            state = self.news.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn stopped(&self) {
+        lock(&self.state).queue.stopped();
+        self.news.notify_all();
+    }
+}
+
+/// What came of waiting for an order.
+enum Came {
+    Carry(Order, Instant),
+    Stale(Action, Outcome),
+    Time,
+    Closed,
+}
+
+/// Carries orders to stop.
+fn stop(orders: &Orders, voice: &Voice) {
+    while let Some((schema, outcome)) = orders.next_stop() {
+        voice.act(Action::Stop { schema }, &outcome);
+        orders.stopped();
+    }
+}
+
+/// Carries all other orders.
 struct Worker {
-    remote: Remote,
+    orders: Arc<Orders>,
+    voice: Voice,
     holder: String,
-    repaint: egui::Context,
-    notices: Arc<Mutex<Vec<Notice>>>,
     held: HashMap<String, Held>,
+    /// When a schema refused to be held.
+    refused: HashMap<String, Instant>,
 }
 
 /// What is held at a schema.
@@ -120,26 +197,16 @@ struct Held {
 }
 
 impl Worker {
-    fn run(mut self, orders: &Receiver<Order>) {
+    fn run(mut self) {
         loop {
-            let order = match self.next_end() {
-                Some(end) => orders.recv_timeout(end.saturating_duration_since(Instant::now())),
-                None => orders.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            };
-            match order {
-                Ok(order) => {
-                    let mut waiting: VecDeque<_> = newest(order, orders).collect();
-                    while let Some(order) = waiting.pop_front() {
-                        match order {
-                            Order::Act(action, _) if overtaken(&action, &waiting) => {}
-                            Order::Act(action, outcome) => self.act(action, &outcome),
-                            Order::Hold(action) => self.hold(action),
-                            Order::LetGo(schema) => self.let_go(&schema),
-                        }
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
+            let end = self.held.values().map(|held| held.asked + PATIENCE).min();
+            match self.orders.next(end) {
+                Came::Carry(Order::Act(action, outcome), _) => self.voice.act(action, &outcome),
+                Came::Carry(Order::Hold(action), given) => self.hold(action, given),
+                Came::Carry(Order::LetGo(schema), _) => self.let_go(&schema),
+                Came::Stale(action, outcome) => self.give_up(&action, &outcome),
+                Came::Time => {}
+                Came::Closed => break,
             }
             let over: Vec<_> = self
                 .held
@@ -153,24 +220,16 @@ impl Worker {
         rest.iter().for_each(|schema| self.let_go(schema));
     }
 
-    fn next_end(&self) -> Option<Instant> {
-        self.held.values().map(|held| held.asked + PATIENCE).min()
-    }
-
-    fn act(&mut self, action: Action, outcome: &Outcome) {
-        let came = self.ask(jde_link::operator(), action, None);
-        // Nobody else answers for it.
-        let _ = outcome.0.set(came);
-        self.repaint.request_repaint();
-    }
-
-    /// What changed is sent, what stays is renewed.
-    fn hold(&mut self, action: Action) {
+    /// What changed is sent, what stays is renewed; what was refused is not asked for again at once.
+    fn hold(&mut self, action: Action, asked: Instant) {
         let schema = action.schema().to_owned();
-        let now = Instant::now();
+        self.refused.retain(|_, when| when.elapsed() < RENEWED);
+        if self.refused.contains_key(&schema) {
+            return;
+        }
         let order = match self.held.get_mut(&schema) {
             Some(held) if held.action == action => {
-                held.asked = now;
+                held.asked = asked;
                 if held.told.elapsed() < RENEWED {
                     return;
                 }
@@ -184,15 +243,13 @@ impl Worker {
             }
             Some(_) | None => action.clone(),
         };
-        if self.ask(self.holder.clone(), order, Some(LEASE)).is_ok() {
-            let held = Held {
-                action,
-                asked: now,
-                told: now,
-            };
+        let told = Instant::now();
+        if self.voice.ask(self.holder.clone(), order, Some(LEASE)).is_ok() {
+            let held = Held { action, asked, told };
             self.held.insert(schema, held);
         } else {
             self.held.remove(&schema);
+            self.refused.insert(schema, Instant::now());
         }
     }
 
@@ -200,146 +257,19 @@ impl Worker {
         if self.held.remove(schema).is_some() {
             let schema = schema.to_owned();
             // What came of it is among the notices.
-            let _ = self.ask(self.holder.clone(), Action::LetGo { schema }, None);
+            let _ = self
+                .voice
+                .ask(self.holder.clone(), Action::LetGo { schema }, None);
         }
     }
 
-    fn ask(&self, by: String, action: Action, lease: Option<Duration>) -> Result<(), String> {
-        let request = Request {
-            by,
-            action,
-            lease_ms: lease.map(|lease| lease.as_millis() as u64),
-        };
-        let answer = self.remote.operate(&request).map_err(|error| error.to_string());
-        if let Err(error) = &answer {
-            note(&self.notices, error.clone(), true);
-        }
-        self.repaint.request_repaint();
-        answer
-    }
-}
-
-/// Whether a slider or drag under way is followed by a newer one of the same: only the newest counts.
-fn overtaken(action: &Action, later: &VecDeque<Order>) -> bool {
-    let Action::Touch { schema, gesture } = action else {
-        return false;
-    };
-    let next = later.iter().find_map(|order| match order {
-        Order::Act(
-            Action::Touch {
-                schema: of,
-                gesture: next,
-            },
-            _,
-        ) => (of == schema && next.widget == gesture.widget).then_some(&next.touch),
-        Order::Act(..) | Order::Hold(_) | Order::LetGo(_) => None,
-    });
-    match (&gesture.touch, next) {
-        (Touch::Moved(_), Some(Touch::Moved(_))) => true,
-        (
-            Touch::Dragged {
-                from, ended: false, ..
-            },
-            Some(Touch::Dragged { from: same, .. }),
-        ) => from == same,
-        _ => false,
-    }
-}
-
-/// An order and those that wait behind it, without the holds that a later one at the same schema makes idle: where an answer takes
-/// long, what a hand did meanwhile is not gone through step by step.
-fn newest(first: Order, orders: &Receiver<Order>) -> impl Iterator<Item = Order> {
-    let mut waiting: Vec<_> = std::iter::once(first).chain(orders.try_iter()).collect();
-    let mut later = HashSet::new();
-    // From the last to the first.
-    waiting.reverse();
-    waiting.retain(|order| match order {
-        Order::Act(..) => true,
-        Order::Hold(action) => later.insert(action.schema().to_owned()),
-        Order::LetGo(schema) => {
-            later.insert(schema.clone());
-            true
-        }
-    });
-    waiting.into_iter().rev()
-}
-
-fn note(notices: &Mutex<Vec<Notice>>, text: String, failed: bool) {
-    let mut notices = lock(notices);
-    // Said once, however often it is so.
-    if let Some(last) = notices.last_mut()
-        && last.text == text
-        && last.failed == failed
-    {
-        last.at = Instant::now();
-        return;
-    }
-    if notices.len() == KEPT {
-        notices.remove(0);
-    }
-    notices.push(Notice {
-        text,
-        failed,
-        at: Instant::now(),
-    });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn hold(schema: &str, value: f64) -> Order {
-        Order::Hold(Action::Modulate {
-            schema: schema.to_owned(),
-            variable: "want".to_owned(),
-            value: value.into(),
-        })
-    }
-
-    fn words(order: &Order) -> String {
-        match order {
-            Order::Act(action, _) => format!("act {}", action.schema()),
-            Order::Hold(Action::Modulate { schema, value, .. }) => format!("hold {schema} {value}"),
-            Order::Hold(action) => format!("hold {}", action.schema()),
-            Order::LetGo(schema) => format!("let go {schema}"),
-        }
-    }
-
-    #[test]
-    fn of_holds_that_wait_the_last_at_each_schema_is_carried() {
-        let (give, orders) = channel();
-        for order in [
-            hold("base", 2.0),
-            hold("head", 1.0),
-            Order::Act(
-                Action::Play {
-                    schema: "goon".to_owned(),
-                },
-                Outcome::default(),
-            ),
-            hold("base", 3.0),
-            hold("head", 2.0),
-            Order::LetGo("head".to_owned()),
-        ] {
-            give.send(order).expect("somebody listens");
-        }
-        let left: Vec<_> = newest(hold("base", 1.0), &orders)
-            .map(|order| words(&order))
-            .collect();
-        assert_eq!(left, ["act goon", "hold base 3.0", "let go head"]);
-        let left: Vec<_> = newest(hold("base", 1.0), &orders).collect();
-        assert_eq!(left.len(), 1, "one alone stays");
-    }
-
-    #[test]
-    fn a_hold_after_a_letting_go_is_carried_too() {
-        let (give, orders) = channel();
-        give.send(Order::LetGo("base".to_owned()))
-            .expect("somebody listens");
-        give.send(hold("base", 2.0)).expect("somebody listens");
-        let left: Vec<_> = newest(hold("base", 1.0), &orders)
-            .map(|order| words(&order))
-            .collect();
-        assert_eq!(left, ["let go base", "hold base 2.0"]);
+    /// Says that an order was not carried.
+    fn give_up(&self, action: &Action, outcome: &Outcome) {
+        let text = format!(
+            "an order for {} was given up: the application was too slow to take it; give it again",
+            action.schema()
+        );
+        outcome.set(Err(text.clone()));
+        self.voice.note(text);
     }
 }

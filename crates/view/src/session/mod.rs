@@ -4,29 +4,33 @@
 //! A window asks each frame for what it shows; what nobody asks for any more is no longer listened to.
 
 mod hands;
-mod notice;
 mod panels;
 mod past;
+mod queue;
+mod told;
+mod voice;
+mod waiting;
 mod watched;
+mod wishes;
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_host::snapshot::{HoldKind, SchemaView, Snapshot};
-use jde_host::story::{Kind, Line};
+use jde_host::story::Kind;
 use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
 use jde_link::{Error, Rate, Remote, Sample, Watching};
 use jde_panel::Gesture;
 use jde_types::Value;
 
 use hands::Hands;
-pub(crate) use hands::Outcome;
-pub(crate) use notice::Notice;
 use panels::Panels;
 pub(crate) use panels::Picture;
 pub(crate) use past::{Band, Heard, Past};
+use told::Told;
+pub(crate) use voice::{Notice, Outcome};
 use watched::Watched;
 
 use crate::window::Kind as Window;
@@ -41,23 +45,17 @@ pub(crate) struct Session {
     variables: Vec<VariableInfo>,
     told: Arc<Mutex<Told>>,
     snapshot: Arc<Snapshot>,
+    /// When that came.
+    heard: Instant,
     past: Past,
     watched: RefCell<Watched>,
     panels: RefCell<Panels>,
     hands: Hands,
     openings: RefCell<Vec<Window>>,
+    plots: RefCell<Vec<String>>,
     gone: bool,
     _watching: Vec<Watching>,
 }
-
-/// What the link's threads left since the last frame.
-struct Told {
-    snapshot: Option<Snapshot>,
-    lines: VecDeque<(Line, u64)>,
-}
-
-/// Lines that may wait for a frame; a window that is hidden keeps the newest.
-const WAITING: usize = 50_000;
 
 impl Session {
     /// Begins to look. Waits for answers of the application, up to 5 s each: not to be called from the window's thread.
@@ -68,10 +66,7 @@ impl Session {
         let schemas = remote.schemas()?;
         let variables = remote.variables(false)?;
         let snapshot = remote.hierarchy()?;
-        let told = Arc::new(Mutex::new(Told {
-            snapshot: None,
-            lines: VecDeque::new(),
-        }));
+        let told = Arc::new(Mutex::new(Told::default()));
         let mut watching = Vec::new();
         watching.push({
             let (told, repaint) = (Arc::clone(&told), repaint.clone());
@@ -83,11 +78,7 @@ impl Session {
         watching.push({
             let told = Arc::clone(&told);
             remote.events(&Kind::ALL, EARLIER, move |happened| {
-                let mut told = lock(&told);
-                if told.lines.len() == WAITING {
-                    told.lines.pop_front();
-                }
-                told.lines.push_back((happened.line, happened.missed));
+                lock(&told).hear(happened.line, happened.missed);
             })?
         });
         {
@@ -103,7 +94,9 @@ impl Session {
             panels: RefCell::new(Panels::new(remote.clone(), repaint.clone())),
             hands: Hands::new(remote.clone(), repaint),
             openings: RefCell::default(),
+            plots: RefCell::default(),
             snapshot: Arc::new(snapshot),
+            heard: Instant::now(),
             gone: false,
             remote,
             _watching: watching,
@@ -112,16 +105,19 @@ impl Session {
 
     /// Takes up what came since the last frame. To be called once at its beginning.
     pub(crate) fn begin_frame(&mut self) {
-        let (snapshot, lines) = {
-            let mut told = lock(&self.told);
-            (told.snapshot.take(), std::mem::take(&mut told.lines))
-        };
+        let Told {
+            snapshot,
+            lines,
+            dropped,
+        } = std::mem::take(&mut *lock(&self.told));
+        self.past.miss(dropped);
         for (line, missed) in lines {
             self.past.hear(line, missed);
         }
         if let Some(snapshot) = snapshot {
             self.past.see(&snapshot);
             self.snapshot = Arc::new(snapshot);
+            self.heard = Instant::now();
         }
         self.gone = !self.remote.alive();
         self.watched.get_mut().tidy();
@@ -136,6 +132,12 @@ impl Session {
     /// Whether it is there no more; everything shown is then as it was last.
     pub(crate) fn is_gone(&self) -> bool {
         self.gone
+    }
+
+    /// For how long nothing was heard of it: an application tells twenty times a second how it is, so one that is silent for
+    /// longer hangs, or the network to it is cut.
+    pub(crate) fn silent(&self) -> Duration {
+        self.heard.elapsed()
     }
 
     /// Whether it is a recording that plays.
@@ -275,6 +277,17 @@ impl Session {
     /// The windows that were asked for since the call before.
     pub(crate) fn openings(&self) -> Vec<Window> {
         self.openings.take()
+    }
+
+    /// Asks for a number over time, by the name of its variable and its path in it: the oscilloscope shows it.
+    pub(crate) fn plot(&self, name: String) {
+        self.plots.borrow_mut().push(name);
+        self.open_window(Window::Oscilloscope);
+    }
+
+    /// The numbers that were asked for since the call before.
+    pub(crate) fn plots(&self) -> Vec<String> {
+        self.plots.take()
     }
 
     /// The way to the application. Its calls wait: not for the window's thread.

@@ -13,9 +13,8 @@ use jde_link::{Rate, Remote, Watching};
 use jde_panel::List;
 
 use super::lock;
+use super::wishes::Wishes;
 
-/// What nobody asks for any more is let go after so long.
-const PATIENCE: Duration = Duration::from_secs(2);
 /// What failed is tried again after so long.
 const AGAIN: Duration = Duration::from_secs(3);
 
@@ -31,7 +30,7 @@ type Question = (String, Rate, Arc<Mutex<Slot>>);
 
 struct Looked {
     rate: Rate,
-    asked: Instant,
+    wishes: Wishes,
     slot: Arc<Mutex<Slot>>,
 }
 
@@ -80,35 +79,65 @@ impl Panels {
     }
 
     pub(super) fn newest(&mut self, schema: &str, rate: Rate) -> Option<Picture> {
-        let known = self.looked.get(schema).is_some_and(|looked| looked.rate >= rate);
-        if !known {
-            let before = self.looked.remove(schema);
-            let slot = Arc::new(Mutex::new(Slot {
-                newest: before.and_then(|before| lock(&before.slot).newest.take()),
-                ..Slot::default()
-            }));
-            // Without a thread to ask nothing comes, and the log says why.
-            let _ = self.questions.send((schema.to_owned(), rate, Arc::clone(&slot)));
-            let asked = Instant::now();
-            self.looked
-                .insert(schema.to_owned(), Looked { rate, asked, slot });
+        let looked = match self.looked.get_mut(schema) {
+            Some(looked) => looked,
+            None => {
+                let mut looked = Looked::new(rate);
+                looked.look(&self.questions, schema, rate);
+                self.looked.entry(schema.to_owned()).or_insert(looked)
+            }
+        };
+        if looked.rate < rate {
+            looked.look(&self.questions, schema, rate);
         }
-        let looked = self.looked.get_mut(schema)?;
-        looked.asked = Instant::now();
+        looked.wishes.ask(rate, Instant::now());
         lock(&looked.slot).newest.clone()
     }
 
-    /// Lets go of what nobody looks at any more, and tries again what was refused.
+    /// Lets go of what nobody looks at any more, looks less often at what is wanted less often, and tries again what was refused.
     pub(super) fn tidy(&mut self) {
+        let now = Instant::now();
         let questions = &self.questions;
         self.looked.retain(|schema, looked| {
-            let wanted = looked.asked.elapsed() < PATIENCE;
-            let mut slot = lock(&looked.slot);
-            if wanted && slot.refused.is_some_and(|since| since.elapsed() > AGAIN) {
-                slot.refused = None;
-                let _ = questions.send((schema.clone(), looked.rate, Arc::clone(&looked.slot)));
+            let Some(rate) = looked.wishes.greatest(now) else {
+                return false;
+            };
+            if rate < looked.rate {
+                looked.look(questions, schema, rate);
+                return true;
             }
-            wanted
+            let mut slot = lock(&looked.slot);
+            if slot
+                .refused
+                .is_some_and(|since| now.saturating_duration_since(since) > AGAIN)
+            {
+                slot.refused = None;
+                let _ = questions.send((schema.clone(), rate, Arc::clone(&looked.slot)));
+            }
+            true
         });
+    }
+}
+
+impl Looked {
+    fn new(rate: Rate) -> Self {
+        Self {
+            rate,
+            wishes: Wishes::default(),
+            slot: Arc::default(),
+        }
+    }
+
+    /// Has it looked at so often. What came before is shown until more comes.
+    fn look(&mut self, questions: &Sender<Question>, schema: &str, rate: Rate) {
+        let newest = lock(&self.slot).newest.take();
+        // The old one hears nothing any more: nobody holds it.
+        self.slot = Arc::new(Mutex::new(Slot {
+            newest,
+            ..Slot::default()
+        }));
+        self.rate = rate;
+        // Without a thread to ask nothing comes, and the log says why.
+        let _ = questions.send((schema.to_owned(), rate, Arc::clone(&self.slot)));
     }
 }

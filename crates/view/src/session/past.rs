@@ -82,12 +82,17 @@ impl Past {
         }
     }
 
+    /// So many lines did not come to be heard.
+    pub(crate) fn miss(&mut self, lines: u64) {
+        self.missed += lines;
+    }
+
     /// A snapshot: what lines did not tell is made up for.
     pub(crate) fn see(&mut self, snapshot: &Snapshot) {
         let now = snapshot.time as f64 / 1e9;
         self.turn_back(now);
         self.last = now;
-        self.since.get_or_insert(now);
+        self.since = Some(self.since.map_or(now, |since| since.min(now)));
         for view in &snapshot.schemas {
             if let Some(bands) = self.bands.get_mut(&view.name) {
                 // Lines come before the snapshot that shows what they tell, or are lost.
@@ -115,7 +120,7 @@ impl Past {
 
     /// A recording went back: what was ahead has not happened yet.
     fn turn_back(&mut self, now: f64) {
-        if now + 1.0 >= self.last {
+        if now >= self.last {
             return;
         }
         for bands in self.bands.values_mut() {
@@ -186,4 +191,64 @@ fn state(word: &str) -> Option<State> {
 
 fn state_or_slept(word: &str) -> State {
     state(word).unwrap_or(State::Slept)
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_abi::describe::Kind;
+    use jde_host::story::Change;
+
+    use super::*;
+    use crate::window::scope::fixture;
+
+    fn see(past: &mut Past, seconds: f64, state: State) {
+        let mut schema = fixture::schema("goon", Kind::Motor, None, Some(0));
+        schema.state = state;
+        past.see(&Snapshot {
+            time: (seconds * 1e9) as u64,
+            schemas: vec![schema],
+            groups: Vec::new(),
+        });
+    }
+
+    fn wins(past: &mut Past, seconds: f64) {
+        let change = Change {
+            time_s: seconds,
+            schema: "goon".to_owned(),
+            from: "ready".to_owned(),
+            to: "winner".to_owned(),
+        };
+        past.hear(Line::Change(change), 0);
+    }
+
+    #[test]
+    fn a_recording_that_goes_back_in_small_steps_forgets_what_is_ahead() {
+        let mut past = Past::new();
+        see(&mut past, 8.0, State::Ready);
+        wins(&mut past, 9.2);
+        see(&mut past, 10.0, State::Winner);
+        see(&mut past, 9.5, State::Winner);
+        see(&mut past, 9.0, State::Ready);
+        let bands = past.bands("goon").expect("it is known");
+        let told: Vec<_> = bands.iter().map(|band| (band.from, band.state)).collect();
+        assert_eq!(told, [(8.0, State::Ready)]);
+        assert_eq!(past.heard().turns, 2);
+        wins(&mut past, 9.2);
+        see(&mut past, 9.3, State::Winner);
+        assert_eq!(
+            past.bands("goon").map(VecDeque::len),
+            Some(2),
+            "and hears it again"
+        );
+        see(&mut past, 2.0, State::Ready);
+        assert_eq!(past.since(), Some(2.0), "looking began there by now");
+    }
+
+    #[test]
+    fn lines_that_were_dropped_are_counted_as_missed() {
+        let mut past = Past::new();
+        past.miss(3);
+        past.hear(Line::Happening(Happening::default()), 2);
+        assert_eq!(past.missed(), 5);
+    }
 }

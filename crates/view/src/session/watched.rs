@@ -1,8 +1,8 @@
-//! The variables that are listened to: those that a window asked for lately, each at the highest rate it was asked for.
+//! The variables that are listened to: those that a window asked for lately, each at the highest rate it was asked for lately.
 //!
 //! Listening begins with a question to the application, which a thread of its own asks.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -12,40 +12,41 @@ use eframe::egui;
 use jde_link::{Rate, Remote, Sample, Watching};
 
 use super::lock;
+use super::waiting::Waiting;
+use super::wishes::{PATIENCE, Wishes};
 
-/// What nobody asks for any more is let go after so long.
-const PATIENCE: Duration = Duration::from_secs(2);
 /// What failed is tried again after so long.
 const AGAIN: Duration = Duration::from_secs(3);
-/// Values that wait for a frame.
-const WAITING: usize = 4096;
 
 pub(super) struct Watched {
-    questions: Sender<(String, Rate, Arc<Mutex<Slot>>)>,
+    questions: Sender<Question>,
     variables: HashMap<String, Variable>,
 }
 
+type Question = (String, Rate, Arc<Mutex<Slot>>);
+
+/// A variable that is listened to.
 struct Variable {
     rate: Rate,
-    asked: Instant,
+    wishes: Wishes,
     slot: Arc<Mutex<Slot>>,
-    readers: HashMap<String, VecDeque<Arc<Sample>>>,
+    /// Who wants all values, each with those that came since its last question, and when that was.
+    readers: HashMap<String, (Waiting, Instant)>,
 }
 
 /// What the link's threads fill.
 #[derive(Default)]
 struct Slot {
     newest: Option<Arc<Sample>>,
-    /// Since the last look, if somebody wants all of them.
-    fresh: VecDeque<Arc<Sample>>,
-    keep: bool,
+    /// Since the last look, while somebody wants all of them.
+    fresh: Option<Waiting>,
     trouble: Option<(String, Instant)>,
     watching: Option<Watching>,
 }
 
 impl Watched {
     pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
-        let (questions, asked) = channel::<(String, Rate, Arc<Mutex<Slot>>)>();
+        let (questions, asked) = channel::<Question>();
         let eyes = move || {
             for (name, rate, slot) in asked {
                 // Nobody wants it any more.
@@ -55,15 +56,7 @@ impl Watched {
                 let (heard, repaint) = (Arc::downgrade(&slot), repaint.clone());
                 let watching = remote.watch(&name, rate, move |sample| {
                     let Some(slot) = heard.upgrade() else { return };
-                    let mut slot = lock(&slot);
-                    let sample = Arc::new(sample);
-                    if slot.keep {
-                        if slot.fresh.len() == WAITING {
-                            slot.fresh.pop_front();
-                        }
-                        slot.fresh.push_back(Arc::clone(&sample));
-                    }
-                    slot.newest = Some(sample);
+                    lock(&slot).hear(Arc::new(sample));
                     repaint.request_repaint();
                 });
                 let mut slot = lock(&slot);
@@ -83,31 +76,13 @@ impl Watched {
     }
 
     pub(super) fn newest(&mut self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
-        let slot = Arc::clone(&self.variable(name, rate).slot);
+        let slot = Arc::clone(&self.variable(name, rate, Instant::now()).slot);
         lock(&slot).newest.clone()
     }
 
     pub(super) fn since(&mut self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {
-        let variable = self.variable(name, rate);
-        let fresh = {
-            let mut slot = lock(&variable.slot);
-            slot.keep = true;
-            std::mem::take(&mut slot.fresh)
-        };
-        if !variable.readers.contains_key(reader) {
-            variable.readers.insert(reader.to_owned(), VecDeque::new());
-        }
-        for waiting in variable.readers.values_mut() {
-            waiting.extend(fresh.iter().cloned());
-            let surplus = waiting.len().saturating_sub(WAITING);
-            waiting.drain(..surplus);
-        }
-        variable
-            .readers
-            .get_mut(reader)
-            .map(std::mem::take)
-            .unwrap_or_default()
-            .into()
+        let now = Instant::now();
+        self.variable(name, rate, now).since(reader, now)
     }
 
     pub(super) fn trouble(&self, name: &str) -> Option<String> {
@@ -115,54 +90,178 @@ impl Watched {
         slot.trouble.as_ref().map(|(trouble, _)| trouble.clone())
     }
 
-    /// Lets go of what nobody asks for any more, and tries again what failed.
+    /// Lets go of what nobody asks for any more, listens less often to what is wanted less often, and tries again what failed.
     pub(super) fn tidy(&mut self) {
+        let now = Instant::now();
         let questions = &self.questions;
         self.variables.retain(|name, variable| {
-            let wanted = variable.asked.elapsed() < PATIENCE;
+            let Some(rate) = variable.wishes.greatest(now) else {
+                return false;
+            };
+            variable.forget_readers(now);
+            if rate < variable.rate {
+                variable.listen(questions, name, rate);
+                return true;
+            }
             let mut slot = lock(&variable.slot);
             if let Some((_, since)) = &mut slot.trouble
-                && wanted
-                && since.elapsed() > AGAIN
+                && now.saturating_duration_since(*since) > AGAIN
             {
-                *since = Instant::now();
-                let _ = questions.send((name.clone(), variable.rate, Arc::clone(&variable.slot)));
+                *since = now;
+                let _ = questions.send((name.clone(), rate, Arc::clone(&variable.slot)));
             }
-            wanted
+            true
         });
     }
 
-    fn variable(&mut self, name: &str, rate: Rate) -> &mut Variable {
+    fn variable(&mut self, name: &str, rate: Rate, now: Instant) -> &mut Variable {
         let known = self
             .variables
             .get(name)
             .is_some_and(|variable| variable.rate >= rate);
         if !known {
-            // What came at a lower rate is shown until more comes.
-            let before = self.variables.remove(name);
-            let slot = Arc::new(Mutex::new(Slot::default()));
-            let mut readers = HashMap::new();
-            if let Some(before) = before {
-                let mut old = lock(&before.slot);
-                let mut new = lock(&slot);
-                (new.newest, new.keep) = (old.newest.take(), old.keep);
-                new.fresh = std::mem::take(&mut old.fresh);
-                readers = before.readers;
-            }
-            let _ = self.questions.send((name.to_owned(), rate, Arc::clone(&slot)));
-            let variable = Variable {
-                rate,
-                asked: Instant::now(),
-                slot,
-                readers,
-            };
+            let mut variable = self.variables.remove(name).unwrap_or_else(|| Variable::new(rate));
+            variable.listen(&self.questions, name, rate);
             self.variables.insert(name.to_owned(), variable);
         }
         let variable = self
             .variables
             .get_mut(name)
             .expect("it was there or has just been put there");
-        variable.asked = Instant::now();
+        variable.wishes.ask(rate, now);
         variable
+    }
+}
+
+impl Variable {
+    fn new(rate: Rate) -> Self {
+        Self {
+            rate,
+            wishes: Wishes::default(),
+            slot: Arc::default(),
+            readers: HashMap::new(),
+        }
+    }
+
+    /// Has it listened to so often. What came before is shown until more comes.
+    fn listen(&mut self, questions: &Sender<Question>, name: &str, rate: Rate) {
+        let slot = {
+            let mut before = lock(&self.slot);
+            Slot {
+                newest: before.newest.take(),
+                fresh: before.fresh.take(),
+                ..Slot::default()
+            }
+        };
+        // The old one hears nothing any more: nobody holds it.
+        self.slot = Arc::new(Mutex::new(slot));
+        self.rate = rate;
+        // Without a thread to ask nothing comes, and the log says why.
+        let _ = questions.send((name.to_owned(), rate, Arc::clone(&self.slot)));
+    }
+
+    /// What came since this reader's last question.
+    fn since(&mut self, reader: &str, now: Instant) -> Vec<Arc<Sample>> {
+        if !self.readers.contains_key(reader) {
+            self.readers.insert(reader.to_owned(), (Waiting::default(), now));
+        }
+        let fresh = lock(&self.slot).fresh.get_or_insert_with(Waiting::default).take();
+        for sample in fresh {
+            for (waiting, _) in self.readers.values_mut() {
+                waiting.push(Arc::clone(&sample));
+            }
+        }
+        self.readers
+            .get_mut(reader)
+            .map(|(waiting, asked)| {
+                *asked = now;
+                waiting.take()
+            })
+            .unwrap_or_default()
+    }
+
+    /// Keeps nothing for readers that are gone.
+    fn forget_readers(&mut self, now: Instant) {
+        self.readers
+            .retain(|_, (_, asked)| now.saturating_duration_since(*asked) < PATIENCE);
+        if self.readers.is_empty() {
+            lock(&self.slot).fresh = None;
+        }
+    }
+}
+
+impl Slot {
+    fn hear(&mut self, sample: Arc<Sample>) {
+        if let Some(fresh) = &mut self.fresh {
+            fresh.push(Arc::clone(&sample));
+        }
+        self.newest = Some(sample);
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use jde_types::Value as _;
+
+    use super::*;
+
+    pub(in super::super) fn sample(sequence: u64, bytes: usize) -> Arc<Sample> {
+        Arc::new(Sample {
+            value_type: Arc::new(f64::describe()),
+            bytes: Some(vec![0; bytes]),
+            sequence,
+            time: sequence,
+            age: 0,
+            valid_until: u64::MAX,
+            writer: String::new(),
+        })
+    }
+
+    #[test]
+    fn a_reader_gets_every_value_once_and_one_that_is_gone_costs_nothing() {
+        let start = Instant::now();
+        let mut variable = Variable::new(Rate::Hz(50));
+        let hear = |variable: &Variable, number| lock(&variable.slot).hear(sample(number, 8));
+        let numbers = |samples: Vec<Arc<Sample>>| -> Vec<u64> {
+            samples.iter().map(|sample| sample.sequence).collect()
+        };
+        hear(&variable, 1);
+        assert!(lock(&variable.slot).fresh.is_none(), "nobody wants all of them");
+        assert!(numbers(variable.since("one", start)).is_empty());
+        variable.since("other", start);
+        (2..4).for_each(|number| hear(&variable, number));
+        assert_eq!(numbers(variable.since("one", start)), [2, 3]);
+        assert!(numbers(variable.since("one", start)).is_empty());
+        assert_eq!(numbers(variable.since("other", start)), [2, 3]);
+
+        let later = start + PATIENCE / 2;
+        variable.since("one", later);
+        hear(&variable, 4);
+        variable.forget_readers(start + PATIENCE);
+        assert_eq!(variable.readers.keys().collect::<Vec<_>>(), ["one"]);
+        assert_eq!(
+            numbers(variable.since("one", later)),
+            [4],
+            "the one that stays misses none"
+        );
+        variable.forget_readers(later + PATIENCE);
+        hear(&variable, 5);
+        assert!(variable.readers.is_empty() && lock(&variable.slot).fresh.is_none());
+    }
+
+    #[test]
+    fn a_change_of_the_rate_loses_neither_the_newest_value_nor_those_that_wait() {
+        let (questions, asked) = channel();
+        let mut variable = Variable::new(Rate::Hz(5));
+        variable.since("one", Instant::now());
+        lock(&variable.slot).hear(sample(1, 8));
+        let before = Arc::downgrade(&variable.slot);
+        variable.listen(&questions, "a.b", Rate::Hz(50));
+        assert!(before.upgrade().is_none(), "the old one hears nothing any more");
+        let (name, rate, slot) = asked.try_recv().expect("it was asked for");
+        assert_eq!((name.as_str(), rate), ("a.b", Rate::Hz(50)));
+        assert!(lock(&slot).newest.is_some());
+        drop(slot);
+        assert_eq!(variable.since("one", Instant::now()).len(), 1);
     }
 }

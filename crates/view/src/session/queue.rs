@@ -1,0 +1,408 @@
+//! Orders that wait to be carried, and which comes next. What a newer order makes idle is left out, what has waited too long is
+//! given up, and to stop waits for nobody. It carries nothing itself.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::time::{Duration, Instant};
+
+use jde_link::message::Action;
+use jde_panel::Touch;
+use serde_json::Value;
+
+use super::hands::PATIENCE;
+use super::voice::Outcome;
+
+/// An order that waited longer is no longer what the person wants who gave it.
+const STALE: Duration = Duration::from_secs(3);
+/// Between two values for one modulation: an application takes 100 orders a second from all its windows together.
+const BEAT: Duration = Duration::from_millis(50);
+
+/// What is to be carried.
+#[derive(Debug)]
+pub(super) enum Order {
+    /// Once.
+    Act(Action, Outcome),
+    /// For as long as it is ordered again.
+    Hold(Action),
+    /// No longer.
+    LetGo(String),
+}
+
+/// What comes next.
+#[derive(Debug)]
+pub(super) enum Next {
+    /// This, which was given then.
+    Carry(Order, Instant),
+    /// This was given too long ago.
+    Stale(Action, Outcome),
+    /// Nothing before that, unless something is pushed.
+    Wait(Option<Instant>),
+}
+
+/// Orders in the order in which they were given.
+#[derive(Debug, Default)]
+pub(super) struct Queue {
+    orders: VecDeque<(Order, Instant)>,
+    /// To stop: apart, for they are carried by hands of their own.
+    stops: VecDeque<(String, Outcome)>,
+    /// The schema that is being stopped.
+    stopping: Option<String>,
+    /// When a modulation was written last, by its schema and name.
+    written: HashMap<(String, String), Instant>,
+}
+
+impl Queue {
+    /// Takes an order up.
+    pub(super) fn push(&mut self, order: Order, now: Instant) {
+        match order {
+            Order::Act(Action::Stop { schema }, outcome) => {
+                // What was to wake it is taken back by this.
+                self.orders.retain(|(waiting, _)| !wakes(waiting, &schema));
+                self.stops.push_back((schema, outcome));
+            }
+            Order::Act(action, outcome) => {
+                self.leave_out_before(&action);
+                self.orders.push_back((Order::Act(action, outcome), now));
+            }
+            Order::Hold(action) => {
+                self.let_go_before(action.schema());
+                self.orders.push_back((Order::Hold(action), now));
+            }
+            Order::LetGo(schema) => {
+                self.let_go_before(&schema);
+                self.orders.push_back((Order::LetGo(schema), now));
+            }
+        }
+    }
+
+    /// The next to be carried, other than to stop.
+    pub(super) fn next(&mut self, now: Instant) -> Next {
+        self.written
+            .retain(|_, written| now.saturating_duration_since(*written) < BEAT);
+        let (found, soonest) = self.first_free();
+        let Some((order, given)) = found.and_then(|place| self.orders.remove(place)) else {
+            return Next::Wait(soonest);
+        };
+        let waited = now.saturating_duration_since(given);
+        match order {
+            Order::Act(action, outcome) if waited >= STALE => Next::Stale(action, outcome),
+            // Nobody holds it any more, or it would have been ordered again.
+            Order::Hold(action) if waited >= PATIENCE => {
+                Next::Carry(Order::LetGo(action.schema().to_owned()), given)
+            }
+            order => {
+                if let Some(which) = order.modulation() {
+                    self.written.insert(which, now);
+                }
+                Next::Carry(order, given)
+            }
+        }
+    }
+
+    /// The next schema to be stopped. Nothing else of it is carried until [`Self::stopped`].
+    pub(super) fn next_stop(&mut self) -> Option<(String, Outcome)> {
+        let (schema, outcome) = self.stops.pop_front()?;
+        self.stopping = Some(schema.clone());
+        Some((schema, outcome))
+    }
+
+    /// What [`Self::next_stop`] gave was carried.
+    pub(super) fn stopped(&mut self) {
+        self.stopping = None;
+    }
+
+    /// Whether nothing is left.
+    pub(super) fn is_empty(&self) -> bool {
+        self.orders.is_empty() && self.stops.is_empty() && self.stopping.is_none()
+    }
+
+    /// The place of the first that nothing keeps from being carried; without one, when that may be so.
+    fn first_free(&self) -> (Option<usize>, Option<Instant>) {
+        let mut soonest: Option<Instant> = None;
+        // What comes later for a schema does not overtake what waits for it.
+        let mut later: HashSet<&str> = self.stops.iter().map(|(schema, _)| schema.as_str()).collect();
+        later.extend(self.stopping.as_deref());
+        for (place, (order, _)) in self.orders.iter().enumerate() {
+            if later.contains(order.schema()) {
+                continue;
+            }
+            match order.modulation().and_then(|which| self.written.get(&which)) {
+                None => return (Some(place), None),
+                Some(written) => {
+                    later.insert(order.schema());
+                    let end = *written + BEAT;
+                    soonest = Some(soonest.map_or(end, |soonest| soonest.min(end)));
+                }
+            }
+        }
+        (None, soonest)
+    }
+
+    /// A hold that waits counts no more once another, or a letting go, is ordered of the same schema.
+    fn let_go_before(&mut self, schema: &str) {
+        self.orders
+            .retain(|(order, _)| !matches!(order, Order::Hold(action) if action.schema() == schema));
+    }
+
+    /// Leaves out what an action overtakes.
+    fn leave_out_before(&mut self, newer: &Action) {
+        let about = |order: &Order| match order {
+            Order::Act(older, _) => is_same(older, newer).then(|| overtakes(newer, older)),
+            Order::Hold(_) | Order::LetGo(_) => None,
+        };
+        let mut latest = self.orders.iter().enumerate().rev();
+        let last = latest.find_map(|(place, (order, _))| Some((place, about(order)?)));
+        if let Some((place, true)) = last {
+            self.orders.remove(place);
+        }
+    }
+}
+
+impl Order {
+    fn schema(&self) -> &str {
+        match self {
+            Self::Act(action, _) | Self::Hold(action) => action.schema(),
+            Self::LetGo(schema) => schema,
+        }
+    }
+
+    /// The modulation that a person writes once, as by a slider; holds are renewed on a beat of their own.
+    fn modulation(&self) -> Option<(String, String)> {
+        match self {
+            Self::Act(Action::Modulate { schema, variable, .. }, _) => {
+                Some((schema.clone(), variable.clone()))
+            }
+            Self::Act(..) | Self::Hold(_) | Self::LetGo(_) => None,
+        }
+    }
+}
+
+/// Whether an order would wake a schema, or undo that it is stopped.
+fn wakes(order: &Order, schema: &str) -> bool {
+    match order {
+        Order::Act(
+            Action::Play { schema: of }
+            | Action::Force { schema: of }
+            | Action::Release { schema: of }
+            | Action::LetGo { schema: of }
+            | Action::Load { schema: of },
+            _,
+        ) => of == schema,
+        Order::Hold(action) => action.schema() == schema,
+        Order::Act(..) | Order::LetGo(_) => false,
+    }
+}
+
+/// Whether two actions are about the same modulation or widget.
+fn is_same(one: &Action, other: &Action) -> bool {
+    match (one, other) {
+        (
+            Action::Modulate { schema, variable, .. },
+            Action::Modulate {
+                schema: of,
+                variable: which,
+                ..
+            },
+        ) => schema == of && variable == which,
+        (
+            Action::Touch { schema, gesture },
+            Action::Touch {
+                schema: of,
+                gesture: which,
+            },
+        ) => schema == of && gesture.widget == which.widget,
+        _ => false,
+    }
+}
+
+/// Whether of a slider or drag under way only the newer counts.
+fn overtakes(newer: &Action, older: &Action) -> bool {
+    match (newer, older) {
+        (Action::Modulate { value: newer, .. }, Action::Modulate { value: older, .. }) => {
+            covers(newer, older)
+        }
+        (Action::Touch { gesture: newer, .. }, Action::Touch { gesture: older, .. }) => {
+            match (&newer.touch, &older.touch) {
+                (Touch::Moved(_), Touch::Moved(_)) => true,
+                (
+                    Touch::Dragged { from: same, .. },
+                    Touch::Dragged {
+                        from, ended: false, ..
+                    },
+                ) => from == same,
+                _ => false,
+            }
+        }
+        _ => false,
+    }
+}
+
+/// Whether a value writes all that another does: fields that are left out stay.
+fn covers(newer: &Value, older: &Value) -> bool {
+    match (newer, older) {
+        (Value::Object(newer), Value::Object(older)) => older
+            .iter()
+            .all(|(name, older)| newer.get(name).is_some_and(|newer| covers(newer, older))),
+        (Value::Object(_), _) | (_, Value::Object(_)) => false,
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_panel::Gesture;
+    use serde_json::json;
+
+    use super::*;
+
+    fn name(schema: &str) -> String {
+        schema.to_owned()
+    }
+
+    fn act(action: Action) -> Order {
+        Order::Act(action, Outcome::default())
+    }
+
+    fn play(schema: &str) -> Order {
+        act(Action::Play { schema: name(schema) })
+    }
+
+    fn stop(schema: &str) -> Order {
+        act(Action::Stop { schema: name(schema) })
+    }
+
+    fn modulate(schema: &str, variable: &str, value: Value) -> Action {
+        Action::Modulate {
+            schema: name(schema),
+            variable: name(variable),
+            value,
+        }
+    }
+
+    fn hold(schema: &str, value: f64) -> Order {
+        Order::Hold(modulate(schema, "want", value.into()))
+    }
+
+    fn words(order: &Order) -> String {
+        match order {
+            Order::Act(Action::Modulate { schema, value, .. }, _) => format!("set {schema} {value}"),
+            Order::Act(Action::Touch { gesture, .. }, _) => format!("touch {:?}", gesture.touch),
+            Order::Act(action, _) => format!("act {}", action.schema()),
+            Order::Hold(Action::Modulate { schema, value, .. }) => format!("hold {schema} {value}"),
+            Order::Hold(action) => format!("hold {}", action.schema()),
+            Order::LetGo(schema) => format!("let go {schema}"),
+        }
+    }
+
+    fn queue(orders: impl IntoIterator<Item = Order>, now: Instant) -> Queue {
+        let mut queue = Queue::default();
+        orders.into_iter().for_each(|order| queue.push(order, now));
+        queue
+    }
+
+    /// All that can be carried at once.
+    fn carried(queue: &mut Queue, now: Instant) -> Vec<String> {
+        let mut carried = Vec::new();
+        loop {
+            match queue.next(now) {
+                Next::Carry(order, _) => carried.push(words(&order)),
+                Next::Stale(action, _) => carried.push(format!("stale {}", action.schema())),
+                Next::Wait(_) => return carried,
+            }
+        }
+    }
+
+    #[test]
+    fn of_holds_that_wait_the_last_at_each_schema_is_carried() {
+        let now = Instant::now();
+        let orders = [
+            hold("base", 1.0),
+            hold("base", 2.0),
+            hold("head", 1.0),
+            play("goon"),
+            hold("base", 3.0),
+            hold("head", 2.0),
+            Order::LetGo(name("head")),
+        ];
+        let carried = carried(&mut queue(orders, now), now);
+        assert_eq!(carried, ["act goon", "hold base 3.0", "let go head"]);
+    }
+
+    #[test]
+    fn a_hold_after_a_letting_go_is_carried_too() {
+        let now = Instant::now();
+        let orders = [hold("base", 1.0), Order::LetGo(name("base")), hold("base", 2.0)];
+        let carried = carried(&mut queue(orders, now), now);
+        assert_eq!(carried, ["let go base", "hold base 2.0"]);
+    }
+
+    #[test]
+    fn a_later_value_of_a_modulation_overtakes_those_that_it_covers() {
+        let now = Instant::now();
+        let set = |value: Value| act(modulate("goon", "speed", value));
+        let mut both = queue([set(json!(1)), play("stop"), set(json!(2))], now);
+        assert_eq!(carried(&mut both, now), ["act stop", "set goon 2"]);
+        let partial = [
+            set(json!({"x": 1})),
+            set(json!({"y": 2})),
+            set(json!({"x": 3, "y": 4})),
+        ];
+        let mut partial = queue(partial, now);
+        assert_eq!(partial.orders.len(), 2, "x is not covered by y alone");
+        assert_eq!(carried(&mut partial, now), [r#"set goon {"x":1}"#]);
+    }
+
+    #[test]
+    fn values_of_one_modulation_are_carried_on_a_beat_and_nothing_of_its_schema_overtakes_them() {
+        let start = Instant::now();
+        let set = |value: f64| act(modulate("goon", "speed", value.into()));
+        let mut queue = queue([set(1.0)], start);
+        assert_eq!(carried(&mut queue, start), ["set goon 1.0"]);
+        queue.push(set(2.0), start);
+        let release = Action::Release { schema: name("goon") };
+        queue.push(act(release), start);
+        queue.push(play("vff"), start);
+        assert_eq!(carried(&mut queue, start), ["act vff"]);
+        assert!(matches!(queue.next(start), Next::Wait(Some(then)) if then == start + BEAT));
+        assert_eq!(carried(&mut queue, start + BEAT), ["set goon 2.0", "act goon"]);
+        assert!(queue.is_empty());
+    }
+
+    #[test]
+    fn to_stop_waits_for_nobody_and_what_would_wake_is_left_out() {
+        let now = Instant::now();
+        let mut queue = queue([play("goon"), play("vff"), hold("goon", 1.0), stop("goon")], now);
+        let (schema, _) = queue.next_stop().expect("it is to be stopped");
+        assert_eq!(schema, "goon");
+        queue.push(play("goon"), now);
+        assert_eq!(carried(&mut queue, now), ["act vff"], "the rest of goon waits");
+        queue.stopped();
+        assert_eq!(carried(&mut queue, now), ["act goon"]);
+    }
+
+    #[test]
+    fn what_waited_too_long_is_given_up_and_a_stale_hold_holds_nothing() {
+        let start = Instant::now();
+        let mut queue = queue([play("goon"), hold("base", 1.0), stop("vff")], start);
+        assert_eq!(carried(&mut queue, start + STALE), ["stale goon", "let go base"]);
+        assert!(queue.next_stop().is_some(), "to stop is never too late");
+    }
+
+    #[test]
+    fn of_a_drag_under_way_the_newest_counts_and_a_click_between_stays() {
+        let now = Instant::now();
+        let touch = |touch: Touch| {
+            act(Action::Touch {
+                schema: name("goon"),
+                gesture: Gesture {
+                    widget: name("map"),
+                    touch,
+                },
+            })
+        };
+        let moved = |to: f64| touch(Touch::Moved(to));
+        let mut drag = queue([moved(1.0), moved(2.0)], now);
+        assert_eq!(carried(&mut drag, now), ["touch Moved(2.0)"]);
+        let mut pressed = queue([moved(1.0), touch(Touch::Pressed), moved(2.0)], now);
+        assert_eq!(carried(&mut pressed, now).len(), 3);
+    }
+}
