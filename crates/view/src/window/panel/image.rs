@@ -1,10 +1,11 @@
 //! A picture of a panel: as large as there is room, its pixels on the graphics card until a new list brings others.
 
 use eframe::egui::{self, ColorImage, Pos2, Rect, Sense, TextureOptions, Ui, WidgetInfo, vec2};
-use jde_panel::{Item, Wants};
+use jde_panel::{Ink, Item, Wants};
 
 use super::board::{Board, hint};
 use super::kept::Texture;
+use crate::{look, picture};
 
 /// Shows it.
 pub(super) fn show(board: &mut Board<'_>, ui: &mut Ui, item: &Item) {
@@ -19,13 +20,18 @@ pub(super) fn show(board: &mut Board<'_>, ui: &mut Ui, item: &Item) {
     else {
         return;
     };
+    let most = ui.input(|input| input.max_texture_side);
+    if let Err(reason) = picture::fits([*width, *height].map(|side| side as usize), most) {
+        ui.colored_label(look::ink(Ink::Warn, board.look), format!("{id}: {reason}"));
+        return;
+    }
     let size = vec2(*width as f32, *height as f32);
     let room = vec2(ui.available_width(), board.height());
     let scale = (room.x / size.x).min(room.y / size.y);
     let (rect, response) = ui.allocate_exact_size(size * scale, sense(*wants));
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, id));
     let serial = board.kept.serial;
-    let picture = || picture(*width, *height, *channels, pixels);
+    let picture = || image(*width, *height, *channels, pixels);
     let options = if scale > 3.0 {
         TextureOptions::NEAREST
     } else {
@@ -77,7 +83,7 @@ fn sense(wants: Wants) -> Sense {
     sense
 }
 
-fn picture(width: u32, height: u32, channels: u8, pixels: &[u8]) -> ColorImage {
+fn image(width: u32, height: u32, channels: u8, pixels: &[u8]) -> ColorImage {
     let size = [width as usize, height as usize];
     match channels {
         1 => ColorImage::from_gray(size, pixels),

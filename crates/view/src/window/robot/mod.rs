@@ -8,7 +8,6 @@ mod plane;
 mod reading;
 mod senses;
 mod table;
-mod trail;
 
 use eframe::egui::{self, Panel, ScrollArea, Ui};
 use serde::{Deserialize, Serialize};
@@ -106,9 +105,8 @@ impl Window for Robot {
 /// What is shown of what, and how.
 fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Senses, offer: &Offer) {
     ui.horizontal_wrapped(|ui| {
-        if offer.bodies.len() > 1 {
-            let chosen = senses.body.clone();
-            one_of(ui, "Robot", &chosen, &offer.bodies, &mut choice.body);
+        if senses.bodies.len() > 1 {
+            one_of(ui, "Robot", &senses.body, &senses.bodies, &mut choice.body);
         }
         if offer.lasers.len() > 1 {
             let chosen = senses.laser.name().unwrap_or_default().to_owned();

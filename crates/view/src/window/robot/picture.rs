@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use eframe::egui::{self, ColorImage, TextureHandle, TextureOptions, Ui, Vec2};
-use jde_abi::describe::{Field, Form, Type};
-use jde_link::{Rate, Sample};
+use eframe::egui::{self, TextureHandle, TextureOptions, Ui, Vec2};
+use jde_link::Rate;
 
 use super::reading::{Reading, sampled};
 use crate::look::{self, Look};
+use crate::picture::{self, Picture};
 use crate::session::Session;
 
 /// So often at most.
@@ -48,7 +48,12 @@ impl Pictures {
             .filter(|shown| shown.sequence == sample.sequence);
         if shown.is_none() {
             let before = self.shown.remove(camera);
-            let picture = color_image(sample).map(|image| match before {
+            let most = ui.input(|input| input.max_texture_side);
+            let image = Picture::read(sample).and_then(|picture| {
+                picture::fits(picture.size, most)?;
+                Ok(picture.image())
+            });
+            let picture = image.map(|image| match before {
                 Some(Shown {
                     picture: Ok(mut texture),
                     ..
@@ -102,74 +107,4 @@ fn frame(ui: &mut Ui, texture: &TextureHandle, camera: &str, stale: bool) {
         image
     };
     ui.add(image);
-}
-
-/// The picture of a sample, whose value is too large to be copied through a stack: its fields are read in place.
-pub(super) fn color_image(sample: &Sample) -> Result<ColorImage, String> {
-    let bytes = sample.bytes.as_deref().ok_or("there is none")?;
-    let fields = Fields(&sample.value_type, bytes);
-    let number = |name: &str| fields.number(name).ok_or("it is no picture");
-    let (width, height, step) = (number("width")?, number("height")?, number("step")?);
-    let encoding = fields.several("encoding").ok_or("it is no picture")?;
-    let pixels = fields.several("data").ok_or("it is no picture")?;
-    let (depth, order) = match encoding {
-        b"rgb8" => (3, [0, 1, 2]),
-        b"bgr8" => (3, [2, 1, 0]),
-        b"mono8" => (1, [0, 0, 0]),
-        other => {
-            let other = String::from_utf8_lossy(other);
-            return Err(format!("its pixels are `{other}`: expected rgb8, bgr8 or mono8"));
-        }
-    };
-    let whole = height.saturating_sub(1) * step + depth * width;
-    if width == 0 || height == 0 || step < depth * width || pixels.len() < whole {
-        let length = pixels.len();
-        return Err(format!(
-            "its {length} bytes are no {width} × {height} pixels in rows of {step}"
-        ));
-    }
-    let rows = pixels.chunks(step).take(height);
-    let colors = rows
-        .flat_map(|row| row[..depth * width].chunks_exact(depth))
-        .map(|pixel| {
-            let [red, green, blue] = order.map(|place| pixel[place]);
-            egui::Color32::from_rgb(red, green, blue)
-        });
-    Ok(ColorImage::new([width, height], colors.collect()))
-}
-
-/// The fields of a value, where its description says that they are.
-struct Fields<'a>(&'a Type, &'a [u8]);
-
-impl<'a> Fields<'a> {
-    fn of(&self, name: &str) -> Option<&'a Field> {
-        self.0.fields.iter().find(|field| field.name == name)
-    }
-
-    fn word(&self, at: usize) -> Option<usize> {
-        let word = self.1.get(at..at + 4)?.try_into().ok()?;
-        Some(u32::from_ne_bytes(word) as usize)
-    }
-
-    fn number(&self, name: &str) -> Option<usize> {
-        self.word(self.of(name)?.offset)
-    }
-
-    /// The bytes of a text or of a sequence of bytes.
-    fn several(&self, name: &str) -> Option<&'a [u8]> {
-        let field = self.of(name)?;
-        let (Form::Text {
-            capacity,
-            length_offset,
-        }
-        | Form::Sequence {
-            capacity,
-            length_offset,
-        }) = field.form
-        else {
-            return None;
-        };
-        let length = self.word(length_offset)?.min(capacity);
-        self.1.get(field.offset..field.offset + length)
-    }
 }

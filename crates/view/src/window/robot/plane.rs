@@ -7,6 +7,7 @@ use jde_panel::{Area, Ink};
 use jde_types::{Bumpers, LaserScan, Pose2D, RangeRing, Twist};
 use serde::{Deserialize, Serialize};
 
+use super::super::trail::Trail;
 use super::senses::{Outline, Senses};
 use crate::canvas::{Canvas, Pencil, View};
 use crate::look::{self, Look};
@@ -73,7 +74,7 @@ impl Plane {
         let home = if self.ahead_up {
             AROUND
         } else {
-            around(senses.trail.points(), pose)
+            around(&senses.trail, pose)
         };
         if !self.ahead_up && self.follow {
             self.view.follow([pose.x, pose.y]);
@@ -99,12 +100,12 @@ impl Plane {
 }
 
 /// The path and the robot with some room.
-fn around(path: &[[f64; 2]], pose: Pose2D) -> Area {
+fn around(trail: &Trail, pose: Pose2D) -> Area {
     let mut area = Area {
         least: [pose.x, pose.y],
         greatest: [pose.x, pose.y],
     };
-    for point in path {
+    for point in trail.paths().flatten() {
         for (axis, at) in point.iter().enumerate() {
             area.least[axis] = area.least[axis].min(*at);
             area.greatest[axis] = area.greatest[axis].max(*at);
@@ -138,14 +139,11 @@ impl Drawing<'_, '_> {
             self.cones(sonars, self.ink(Ink::Warn, senses.sonars.is_fresh()));
         }
         if plane.path {
-            let path: Vec<_> = senses
-                .trail
-                .points()
-                .iter()
-                .map(|point| on(&self.floor, *point))
-                .collect();
-            self.pencil
-                .line(&path, false, 1.5, self.ink(Ink::Accent, true).gamma_multiply(0.7));
+            let ink = self.ink(Ink::Accent, true).gamma_multiply(0.7);
+            for path in senses.trail.paths() {
+                let path: Vec<_> = path.map(|point| on(&self.floor, point)).collect();
+                self.pencil.line(&path, false, 1.5, ink);
+            }
         }
         if let Some(target) = senses.target {
             self.target(on(&self.floor, [target.x, target.y]));

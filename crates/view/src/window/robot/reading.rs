@@ -11,6 +11,8 @@ use crate::session::Session;
 const PERIODS: f64 = 4.0;
 /// No value is stale sooner, s: the network has a say too.
 const SOONEST: f64 = 0.5;
+/// Of an application that says nothing for so long, s, nobody knows how things are.
+const SILENT: f64 = 1.0;
 
 /// What a variable says.
 #[derive(Clone, Debug, Default)]
@@ -147,12 +149,15 @@ pub(super) fn sampled(
         };
         return Reading::None(name.clone(), why);
     }
-    let age = (session.now() - sample.time as f64 / 1e9).max(0.0);
+    // The application's time stands still with it.
+    let silent = session.silent().as_secs_f64();
+    let silent = if silent > SILENT { silent } else { 0.0 };
+    let age = (session.now() - sample.time as f64 / 1e9).max(0.0) + silent;
     let period = view.map_or(0.0, |view| view.period as f64 / 1e9);
     let fresh = Fresh {
         name: name.clone(),
         age,
-        stale: session.is_gone() || age > SOONEST.max(PERIODS * period),
+        stale: session.is_gone() || silent > 0.0 || age > SOONEST.max(PERIODS * period),
         asleep,
     };
     Reading::Here(sample, fresh)

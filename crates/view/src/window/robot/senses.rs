@@ -7,8 +7,8 @@ use jde_types::{
     WheelEncoders,
 };
 
+use super::super::trail::Trail;
 use super::reading::{Reading, read};
-use super::trail::Trail;
 use crate::session::Session;
 
 /// Senses for drawing come so often.
@@ -29,8 +29,6 @@ pub(super) struct Choice {
 /// What there is to choose from.
 #[derive(Debug, Default)]
 pub(super) struct Offer {
-    /// Schemas that have a body.
-    pub(super) bodies: Vec<String>,
     /// Variables that are lasers of the chosen one.
     pub(super) lasers: Vec<String>,
 }
@@ -40,6 +38,8 @@ pub(super) struct Offer {
 pub(super) struct Senses {
     /// The schema that drives the wheels; empty for none.
     pub(super) body: String,
+    /// All schemas that do.
+    pub(super) bodies: Vec<String>,
     /// What is known of its outline.
     pub(super) outline: Outline,
     pub(super) odometry: Reading<Odometry>,
@@ -122,9 +122,9 @@ impl Senses {
             .filter(|variable| belongs(variable, body, &bodies))
             .map(|variable| variable.name.clone())
             .collect();
+        self.bodies = bodies;
         Offer {
             lasers: lasers.iter().map(|laser| laser.name.clone()).collect(),
-            bodies,
         }
     }
 

@@ -3,31 +3,28 @@
 
 #[cfg(feature = "gamepad")]
 mod gamepad;
+mod grip;
 mod pad;
+mod who;
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Slider, Ui, Vec2};
+use eframe::egui::{Slider, Ui, Vec2};
 use jde_core::{Health, State};
 use jde_host::snapshot::HoldKind;
 use jde_link::Rate;
-use jde_link::message::{Action, SchemaInfo};
+use jde_link::message::SchemaInfo;
 use jde_panel::Ink;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::senses::Senses;
 use super::table;
 use crate::look::{self, Look};
 use crate::session::Session;
+use grip::Grip;
 use pad::Pad;
+use who::Who;
 
-/// The type of schema that drives a base, and that which turns a head.
-const BASE: &str = "teleop/base";
-const HEAD: &str = "teleop/head";
-/// What is wanted is changed no more often: a robot's base takes no notice of more.
-const BEAT: Duration = Duration::from_millis(40);
-/// A hand that rests is told of so often, well within the patience of a schema that is driven.
-const AGAIN: Duration = Duration::from_millis(100);
 /// Speed at first, m/s: about that of a person who looks around.
 const WALK: f64 = 0.3;
 /// A refusal is shown for so long.
@@ -46,16 +43,13 @@ pub(super) struct Drive {
     gamepads: Option<gamepad::Gamepads>,
 }
 
-/// What a hand holds of one schema.
-#[derive(Default)]
-struct Grip {
-    held: Option<Held>,
-}
-
-struct Held {
-    schema: String,
-    want: Value,
-    since: Instant,
+/// The greatest speeds that a schema allows.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// m/s.
+    fast: f64,
+    /// rad/s.
+    turn: f64,
 }
 
 /// What the sticks of a game pad want.
@@ -70,7 +64,9 @@ impl Drive {
         Self {
             on: false,
             since: Instant::now(),
-            speed: speed.filter(|speed| speed.is_finite()).unwrap_or(WALK),
+            speed: speed
+                .filter(|speed| speed.is_finite() && *speed > 0.0)
+                .unwrap_or(WALK),
             base: Grip::default(),
             head: Grip::default(),
             #[cfg(feature = "gamepad")]
@@ -85,11 +81,10 @@ impl Drive {
 
     /// Shows it, and orders what a hand wants.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, senses: &Senses, look: &Look) {
-        let base = driver(session, BASE, &senses.body);
-        let head = driver(session, HEAD, &senses.body);
+        let Who { base, head } = Who::of(&session.schemas().schemas, &senses.body, &senses.bodies);
         let Some(base) = base else {
             self.stop(session);
-            advice(ui, session, &senses.body);
+            who::advice(ui, session, &senses.body);
             return;
         };
         ui.horizontal(|ui| {
@@ -115,23 +110,34 @@ impl Drive {
             }
             return;
         }
-        let limits = limits(session, base);
-        self.slider(ui, limits, look);
+        let limits = Limits::of(session, base);
+        let head = head.map(|head| (head, number(session, head, "turn")));
+        let Some(limits) = limits else {
+            // Without them nobody knows how fast a push is, and what was chosen stays as it is.
+            self.stop(session);
+            ui.weak(format!("waiting for the limits of {}", base.name));
+            return;
+        };
+        if limits.fast <= 0.0 {
+            self.stop(session);
+            ui.weak(format!("{} drives nowhere while its `fast` is 0", base.name));
+            return;
+        }
+        self.slider(ui, limits.fast, look);
         let sticks = self.sticks(ui);
-        let (drive, gaze) = pads(ui, head.is_some(), look);
-        let share = (self.speed / limits.0).clamp(0.0, 1.0);
+        let (drive, gaze) = pads(ui, head.is_some_and(|(_, turn)| turn.is_some()), look);
+        let speed = self.speed.min(limits.fast);
         let want = drive.or(sticks.drive).map(|push| {
             json!({
                 "twist": {
-                    "linear": { "x": f64::from(push.y) * self.speed, "y": 0.0, "z": 0.0 },
-                    "angular": { "x": 0.0, "y": 0.0, "z": f64::from(-push.x) * limits.1 * share },
+                    "linear": { "x": f64::from(push.y) * speed, "y": 0.0, "z": 0.0 },
+                    "angular": { "x": 0.0, "y": 0.0, "z": f64::from(-push.x) * limits.turn * speed / limits.fast },
                 },
                 "wanted": true,
             })
         });
         self.base.order(ui, session, &base.name, want);
-        if let Some(head) = head {
-            let turn = number(session, head, "turn").unwrap_or(0.5);
+        if let Some((head, Some(turn))) = head {
             let want = gaze.or(sticks.look).map(|push| {
                 json!({
                     "pan": f64::from(-push.x) * turn,
@@ -149,11 +155,11 @@ impl Drive {
         self.head.let_go(session);
     }
 
-    fn slider(&mut self, ui: &mut Ui, (fast, _): (f64, f64), look: &Look) {
-        self.speed = self.speed.min(fast);
+    /// A robot that is slower than what was chosen leaves the choice as it is, for one that is not.
+    fn slider(&mut self, ui: &mut Ui, fast: f64, look: &Look) {
         let (most, unit) = look.units.convert(fast, "m/s");
         let factor = most / fast;
-        let mut shown = self.speed * factor;
+        let mut shown = self.speed.min(fast) * factor;
         let slider = Slider::new(&mut shown, 0.0..=most)
             .text("Speed")
             .suffix(format!(" {unit}"))
@@ -182,7 +188,7 @@ impl Drive {
                 Ink::Warn,
             );
         }
-        let hand = self.base.held.is_some() || self.head.held.is_some();
+        let hand = self.base.holds() || self.head.holds();
         if view.authority && view.state == State::Winner {
             let speed = senses.commanded.value().map(|twist| table::speed(twist, look));
             let words = match (hand, speed) {
@@ -205,7 +211,7 @@ impl Drive {
             .notices()
             .into_iter()
             .rev()
-            .find(|notice| notice.failed && notice.at >= self.since && notice.at.elapsed() < SHOWN);
+            .find(|notice| notice.at >= self.since && notice.at.elapsed() < SHOWN);
         if let (true, Some(refused)) = (self.on, refused) {
             ui.colored_label(look::ink(Ink::Bad, look), refused.text);
         }
@@ -217,7 +223,7 @@ impl Drive {
         let grip = gamepads.grip();
         ui.weak(gamepads.words());
         if gamepads.any() {
-            ui.ctx().request_repaint_after(BEAT);
+            ui.ctx().request_repaint_after(grip::BEAT);
         }
         let focused = ui.input(|input| input.focused);
         let grip = grip.filter(|_| focused);
@@ -233,64 +239,14 @@ impl Drive {
     }
 }
 
-impl Grip {
-    /// Orders what is wanted, or lets go as soon as nothing is.
-    fn order(&mut self, ui: &Ui, session: &Session, schema: &str, want: Option<Value>) {
-        let Some(want) = want else {
-            self.let_go(session);
-            return;
-        };
-        if self.held.as_ref().is_some_and(|held| held.schema != schema) {
-            self.let_go(session);
-        }
-        let new = |held: &Held| held.want != want && held.since.elapsed() >= BEAT;
-        if self.held.as_ref().is_none_or(new) {
-            self.held = Some(Held {
-                schema: schema.to_owned(),
-                want,
-                since: Instant::now(),
-            });
-        }
-        if let Some(held) = &self.held {
-            session.hold(Action::Modulate {
-                schema: held.schema.clone(),
-                variable: "want".to_owned(),
-                value: held.want.clone(),
-            });
-        }
-        ui.ctx().request_repaint_after(AGAIN.min(BEAT));
-    }
-
-    fn let_go(&mut self, session: &Session) {
-        if let Some(held) = self.held.take() {
-            session.let_go(&held.schema);
-        }
-    }
-}
-
-/// The schema of a type that commands this body, or the first of them.
-fn driver<'a>(session: &'a Session, type_name: &str, body: &str) -> Option<&'a SchemaInfo> {
-    let all = &session.schemas().schemas;
-    let commands = |schema: &&SchemaInfo| {
-        schema.ports.iter().any(|port| {
-            let target = port
-                .variable
-                .as_deref()
-                .and_then(|variable| variable.split_once('.'));
-            port.role == "actuator" && target.is_some_and(|(owner, _)| owner == body)
+impl Limits {
+    /// None while they are not known yet.
+    fn of(session: &Session, base: &SchemaInfo) -> Option<Self> {
+        Some(Self {
+            fast: number(session, base, "fast")?,
+            turn: number(session, base, "turn")?.max(0.0),
         })
-    };
-    all.iter()
-        .filter(|schema| schema.type_name == type_name)
-        .find(commands)
-        .or_else(|| all.iter().find(|schema| schema.type_name == type_name))
-}
-
-/// The greatest speeds that the schema allows, m/s and rad/s.
-fn limits(session: &Session, base: &SchemaInfo) -> (f64, f64) {
-    let fast = number(session, base, "fast").filter(|fast| *fast > 0.0);
-    let turn = number(session, base, "turn").filter(|turn| *turn >= 0.0);
-    (fast.unwrap_or(WALK), turn.unwrap_or(WALK))
+    }
 }
 
 fn number(session: &Session, schema: &SchemaInfo, modulation: &str) -> Option<f64> {
@@ -332,39 +288,4 @@ fn pads(ui: &mut Ui, head: bool, look: &Look) -> (Option<Vec2>, Option<Vec2>) {
     });
     ui.weak("Arrows or WASD while a pad has the focus, Space stands still");
     (drive, gaze)
-}
-
-/// How to add what is not there.
-fn advice(ui: &mut Ui, session: &Session, body: &str) {
-    if body.is_empty() {
-        ui.weak("nothing in this application drives");
-        return;
-    }
-    let roots = session
-        .schemas()
-        .groups
-        .iter()
-        .find(|group| group.father.is_none());
-    let roots = roots.map_or(&[][..], |group| &group.members);
-    let mut names = vec!["\"teleop\"".to_owned()];
-    names.extend(roots.iter().map(|root| format!("\"{root}\"")));
-    let command = session
-        .variables()
-        .iter()
-        .find(|variable| variable.owner == body && variable.type_name == "geometry_msgs/msg/Twist");
-    let command = command.map_or_else(|| format!("{body}.velocity"), |command| command.name.clone());
-    let lines = format!(
-        "roots = [{}]\n\n[schemas.teleop]\ntype      = \"teleop/base\"\nactuators = {{ base = \"{command}\" }}\n",
-        names.join(", ")
-    );
-    ui.label("Nobody can drive this application by hand. In its file, these lines let one:");
-    ui.add(
-        egui::TextEdit::multiline(&mut lines.as_str())
-            .code_editor()
-            .desired_rows(5)
-            .desired_width(f32::INFINITY),
-    );
-    if ui.button("Copy").on_hover_text("Copy the lines").clicked() {
-        ui.ctx().copy_text(lines);
-    }
 }

@@ -1,0 +1,190 @@
+//! Images of cameras as pixels that can be shown. What is no picture, or larger than a graphics card takes, is refused in words.
+
+use eframe::egui;
+use jde_abi::describe::{Field, Form, Type};
+use jde_link::Sample;
+
+/// A picture, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Picture {
+    /// Width and height.
+    pub(crate) size: [usize; 2],
+    /// Red, green, blue and how opaque, of each pixel.
+    pub(crate) rgba: Vec<u8>,
+}
+
+impl Picture {
+    /// The picture of a sample, whose value is too large to be copied through a stack: its fields are read in place, where its
+    /// description says that they are.
+    ///
+    /// # Errors
+    /// Why it is none that can be shown.
+    pub(crate) fn read(sample: &Sample) -> Result<Self, String> {
+        let bytes = sample.bytes.as_deref().ok_or("there is none")?;
+        let fields = Fields(&sample.value_type, bytes);
+        let number = |name: &str| fields.number(name).ok_or("it is no picture");
+        let (width, height, step) = (number("width")?, number("height")?, number("step")?);
+        let encoding = fields.several("encoding").ok_or("it is no picture")?;
+        let pixels = fields.several("data").ok_or("it is no picture")?;
+        let (depth, order) = match encoding {
+            b"rgb8" => (3, [0, 1, 2]),
+            b"bgr8" => (3, [2, 1, 0]),
+            b"mono8" => (1, [0, 0, 0]),
+            other => {
+                let other = String::from_utf8_lossy(other);
+                return Err(format!("its pixels are `{other}`: expected rgb8, bgr8 or mono8"));
+            }
+        };
+        let row = width.checked_mul(depth).ok_or("it is no picture")?;
+        // After the last row there need be no room between rows.
+        let whole = step
+            .checked_mul(height.saturating_sub(1))
+            .and_then(|rows| rows.checked_add(row))
+            .ok_or("it is no picture")?;
+        if width == 0 || height == 0 || step < row || pixels.len() < whole {
+            let length = pixels.len();
+            return Err(format!(
+                "its {length} bytes are no {width} × {height} pixels in rows of {step}"
+            ));
+        }
+        let mut rgba = Vec::with_capacity(4 * width * height);
+        for pixel in pixels
+            .chunks(step)
+            .take(height)
+            .flat_map(|line| line[..row].chunks_exact(depth))
+        {
+            let [red, green, blue] = order.map(|place| pixel[place]);
+            rgba.extend_from_slice(&[red, green, blue, 255]);
+        }
+        Ok(Self {
+            size: [width, height],
+            rgba,
+        })
+    }
+
+    /// As egui takes it.
+    pub(crate) fn image(&self) -> egui::ColorImage {
+        egui::ColorImage::from_rgba_premultiplied(self.size, &self.rgba)
+    }
+}
+
+/// Whether a picture fits on a graphics card that takes so many pixels in a row.
+///
+/// # Errors
+/// That it does not, in words.
+pub(crate) fn fits([width, height]: [usize; 2], most: usize) -> Result<(), String> {
+    if width.max(height) <= most {
+        return Ok(());
+    }
+    Err(format!(
+        "{width} × {height} pixels are too large for this graphics card, which takes {most} × {most}"
+    ))
+}
+
+/// The fields of a value.
+struct Fields<'a>(&'a Type, &'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn of(&self, name: &str) -> Option<&'a Field> {
+        self.0.fields.iter().find(|field| field.name == name)
+    }
+
+    fn word(&self, at: usize) -> Option<usize> {
+        let word = self.1.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_ne_bytes(word) as usize)
+    }
+
+    fn number(&self, name: &str) -> Option<usize> {
+        self.word(self.of(name)?.offset)
+    }
+
+    /// The bytes of a text or of a sequence of bytes.
+    fn several(&self, name: &str) -> Option<&'a [u8]> {
+        let field = self.of(name)?;
+        let (Form::Text {
+            capacity,
+            length_offset,
+        }
+        | Form::Sequence {
+            capacity,
+            length_offset,
+        }) = field.form
+        else {
+            return None;
+        };
+        let length = self.word(length_offset)?.min(capacity);
+        self.1.get(field.offset..field.offset + length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use jde_types::{Image, Value};
+
+    use super::*;
+
+    /// An image of these bytes, put together in place: a whole one is too large for the stack of a test.
+    fn sample(size: [u32; 2], step: u32, encoding: &str, data: &[u8]) -> Sample {
+        let of = Image::describe();
+        let mut bytes = vec![0; size_of::<Image>()];
+        let mut put = |at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
+        let field = |name: &str| of.fields.iter().find(|field| field.name == name);
+        for (name, number) in [("width", size[0]), ("height", size[1]), ("step", step)] {
+            put(field(name).expect(name).offset, &number.to_ne_bytes());
+        }
+        for (name, part) in [("encoding", encoding.as_bytes()), ("data", data)] {
+            let field = field(name).expect(name);
+            put(field.offset, part);
+            let length = field.form.length_offset().expect("its length varies");
+            put(length, &(part.len() as u32).to_ne_bytes());
+        }
+        Sample {
+            value_type: Arc::new(of),
+            bytes: Some(bytes),
+            sequence: 1,
+            time: 0,
+            age: 0,
+            valid_until: u64::MAX,
+            writer: String::new(),
+        }
+    }
+
+    #[test]
+    fn pixels_are_read_in_every_encoding_and_between_rows_there_may_be_room() {
+        let colors = [1, 2, 3, 4, 5, 6, 0, 7, 8, 9, 10, 11, 12];
+        let read = |encoding| Picture::read(&sample([2, 2], 7, encoding, &colors)).expect(encoding);
+        let rgb = [1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 255, 10, 11, 12, 255];
+        assert_eq!(read("rgb8").rgba, rgb);
+        let bgr = [3, 2, 1, 255, 6, 5, 4, 255, 9, 8, 7, 255, 12, 11, 10, 255];
+        assert_eq!(read("bgr8").rgba, bgr);
+        let grey = Picture::read(&sample([1, 2], 1, "mono8", &[5, 9])).expect("grey");
+        assert_eq!((grey.size, grey.rgba), ([1, 2], vec![5, 5, 5, 255, 9, 9, 9, 255]));
+        assert_eq!(
+            read("rgb8").image().pixels[3],
+            egui::Color32::from_rgb(10, 11, 12)
+        );
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused_in_words() {
+        for (size, step, encoding, bytes, reason) in [
+            ([2, 2], 6, "rgb8", 11, "its 11 bytes are no 2 × 2 pixels"),
+            ([2, 2], 5, "rgb8", 12, "in rows of 5"),
+            ([0, 2], 6, "rgb8", 12, "no 0 × 2 pixels"),
+            ([2, 2], 8, "yuv422", 12, "its pixels are `yuv422`"),
+            ([u32::MAX, u32::MAX], u32::MAX, "rgb8", 12, "no "),
+        ] {
+            let refused = Picture::read(&sample(size, step, encoding, &vec![0; bytes]));
+            let refused = refused.expect_err("it is refused");
+            assert!(refused.contains(reason), "{refused}");
+        }
+    }
+
+    #[test]
+    fn a_picture_fits_if_no_side_is_longer_than_the_card_takes() {
+        assert_eq!(fits([4096, 1], 4096), Ok(()));
+        assert!(fits([1, 4097], 4096).unwrap_err().contains("1 × 4097 pixels"));
+    }
+}
