@@ -1,4 +1,5 @@
-//! What things look like: the robot, people, what stands in a simulated world.
+//! What things look like: the robot, people, what stands in a simulated world. The cameras of a simulated world see figures of their
+//! own (`camera/figure.rs` of `crates/sim`), which are simpler, and of which nothing here depends.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 

@@ -1,20 +1,21 @@
 //! Asks the session for what is to be seen, and for nothing that nobody looks at.
 
 use std::collections::{HashMap, HashSet, VecDeque};
-use std::mem::{offset_of, size_of};
 use std::sync::Arc;
 
 use glam::Vec3;
 use jde_link::Rate;
 use jde_panel::Item;
 use jde_types::{
-    Flag, Image, LaserScan, Mission, Movers, Odometry, PanTilt, Path, Pose2D, RangeRing, Route, Scenery,
-    Target, Text, Truth, Value, WheelEncoders,
+    Flag, LaserScan, Mission, Movers, Odometry, PanTilt, Path, Pose2D, RangeRing, Route, Scenery, Target,
+    Text, Truth, Value, WheelEncoders,
 };
 
+use super::cast::Cast;
 use super::items::Items;
 use super::seen::{Camera, Robot, Seen, Way, frame};
 use super::stage::Pixels;
+use crate::picture::Picture;
 use crate::session::Session;
 
 /// What moves with a robot is asked for so often: people see it flow.
@@ -36,71 +37,6 @@ pub(crate) struct Gather {
     pixels: HashMap<String, Arc<Pixels>>,
     /// Schemas whose panels have had scenes in them.
     scenes: HashSet<String>,
-}
-
-/// Who has what: full names, and owners. Made anew when the application's variables change.
-#[derive(Default)]
-struct Cast {
-    /// Of how many variables it was made.
-    made_of: usize,
-    robots: Vec<[String; 2]>,
-    lasers: Vec<[String; 2]>,
-    sonars: Vec<[String; 2]>,
-    heads: Vec<[String; 2]>,
-    wheels: Vec<[String; 2]>,
-    images: Vec<[String; 2]>,
-    missions: Vec<[String; 2]>,
-    targets: Vec<[String; 2]>,
-    routes: Vec<[String; 2]>,
-    paths: Vec<[String; 2]>,
-    scenery: Option<[String; 2]>,
-    movers: Option<String>,
-    truth: Option<String>,
-}
-
-impl Cast {
-    fn of(session: &Session) -> Self {
-        fn exports<T: Value>(session: &Session) -> Vec<[String; 2]> {
-            let names = session.exports::<T>();
-            names.map(|it| [it.name.clone(), it.owner.clone()]).collect()
-        }
-        fn inputs<T: Value>(session: &Session) -> Vec<[String; 2]> {
-            let name = T::describe().name;
-            let fits = session.variables().iter().filter(|it| it.type_name == name);
-            fits.map(|it| [it.name.clone(), it.owner.clone()]).collect()
-        }
-        let scenery = exports::<Scenery>(session).into_iter().next();
-        let of_world = |all: Vec<[String; 2]>| {
-            let [_, world] = scenery.as_ref()?;
-            all.into_iter()
-                .find(|[_, owner]| owner == world)
-                .map(|[name, _]| name)
-        };
-        Self {
-            made_of: session.variables().len(),
-            robots: exports::<Odometry>(session),
-            lasers: exports::<LaserScan>(session),
-            sonars: exports::<RangeRing>(session),
-            heads: exports::<PanTilt>(session),
-            wheels: exports::<WheelEncoders>(session),
-            images: exports::<Image>(session),
-            missions: exports::<Mission>(session),
-            targets: inputs::<Target>(session),
-            routes: inputs::<Route>(session),
-            paths: exports::<Path>(session),
-            movers: of_world(exports::<Movers>(session)),
-            truth: of_world(exports::<Truth>(session)),
-            scenery,
-        }
-    }
-
-    /// The robot that something belongs to: its owner, or the first.
-    fn robot(&self, owner: &str) -> usize {
-        self.robots
-            .iter()
-            .position(|[_, robot]| robot == owner)
-            .unwrap_or(0)
-    }
 }
 
 impl Gather {
@@ -131,7 +67,7 @@ impl Gather {
                     continue;
                 };
                 let pose = told.pose2d();
-                robot.trail.add(pose, sample.time);
+                robot.trail.add(sample.time, [pose.x, pose.y]);
                 if number == 0 {
                     self.poses.push_back((sample.time, pose));
                     let surplus = self.poses.len().saturating_sub(POSES);
@@ -215,6 +151,7 @@ impl Gather {
 
     fn cameras(&mut self, seen: &mut Seen, session: &Session, items: &Items) {
         seen.cameras.clear();
+        seen.troubles.clear();
         if !items.cameras {
             self.pixels.clear();
             return;
@@ -230,15 +167,20 @@ impl Gather {
             let pixels = match known {
                 Some(known) => Arc::clone(known),
                 None => {
-                    let Some(pixels) = sample
-                        .bytes
-                        .as_deref()
-                        .and_then(|bytes| pixels(bytes, sample.sequence))
-                    else {
-                        self.pixels.remove(name);
+                    self.pixels.remove(name);
+                    // None at all is nothing to complain of: the camera may sleep.
+                    if sample.bytes.is_none() {
                         continue;
+                    }
+                    let picture = match Picture::read(&sample) {
+                        Ok(picture) => picture,
+                        Err(reason) => {
+                            seen.troubles.push(format!("{name}: {reason}"));
+                            continue;
+                        }
                     };
-                    let pixels = Arc::new(pixels);
+                    let stamp = sample.sequence;
+                    let pixels = Arc::new(Pixels { picture, stamp });
                     self.pixels.insert(name.clone(), Arc::clone(&pixels));
                     pixels
                 }
@@ -350,48 +292,4 @@ fn told<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
         .any(|port| port.name == what && port.role == "modulation")
         .then(|| session.read::<T>(&format!("{owner}.{what}"), Rate::Hz(1)))?
         .map(|(value, _)| value)
-}
-
-/// Pixels as the card takes them; none if the picture is broken, or of a kind that is not known.
-///
-/// Reads them where they lie: an [`Image`] is too large to be taken out.
-fn pixels(bytes: &[u8], stamp: u64) -> Option<Pixels> {
-    if bytes.len() != size_of::<Image>() {
-        return None;
-    }
-    let number = |at: usize| u32::from_bytes(&bytes[at..at + 4]);
-    let height = number(offset_of!(Image, height))?;
-    let width = number(offset_of!(Image, width))?;
-    let step = number(offset_of!(Image, step))? as usize;
-    let encoding = offset_of!(Image, encoding);
-    let encoding = Text::<28>::from_bytes(&bytes[encoding..encoding + size_of::<Text<28>>()])?;
-    let channels = match encoding.as_str() {
-        "rgb8" | "bgr8" => 3,
-        "mono8" => 1,
-        _ => return None,
-    };
-    // A sequence is its length, and what it holds begins after 8 bytes.
-    let data = offset_of!(Image, data);
-    let length = number(data)? as usize;
-    let data = bytes.get(data + 8..)?.get(..length)?;
-    let long = (width as usize).checked_mul(channels)?;
-    if width == 0 || height == 0 || step < long || step.checked_mul(height as usize)? > data.len() {
-        return None;
-    }
-    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
-    for row in data.chunks_exact(step).take(height as usize) {
-        for pixel in row[..long].chunks_exact(channels) {
-            rgba.extend_from_slice(&match (pixel, encoding.as_str()) {
-                ([blue, green, red], "bgr8") => [*red, *green, *blue, 255],
-                ([red, green, blue], _) => [*red, *green, *blue, 255],
-                ([grey], _) => [*grey, *grey, *grey, 255],
-                _ => return None,
-            });
-        }
-    }
-    Some(Pixels {
-        size: [width, height],
-        rgba,
-        stamp,
-    })
 }

@@ -24,6 +24,15 @@ pub(crate) enum Wish {
     Reset,
 }
 
+/// What of a hand is not for the eye.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Taken {
+    /// The drag that is under way.
+    pub(crate) drag: bool,
+    /// Keys.
+    pub(crate) keys: bool,
+}
+
 /// What a person points at.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pointed {
@@ -34,7 +43,15 @@ pub(crate) struct Pointed {
 }
 
 /// Moves the eye as the hand does; answers with what else is wanted, and whether the hand moved the target away.
-pub(crate) fn steer(ui: &Ui, response: &Response, orbit: &mut Orbit, follows: bool) -> (Option<Wish>, bool) {
+///
+/// Drags or keys that are somebody else's, `taken`, do not move it.
+pub(crate) fn steer(
+    ui: &Ui,
+    response: &Response,
+    orbit: &mut Orbit,
+    follows: bool,
+    taken: Taken,
+) -> (Option<Wish>, bool) {
     let mut away = false;
     let height = response.rect.height().max(1.0);
     let shift = ui.input(|input| input.modifiers.shift);
@@ -43,7 +60,9 @@ pub(crate) fn steer(ui: &Ui, response: &Response, orbit: &mut Orbit, follows: bo
     let pans = response.dragged_by(PointerButton::Middle)
         || response.dragged_by(PointerButton::Secondary)
         || (response.dragged_by(PointerButton::Primary) && shift);
-    if pans && moved != Vec2::ZERO {
+    if taken.drag {
+        // The eye stays.
+    } else if pans && moved != Vec2::ZERO {
         orbit.pan(moved);
         away = true;
     } else if response.dragged_by(PointerButton::Primary) {
@@ -65,7 +84,7 @@ pub(crate) fn steer(ui: &Ui, response: &Response, orbit: &mut Orbit, follows: bo
         }
     }
     let mut wish = None;
-    if response.has_focus() {
+    if response.has_focus() && !taken.keys {
         ui.memory_mut(|memory| {
             let keeps = egui::EventFilter {
                 horizontal_arrows: true,

@@ -1,10 +1,13 @@
 //! The robot and what it senses in space: a picture that is turned, moved and brought nearer by hand. It refuses to compute: all it
 //! shows was told by the application.
 
+mod bar;
+mod cast;
 mod figures;
 mod gather;
 mod gpu;
 mod hand;
+mod hit;
 mod items;
 mod orbit;
 mod overlay;
@@ -14,10 +17,11 @@ mod solids;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod touch;
 
-use eframe::egui::{self, Align2, Color32, Sense, Ui, pos2, vec2};
+use eframe::egui::{self, Color32, Sense, Ui, pos2};
 use glam::Vec3;
-use jde_panel::Ink;
+use jde_panel::{Gesture, Ink};
 use serde::{Deserialize, Serialize};
 
 use super::Window;
@@ -25,11 +29,12 @@ use crate::look::{Look, ink};
 use crate::session::Session;
 use gather::Gather;
 use gpu::{Card, Ground};
-use hand::{Pointed, Wish};
+use hand::{Pointed, Taken};
 use items::Items;
 use orbit::Orbit;
 use seen::Seen;
 use stage::Stage;
+use touch::Touch;
 
 pub(crate) use gpu::{Effort, offer};
 #[cfg(test)]
@@ -45,6 +50,7 @@ pub(crate) struct Space {
     /// Where the robot that is followed was.
     robot: Option<Vec3>,
     pointed: Option<Pointed>,
+    touch: Touch,
     /// What could not be shown, in words.
     troubles: Vec<String>,
     gather: Gather,
@@ -84,6 +90,7 @@ impl Space {
             goal: None,
             robot: None,
             pointed: None,
+            touch: Touch::default(),
             troubles: Vec::new(),
             gather: Gather::default(),
             seen: Seen::default(),
@@ -116,8 +123,8 @@ impl Space {
         self.kept.follow = false;
     }
 
-    /// Draws what is seen.
-    fn picture(&mut self, ui: &mut Ui, look: &Look) {
+    /// Draws what is seen; answers with what hands did to the scenes of panels, each with the schema that it is for.
+    fn picture(&mut self, ui: &mut Ui, look: &Look) -> Vec<(String, Gesture)> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| {
             egui::WidgetInfo::labeled(
@@ -127,9 +134,15 @@ impl Space {
             )
         });
         if rect.width() < 8.0 || rect.height() < 8.0 {
-            return;
+            return Vec::new();
         }
-        let (wish, away) = hand::steer(ui, &response, &mut self.kept.orbit, self.kept.follow);
+        let eye = hand::eye(&self.kept.orbit, &response);
+        let gestures = self.touch.gestures(ui, &response, &eye, &self.seen);
+        let taken = Taken {
+            drag: self.touch.drags(),
+            keys: self.touch.types(&self.seen),
+        };
+        let (wish, away) = hand::steer(ui, &response, &mut self.kept.orbit, self.kept.follow, taken);
         if away {
             self.kept.follow = false;
             self.goal = None;
@@ -151,7 +164,11 @@ impl Space {
         let pixels = [rect.width(), rect.height()].map(|points| (points * scale).round() as u32);
         let card = self.card.get_or_insert_with(|| Card::find(ui.ctx()));
         let drawn = match card {
-            Ok(card) => card.draw(&self.stage, &eye, &ground, pixels),
+            Ok(card) => {
+                self.troubles
+                    .extend(self.stage.leave_out_pictures(card.most_pixels()));
+                card.draw(&self.stage, &eye, &ground, pixels)
+            }
             Err(reason) => Err(reason.clone()),
         };
         let painter = ui.painter_at(rect);
@@ -163,7 +180,7 @@ impl Space {
             Err(reason) => {
                 self.card = Some(Err(reason.clone()));
                 self.refused(ui, rect, &reason);
-                return;
+                return gestures;
             }
         }
         if response.clicked()
@@ -186,29 +203,7 @@ impl Space {
         }
         self.bar(ui, rect);
         self.notes(&painter, rect, look);
-    }
-
-    fn fulfil(&mut self, wish: Wish) {
-        let now = self.kept.orbit;
-        match wish {
-            Wish::Follow => {
-                self.kept.follow = !self.kept.follow;
-                if self.kept.follow
-                    && let Some(robot) = self.present()
-                {
-                    self.goal = Some(Orbit { target: robot, ..now });
-                }
-            }
-            Wish::Top => self.goal = Some(self.goal.unwrap_or(now).above()),
-            Wish::Reset => {
-                let target = self.present().unwrap_or(Orbit::default().target);
-                self.kept.follow = true;
-                self.goal = Some(Orbit {
-                    target,
-                    ..Orbit::default()
-                });
-            }
-        }
+        gestures
     }
 
     /// Where the robot that is followed is now.
@@ -254,109 +249,17 @@ impl Space {
             ui.ctx().request_repaint();
         }
     }
-
-    /// The buttons over the picture.
-    fn bar(&mut self, ui: &mut Ui, rect: egui::Rect) {
-        let area = egui::Rect::from_min_size(rect.min + vec2(8.0, 8.0), vec2(rect.width() - 16.0, 24.0));
-        let builder = egui::UiBuilder::new()
-            .max_rect(area)
-            .layout(egui::Layout::left_to_right(egui::Align::Center));
-        let mut bar = ui.new_child(builder);
-        let mut wish = None;
-        egui::containers::menu::MenuButton::new("Show")
-            .config(
-                egui::containers::menu::MenuConfig::new()
-                    .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside),
-            )
-            .ui(&mut bar, |ui| {
-                for (on, name, about) in self.kept.items.each() {
-                    ui.checkbox(on, name).on_hover_text(about);
-                }
-            })
-            .0
-            .on_hover_text("What is shown in space");
-        let follow = bar
-            .selectable_label(self.kept.follow, "Follow")
-            .on_hover_text("The view goes along with the robot (F)");
-        if follow.clicked() {
-            wish = Some(Wish::Follow);
-        }
-        if bar
-            .button("Top")
-            .on_hover_text("Look from above, as at a map (T)")
-            .clicked()
-        {
-            wish = Some(Wish::Top);
-        }
-        let reset = bar.button("Reset").on_hover_text(
-            "Look as at the beginning (R)\n\nDrag to look around, Shift-drag or middle button to move, wheel to go nearer.\n\
-             Keys: arrows, Shift-arrows, + and -. A click tells what is there, and where.",
-        );
-        if reset.clicked() {
-            wish = Some(Wish::Reset);
-        }
-        if let Some(wish) = wish {
-            self.fulfil(wish);
-            ui.ctx().request_repaint();
-        }
-    }
-
-    /// What is to be said in words.
-    fn notes(&self, painter: &egui::Painter, rect: egui::Rect, look: &Look) {
-        let plain = ink(Ink::Plain, look);
-        if self.seen.is_empty() {
-            let text = if self.seen.robots.is_empty() {
-                "no odometry in this application: nothing tells where the robot is"
-            } else {
-                "no odometry yet: the driver that tells it may be asleep"
-            };
-            overlay::plate(painter, rect.center(), Align2::CENTER_CENTER, text, plain, look);
-        }
-        let mut at = rect.left_bottom() + vec2(8.0, -8.0);
-        if let Some(pointed) = &self.pointed {
-            let number = |number: f32| {
-                look.units
-                    .show(f64::from((number * 1000.0).round() / 1000.0), "m")
-            };
-            let (x, y) = (number(pointed.at.x), number(pointed.at.y));
-            let text = match &pointed.name {
-                Some(name) => format!("{name}: x {x}, y {y}"),
-                None => format!("x {x}, y {y}"),
-            };
-            overlay::plate(painter, at, Align2::LEFT_BOTTOM, &text, plain, look);
-            at.y -= 22.0;
-        }
-        for trouble in &self.troubles {
-            overlay::plate(
-                painter,
-                at,
-                Align2::LEFT_BOTTOM,
-                trouble,
-                ink(Ink::Warn, look),
-                look,
-            );
-            at.y -= 22.0;
-        }
-    }
-
-    /// No picture: why, and another try.
-    fn refused(&mut self, ui: &mut Ui, rect: egui::Rect, reason: &str) {
-        let mut area = ui.new_child(egui::UiBuilder::new().max_rect(rect.shrink(16.0)));
-        area.vertical_centered(|ui| {
-            ui.add_space(rect.height() / 3.0);
-            ui.label("There is no 3D picture on this screen. The other windows work all the same.");
-            ui.weak(reason);
-            if ui.button("Try again").clicked() {
-                self.card = None;
-            }
-        });
-    }
 }
 
 impl Window for Space {
     fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
         self.gather.update(&mut self.seen, session, &self.kept.items);
-        self.picture(ui, look);
+        for (schema, gesture) in self.picture(ui, look) {
+            if !session.is_gone() && !session.is_recording() {
+                // What comes of it the schema draws, and what is refused is among the notices.
+                session.touch(&schema, gesture);
+            }
+        }
     }
 
     fn keep(&self) -> serde_json::Value {

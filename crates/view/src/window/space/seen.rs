@@ -1,6 +1,5 @@
 //! What is there to be seen: the newest values of what an application has, as the view needs them. It knows nothing of drawing.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
@@ -9,17 +8,12 @@ use jde_types::{
     LaserScan, Mission, Movers, Path, Pose2D, RangeRing, Route, Scenery, Target, Thing, WheelEncoders,
 };
 
+use super::super::trail::Trail;
 use super::figures::{Carried, HEAD, LASER_AHEAD, LASER_HEIGHT};
 use super::stage::{Pixels, placed};
 
 /// Radius of a Pioneer's wheels, m.
 const WHEEL: f64 = 0.0975;
-/// Points of a path that are kept; then every other is left out.
-const MOST_POINTS: usize = 20_000;
-/// A path goes on when the robot has moved so far, m.
-const STEP: f32 = 0.03;
-/// A robot that is elsewhere all at once did not drive there as far as anybody knows, m.
-const JUMP: f32 = 1.0;
 
 /// All there is.
 #[derive(Debug, Default)]
@@ -33,6 +27,8 @@ pub(crate) struct Seen {
     pub(crate) world: World,
     /// Panels with scenes in them, by schema.
     pub(crate) panels: Vec<(String, Arc<List>)>,
+    /// What cannot be shown, in words.
+    pub(crate) troubles: Vec<String>,
 }
 
 /// A robot and what moves along with it.
@@ -46,14 +42,6 @@ pub(crate) struct Robot {
     /// Whether it has them, be they heard or not.
     pub(crate) carries: Carried,
     pub(crate) trail: Trail,
-}
-
-/// Where a robot has been.
-#[derive(Debug, Default)]
-pub(crate) struct Trail {
-    /// Each with whether a path begins there: the robot was put there, or nobody looked for a while.
-    points: VecDeque<(Vec3, bool)>,
-    last: u64,
 }
 
 /// A camera on a robot, and what it saw last.
@@ -126,45 +114,6 @@ impl Camera {
             robot.place()?
         };
         Some(on * placed(self.at, [0.0, 0.0, self.yaw]))
-    }
-}
-
-impl Trail {
-    /// The robot was there at that time, ns.
-    pub(crate) fn add(&mut self, pose: Pose2D, time: u64) {
-        let point = Vec3::new(pose.x as f32, pose.y as f32, 0.005);
-        if !point.is_finite() {
-            return;
-        }
-        if time < self.last {
-            // A recording went back: that has not happened yet.
-            self.points.clear();
-        }
-        self.last = time;
-        let Some((before, _)) = self.points.back() else {
-            self.points.push_back((point, true));
-            return;
-        };
-        let moved = before.distance(point);
-        if moved >= STEP {
-            self.points.push_back((point, moved > JUMP));
-        }
-        if self.points.len() > MOST_POINTS {
-            let mut number = 0_usize;
-            self.points.retain(|(_, begins)| {
-                number += 1;
-                number % 2 == 1 || *begins
-            });
-        }
-    }
-
-    /// From place to place, those left out where it did not drive.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = (Vec3, Vec3)> {
-        let next = self.points.iter().skip(1);
-        let pairs = self.points.iter().zip(next);
-        pairs
-            .filter(|(_, (_, begins))| !begins)
-            .map(|((from, _), (to, _))| (*from, *to))
     }
 }
 

@@ -25,7 +25,7 @@ const ARC: usize = 8;
 
 /// All of it, as far as wanted. Answers with what could not be shown, in words.
 pub(crate) fn all(stage: &mut Stage, seen: &Seen, items: &Items, look: &Look) -> Vec<String> {
-    let mut troubles = Vec::new();
+    let mut troubles = seen.troubles.clone();
     if items.axes {
         axes(stage, Affine3A::IDENTITY, 1.0, look);
     }
@@ -116,8 +116,9 @@ fn name(stage: &mut Stage, seen: &Seen, thing: &Thing, items: &Items, look: &Loo
 fn show_robot(stage: &mut Stage, robot: &Robot, items: &Items, look: &Look) {
     if items.path {
         let color = ink(Ink::Accent, look);
-        for (from, to) in robot.trail.lines() {
-            stage.line(from, to, 2.5, color);
+        let above = |at: [f64; 2]| Vec3::new(at[0] as f32, at[1] as f32, 0.005);
+        for path in robot.trail.paths() {
+            stage.lines(path.map(above), 2.5, color);
         }
     }
     let Some(place) = robot.place() else { return };
@@ -260,7 +261,7 @@ fn show_way(stage: &mut Stage, way: &Way, goal: Color32, faint: Color32, items: 
 /// The picture before the camera, and the pyramid of what it sees.
 fn show_camera(stage: &mut Stage, camera: &Camera, robots: &[Robot], look: &Look) {
     let Some(place) = camera.place(robots) else { return };
-    let [width, height] = camera.pixels.size.map(|size| size as f32);
+    let [width, height] = camera.pixels.picture.size.map(|size| size as f32);
     let aside = PICTURE * (camera.field / 2.0).tan().min(1.5);
     let up = aside * height / width;
     let corner = |left: f32, high: f32| place.transform_point3(Vec3::new(PICTURE, left * aside, high * up));

@@ -60,10 +60,10 @@ pub(crate) fn put(stage: &mut Stage, frame: Affine3A, solid: &Solid, look: &Look
     }
 }
 
-fn at(place: &Place) -> Affine3A {
+pub(super) fn at(place: &Place) -> Affine3A {
     placed(vector(place.at), place.turned.map(|angle| angle as f32))
 }
 
-fn vector([x, y, z]: [f64; 3]) -> Vec3 {
+pub(super) fn vector([x, y, z]: [f64; 3]) -> Vec3 {
     Vec3::new(x as f32, y as f32, z as f32)
 }

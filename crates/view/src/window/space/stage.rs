@@ -10,6 +10,8 @@ use bytemuck::{Pod, Zeroable};
 use eframe::egui::Color32;
 use glam::{Affine3A, Mat3A, Quat, Vec3};
 
+use crate::picture;
+
 /// A form whose corners lie ready on the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Form {
@@ -55,11 +57,10 @@ pub(crate) struct Stroke {
     pub(crate) color: [u8; 4],
 }
 
-/// Pixels, red, green, blue and how opaque, rows from the top; `stamp` differs when they do.
+/// Pixels; `stamp` differs when they do.
 #[derive(Clone, Debug)]
 pub(crate) struct Pixels {
-    pub(crate) size: [u32; 2],
-    pub(crate) rgba: Vec<u8>,
+    pub(crate) picture: picture::Picture,
     pub(crate) stamp: u64,
 }
 
@@ -244,6 +245,20 @@ impl Stage {
             at,
             radius,
         });
+    }
+
+    /// Leaves out the pictures that are larger than a card takes; answers with why, in words.
+    pub(crate) fn leave_out_pictures(&mut self, most: usize) -> Vec<String> {
+        let mut reasons = Vec::new();
+        self.pictures
+            .retain(|shown| match picture::fits(shown.pixels.picture.size, most) {
+                Ok(()) => true,
+                Err(reason) => {
+                    reasons.push(format!("{}: {reason}", shown.name));
+                    false
+                }
+            });
+        reasons
     }
 
     /// Differs, but for accidents that nobody meets, when what the card draws does.

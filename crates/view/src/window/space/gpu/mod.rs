@@ -214,6 +214,11 @@ impl Card {
         Ok(id)
     }
 
+    /// The most pixels that a picture may have to a side.
+    pub(crate) fn most_pixels(&self) -> usize {
+        self.state.device.limits().max_texture_dimension_2d as usize
+    }
+
     #[cfg(test)]
     pub(crate) fn pictures_drawn(&self) -> u64 {
         self.times

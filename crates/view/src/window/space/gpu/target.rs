@@ -136,7 +136,12 @@ impl Target {
         let whole = texture(COLOR, 1, wgpu::TextureUsages::TEXTURE_BINDING);
         let none = wgpu::TextureUsages::empty();
         let mut renderer = state.renderer.write();
-        let filter = wgpu::FilterMode::Nearest;
+        // With one sample a pixel it is made larger on the screen, and smoothed by that.
+        let filter = if samples > 1 {
+            wgpu::FilterMode::Nearest
+        } else {
+            wgpu::FilterMode::Linear
+        };
         let shown = match before {
             Some(before) => {
                 let id = before.shown.id;
@@ -221,7 +226,7 @@ impl Shown {
         (layout, sampler): (&wgpu::BindGroupLayout, &wgpu::Sampler),
         pixels: &Pixels,
     ) -> Self {
-        let [width, height] = pixels.size;
+        let [width, height] = pixels.picture.size.map(|side| side as u32);
         let size = wgpu::Extent3d {
             width,
             height,
@@ -264,7 +269,7 @@ impl Shown {
         if shown.stamp != pixels.stamp {
             queue.write_texture(
                 shown.texture.as_image_copy(),
-                &pixels.rgba,
+                &pixels.picture.rgba,
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(4 * width),

@@ -2,6 +2,7 @@
 
 mod eye;
 mod room;
+mod touch;
 
 use eframe::egui::{self, Event, Key, Modifiers, MouseWheelUnit, Pos2, Vec2, pos2, vec2};
 use eframe::egui_wgpu::{RenderState, RendererOptions};
@@ -45,7 +46,7 @@ fn window_of(seen: Seen, dark: bool, effort: Effort) -> Harness<'static, Space> 
         .build_ui_state(
             |ui, space: &mut Space| {
                 let look = Look::of(ui.ctx(), Units::default());
-                space.picture(ui, &look);
+                drop(space.picture(ui, &look));
             },
             space,
         )
@@ -236,7 +237,7 @@ fn without_a_card_the_window_says_so_and_lives() {
     let mut window = Harness::builder().with_size(SIZE).build_ui_state(
         |ui, space: &mut Space| {
             let look = Look::of(ui.ctx(), Units::default());
-            space.picture(ui, &look);
+            drop(space.picture(ui, &look));
         },
         space,
     );

@@ -127,7 +127,7 @@ pub(super) fn room() -> Seen {
     for step in 0..60_u64 {
         let part = step as f64 / 59.0;
         let pose = Pose2D::new(part, -0.8 * (1.0 - part) * (part * 4.0).cos(), 0.0);
-        robot.trail.add(pose, step);
+        robot.trail.add(step, [pose.x, pose.y]);
     }
     let mut route = Route::EMPTY;
     for (x, y) in [(1.6, -1.8), (5.6, -0.6), (5.8, 2.2)] {
@@ -214,8 +214,10 @@ fn stripes() -> Pixels {
         ]
     };
     Pixels {
-        size: [width, height],
-        rgba: (0..width * height).flat_map(pixel).collect(),
+        picture: crate::picture::Picture {
+            size: [width, height].map(|side| side as usize),
+            rgba: (0..width * height).flat_map(pixel).collect(),
+        },
         stamp: 1,
     }
 }

@@ -1,0 +1,132 @@
+//! What stands over the picture: buttons, what a click told, and words where there is nothing to be seen.
+
+use eframe::egui::{self, Align2, Ui, vec2};
+use jde_panel::Ink;
+
+use super::hand::Wish;
+use super::orbit::Orbit;
+use super::{Space, overlay};
+use crate::look::{Look, ink};
+
+impl Space {
+    /// Does what a person wants besides moving the eye.
+    pub(super) fn fulfil(&mut self, wish: Wish) {
+        let now = self.kept.orbit;
+        match wish {
+            Wish::Follow => {
+                self.kept.follow = !self.kept.follow;
+                if self.kept.follow
+                    && let Some(robot) = self.present()
+                {
+                    self.goal = Some(Orbit { target: robot, ..now });
+                }
+            }
+            Wish::Top => self.goal = Some(self.goal.unwrap_or(now).above()),
+            Wish::Reset => {
+                let target = self.present().unwrap_or(Orbit::default().target);
+                self.kept.follow = true;
+                self.goal = Some(Orbit {
+                    target,
+                    ..Orbit::default()
+                });
+            }
+        }
+    }
+
+    /// The buttons over the picture.
+    pub(super) fn bar(&mut self, ui: &mut Ui, rect: egui::Rect) {
+        let area = egui::Rect::from_min_size(rect.min + vec2(8.0, 8.0), vec2(rect.width() - 16.0, 24.0));
+        let builder = egui::UiBuilder::new()
+            .max_rect(area)
+            .layout(egui::Layout::left_to_right(egui::Align::Center));
+        let mut bar = ui.new_child(builder);
+        let mut wish = None;
+        egui::containers::menu::MenuButton::new("Show")
+            .config(
+                egui::containers::menu::MenuConfig::new()
+                    .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside),
+            )
+            .ui(&mut bar, |ui| {
+                for (on, name, about) in self.kept.items.each() {
+                    ui.checkbox(on, name).on_hover_text(about);
+                }
+            })
+            .0
+            .on_hover_text("What is shown in space");
+        let follow = bar
+            .selectable_label(self.kept.follow, "Follow")
+            .on_hover_text("The view goes along with the robot (F)");
+        if follow.clicked() {
+            wish = Some(Wish::Follow);
+        }
+        if bar
+            .button("Top")
+            .on_hover_text("Look from above, as at a map (T)")
+            .clicked()
+        {
+            wish = Some(Wish::Top);
+        }
+        let reset = bar.button("Reset").on_hover_text(
+            "Look as at the beginning (R)\n\nDrag to look around, Shift-drag or middle button to move, wheel to go nearer.\n\
+             Keys: arrows, Shift-arrows, + and -. A click tells what is there, and where.",
+        );
+        if reset.clicked() {
+            wish = Some(Wish::Reset);
+        }
+        if let Some(wish) = wish {
+            self.fulfil(wish);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// What is to be said in words.
+    pub(super) fn notes(&self, painter: &egui::Painter, rect: egui::Rect, look: &Look) {
+        let plain = ink(Ink::Plain, look);
+        if self.seen.is_empty() {
+            let text = if self.seen.robots.is_empty() {
+                "no odometry in this application: nothing tells where the robot is"
+            } else {
+                "no odometry yet: the driver that tells it may be asleep"
+            };
+            overlay::plate(painter, rect.center(), Align2::CENTER_CENTER, text, plain, look);
+        }
+        let mut at = rect.left_bottom() + vec2(8.0, -8.0);
+        if let Some(pointed) = &self.pointed {
+            let number = |number: f32| {
+                look.units
+                    .show(f64::from((number * 1000.0).round() / 1000.0), "m")
+            };
+            let (x, y) = (number(pointed.at.x), number(pointed.at.y));
+            let text = match &pointed.name {
+                Some(name) => format!("{name}: x {x}, y {y}"),
+                None => format!("x {x}, y {y}"),
+            };
+            overlay::plate(painter, at, Align2::LEFT_BOTTOM, &text, plain, look);
+            at.y -= 22.0;
+        }
+        for trouble in &self.troubles {
+            overlay::plate(
+                painter,
+                at,
+                Align2::LEFT_BOTTOM,
+                trouble,
+                ink(Ink::Warn, look),
+                look,
+            );
+            at.y -= 22.0;
+        }
+    }
+
+    /// No picture: why, and another try.
+    pub(super) fn refused(&mut self, ui: &mut Ui, rect: egui::Rect, reason: &str) {
+        let mut area = ui.new_child(egui::UiBuilder::new().max_rect(rect.shrink(16.0)));
+        area.vertical_centered(|ui| {
+            ui.add_space(rect.height() / 3.0);
+            ui.label("There is no 3D picture on this screen. The other windows work all the same.");
+            ui.weak(reason);
+            if ui.button("Try again").clicked() {
+                self.card = None;
+            }
+        });
+    }
+}

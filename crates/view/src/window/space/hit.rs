@@ -1,0 +1,187 @@
+//! Where a ray meets the shapes of a panel's scene. It draws nothing and hands nothing back.
+
+use glam::{Affine3A, Vec2, Vec3};
+use jde_panel::Solid;
+
+use super::orbit::{Eye, Ray};
+use super::solids::{at, vector};
+
+/// What is thin is met this near to it, points of the screen.
+const NEAR: f32 = 6.0;
+
+/// Where what is seen at a point of the screen meets a shape that is told in a frame: how far from the eye, and the place.
+pub(crate) fn meet(eye: &Eye, screen: Vec2, frame: Affine3A, solid: &Solid) -> Option<(f32, Vec3)> {
+    let ray = eye.ray(screen);
+    let point = |point: &[f64; 3]| frame.transform_point3(vector(*point));
+    let way = match solid {
+        Solid::Box { place, size, .. } => slabs(&ray, frame * at(place), vector(*size) / 2.0),
+        Solid::Cylinder {
+            place,
+            radius,
+            height,
+            ..
+        } => cylinder(&ray, frame * at(place), *radius as f32, *height as f32 / 2.0),
+        Solid::Sphere { center, radius, .. } => ray.ball(point(center), *radius as f32),
+        Solid::Mesh { corners, .. } => corners
+            .chunks_exact(3)
+            .filter_map(|corners| triangle(&ray, [&corners[0], &corners[1], &corners[2]].map(point)))
+            .min_by(f32::total_cmp),
+        Solid::Line { points, .. } => points
+            .windows(2)
+            .filter_map(|pair| thin(eye, screen, [point(&pair[0]), point(&pair[1])]))
+            .min_by(f32::total_cmp),
+        Solid::Points { points, .. } => points
+            .iter()
+            .filter_map(|at| thin(eye, screen, [point(at), point(at)]))
+            .min_by(f32::total_cmp),
+        Solid::Arrow { from, to, .. } => thin(eye, screen, [point(from), point(to)]),
+        // A text says something of a place and is none.
+        Solid::Label { .. } => None,
+    }?;
+    (way.is_finite() && way > 0.0).then(|| (way, ray.from + ray.along * way))
+}
+
+/// How far along a ray a box begins, of half these sizes.
+fn slabs(ray: &Ray, place: Affine3A, half: Vec3) -> Option<f32> {
+    let (from, along) = inside(ray, place);
+    let (one, other) = ((-half - from) / along, (half - from) / along);
+    let (near, far) = (one.min(other).max_element(), one.max(other).min_element());
+    (near <= far && far > 0.0).then_some(near)
+}
+
+/// How far along a ray a cylinder along z begins, of half this height.
+fn cylinder(ray: &Ray, place: Affine3A, radius: f32, half: f32) -> Option<f32> {
+    let (from, along) = inside(ray, place);
+    let (flat, way) = (from.truncate(), along.truncate());
+    let (a, b, c) = (
+        way.length_squared(),
+        flat.dot(way),
+        flat.length_squared() - radius * radius,
+    );
+    // Beside it the root is of less than nothing, and the way no number.
+    let side = (-b - (b * b - a * c).sqrt()) / a;
+    let side = (side > 0.0 && (from.z + along.z * side).abs() <= half).then_some(side);
+    let lids = [-half, half].map(|lid| (lid - from.z) / along.z);
+    let lids = lids
+        .into_iter()
+        .filter(|way_to| *way_to > 0.0 && (flat + way * way_to).length() <= radius);
+    side.into_iter().chain(lids).min_by(f32::total_cmp)
+}
+
+/// A ray in the frame of a shape; lengths along it stay.
+fn inside(ray: &Ray, place: Affine3A) -> (Vec3, Vec3) {
+    let back = place.inverse();
+    (back.transform_point3(ray.from), back.transform_vector3(ray.along))
+}
+
+/// How far along a ray a triangle is, from whichever side (Möller and Trumbore).
+fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
+    let (ab, ac) = (b - a, c - a);
+    let across = ray.along.cross(ac);
+    let size = ab.dot(across);
+    if size.abs() < f32::EPSILON {
+        return None;
+    }
+    let to = ray.from - a;
+    let u = to.dot(across) / size;
+    let over = to.cross(ab);
+    let v = ray.along.dot(over) / size;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| ac.dot(over) / size)
+}
+
+/// How far from the eye a stretch is that is near a point of the screen.
+fn thin(eye: &Eye, screen: Vec2, [from, to]: [Vec3; 2]) -> Option<f32> {
+    let (begin, end) = (eye.project(from)?, eye.project(to)?);
+    let along = end - begin;
+    let part = if along == Vec2::ZERO {
+        0.0
+    } else {
+        ((screen - begin).dot(along) / along.length_squared()).clamp(0.0, 1.0)
+    };
+    let near = (begin + along * part).distance(screen) <= NEAR;
+    near.then(|| from.lerp(to, part).distance(eye.place))
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_panel::{Color, Ink, Place};
+
+    use super::super::orbit::Orbit;
+    use super::*;
+
+    const SIZE: Vec2 = Vec2::new(640.0, 400.0);
+
+    fn met(solid: &Solid, toward: Vec3) -> Option<Vec3> {
+        let eye = Orbit::default().eye(SIZE);
+        let screen = eye.project(toward).expect("it is before the eye");
+        meet(&eye, screen, Affine3A::from_translation(Vec3::X), solid).map(|(_, at)| at)
+    }
+
+    #[test]
+    fn each_form_is_met_on_its_surface_and_missed_beside_it() {
+        let color = Color::Ink(Ink::Plain);
+        let place = Place {
+            at: [0.0, 0.0, 0.5],
+            turned: [0.0, 0.0, 0.7],
+        };
+        let middle = Vec3::new(1.0, 0.0, 0.5);
+        /// How far a place is from the surface, seen from the form's middle.
+        type Off = fn(Vec3) -> f32;
+        let forms: [(Solid, Off); 4] = [
+            (
+                Solid::Sphere {
+                    center: [0.0, 0.0, 0.5],
+                    radius: 0.3,
+                    color,
+                },
+                |off| off.length() - 0.3,
+            ),
+            (
+                Solid::Box {
+                    place,
+                    size: [0.6; 3],
+                    color,
+                },
+                |off| {
+                    let turned = glam::Quat::from_rotation_z(-0.7) * off;
+                    turned.abs().max_element() - 0.3
+                },
+            ),
+            (
+                Solid::Cylinder {
+                    place,
+                    radius: 0.3,
+                    height: 0.6,
+                    color,
+                },
+                |off| (off.truncate().length() - 0.3).max(off.z.abs() - 0.3),
+            ),
+            (
+                Solid::Mesh {
+                    corners: vec![[0.0, -2.0, 0.5], [0.0, 2.0, 0.5], [-2.0, 0.0, 0.5]],
+                    color,
+                },
+                |off| off.z,
+            ),
+        ];
+        for (form, outside) in &forms {
+            let toward = middle - Vec3::new(0.05, 0.02, 0.0);
+            let at = met(form, toward).unwrap_or_else(|| panic!("{form:?}"));
+            assert!(outside(at - middle).abs() < 2e-3, "{form:?} at {at}");
+            assert_eq!(met(form, Vec3::new(1.0, 3.0, 0.5)), None, "{form:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_thin_is_met_near_it() {
+        let color = Color::Ink(Ink::Plain);
+        let line = Solid::Line {
+            points: vec![[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+            color,
+            width: 1.0,
+        };
+        let at = met(&line, Vec3::new(1.0, 0.5, 0.0)).expect("it is there");
+        assert!(at.distance(Vec3::new(1.0, 0.5, 0.0)) < 0.05, "{at}");
+        assert_eq!(met(&line, Vec3::new(1.0, 1.5, 0.0)), None);
+    }
+}
