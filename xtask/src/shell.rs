@@ -143,9 +143,10 @@ mod tests {
 
     #[test]
     fn who_never_ends_is_ended_and_named() {
-        let mut command = Command::new("sleep");
-        let error = read_within(command.arg("1000"), Duration::from_millis(10)).unwrap_err();
-        assert_eq!(error.to_string(), "`sleep 1000` did not end within 10ms");
+        let mut command = Command::new("tail");
+        command.args(["-f", "/dev/null"]);
+        let error = read_within(&mut command, Duration::from_millis(10)).unwrap_err();
+        assert_eq!(error.to_string(), "`tail -f /dev/null` did not end within 10ms");
         let hello = read_within(Command::new("echo").arg("hello"), Duration::MAX).unwrap();
         assert_eq!(hello, "hello\n");
         assert!(read_within(&mut Command::new("false"), Duration::MAX).is_err());

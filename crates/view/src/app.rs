@@ -1,12 +1,15 @@
 //! The window's frame: the start page, or the windows on one application. It owns no robot: it may be closed at any time.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use eframe::egui;
 use jde_link::Client;
 
+use crate::card::{self, Lost};
 use crate::desk::Desk;
 use crate::look::Look;
 use crate::player::Player;
@@ -31,13 +34,22 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
             .with_min_inner_size([480.0, 320.0]),
         ..eframe::NativeOptions::default()
     };
+    let lost = Lost::default();
+    let watched = lost.clone();
     let build: eframe::AppCreator<'_> = Box::new(move |context| {
         if let Some(card) = &context.wgpu_render_state {
             space::offer(&context.egui_ctx, card, Effort::of(card));
+            watched.watch(&context.egui_ctx, card);
         }
-        Ok(Box::new(App::new(&context.egui_ctx, opening, Drawer::of_user())))
+        let mut app = App::new(&context.egui_ctx, opening, Drawer::of_user());
+        app.lost = watched;
+        Ok(Box::new(app))
     });
-    eframe::run_native("jde", options, build).map_err(|error| Error::Window(error.to_string()))
+    let ended = eframe::run_native("jde", options, build);
+    match lost.reason() {
+        Some(reason) => Err(Error::Lost(reason.to_owned())),
+        None => ended.map_err(|error| card::refused(&error)),
+    }
 }
 
 /// What the window shows.
@@ -48,15 +60,30 @@ pub(crate) struct App {
     saved: Settings,
     drawer: Drawer,
     page: Page,
+    lost: Lost,
 }
 
 enum Page {
     /// What runs, and what was recorded.
     Start(Start),
     /// Looks for an application and connects.
-    Connecting { name: String, opened: Receiver<Opened> },
+    Connecting {
+        name: String,
+        opened: Receiver<Opened>,
+        _cancel: Cancel,
+    },
     /// The windows on one application.
     Open(Box<Desk>),
+}
+
+/// Tells whoever looks for an application that nobody waits for it any more, once it is dropped.
+#[derive(Default)]
+struct Cancel(Arc<AtomicBool>);
+
+impl Drop for Cancel {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 /// What came of looking for an application.
@@ -72,6 +99,7 @@ impl App {
             saved: settings.clone(),
             settings,
             drawer,
+            lost: Lost::default(),
         };
         if let Some(file) = app.opening.recording.clone() {
             app.play(ctx, file);
@@ -84,11 +112,15 @@ impl App {
     /// One frame.
     pub(crate) fn frame(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
+        if self.lost.reason().is_some() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
+        }
         let look = Look::of(&ctx, self.settings.units);
         let mut next = None;
         match &mut self.page {
             Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Chosen),
-            Page::Connecting { name, opened } => match opened.try_recv() {
+            Page::Connecting { name, opened, .. } => match opened.try_recv() {
                 Ok(Ok(opened)) => next = Some(Next::Desk(Box::new(opened))),
                 Ok(Err(reason)) => next = Some(Next::Start(Some(reason))),
                 Err(TryRecvError::Disconnected) => {
@@ -139,7 +171,7 @@ impl App {
         self.look_for(
             ctx,
             name.split('@').next().unwrap_or_default().to_owned(),
-            move || {
+            move |_| {
                 let session = Client::connect(&reach)
                     .and_then(|client| client.application(Some(&asked)))
                     .and_then(|remote| Session::open(remote, repaint))
@@ -151,8 +183,8 @@ impl App {
 
     fn play(&mut self, ctx: &egui::Context, file: PathBuf) {
         let (program, repaint) = (self.opening.player.clone(), ctx.clone());
-        self.look_for(ctx, file.display().to_string(), move || {
-            let (player, remote) = Player::start(&program, &file)?;
+        self.look_for(ctx, file.display().to_string(), move |cancelled| {
+            let (player, remote) = Player::start(&program, &file, cancelled)?;
             let session = Session::open(remote, repaint).map_err(|error| error.to_string())?;
             Ok((session, Some(player)))
         });
@@ -162,19 +194,25 @@ impl App {
         &mut self,
         ctx: &egui::Context,
         name: String,
-        look: impl FnOnce() -> Opened + Send + 'static,
+        look: impl FnOnce(&AtomicBool) -> Opened + Send + 'static,
     ) {
         let (done, opened) = channel();
-        let repaint = ctx.clone();
+        let (repaint, cancel) = (ctx.clone(), Cancel::default());
+        let cancelled = Arc::clone(&cancel.0);
         let look = move || {
-            let _ = done.send(look());
+            // Nobody may wait for it any more.
+            let _ = done.send(look(&cancelled));
             repaint.request_repaint();
         };
         // Without a thread its end is dropped, and the page says so.
         if let Err(error) = thread::Builder::new().name("view-connect".to_owned()).spawn(look) {
             tracing::error!("no thread to connect: {error}");
         }
-        self.page = Page::Connecting { name, opened };
+        self.page = Page::Connecting {
+            name,
+            opened,
+            _cancel: cancel,
+        };
     }
 }
 

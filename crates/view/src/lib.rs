@@ -5,8 +5,10 @@
 
 mod app;
 mod canvas;
+mod card;
 mod desk;
 mod look;
+mod picture;
 mod player;
 mod session;
 mod settings;
@@ -15,6 +17,7 @@ mod start;
 mod tests;
 mod window;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use jde_link::Reach;
@@ -28,8 +31,9 @@ pub struct Opening {
     pub application: Option<String>,
     /// A recording to begin with.
     pub recording: Option<PathBuf>,
-    /// How a recording is played: the program and its arguments before the file, in a process of its own.
-    pub player: Vec<String>,
+    /// How a recording is played: the program and its arguments before `--name NAME FILE`, in a process of its own, which ends at
+    /// the end of its standard input.
+    pub player: Vec<OsString>,
     /// Where recordings are looked for.
     pub recordings: Vec<PathBuf>,
 }
@@ -40,7 +44,16 @@ pub enum Error {
     /// There is no screen.
     #[error("there is no screen here: neither WAYLAND_DISPLAY nor DISPLAY is set")]
     NoScreen,
-    /// The screen or its driver refused.
+    /// Nothing here draws.
+    #[error(
+        "no graphics card here can draw windows: {0}; install its driver, or Mesa's, which does without one (apt install \
+         mesa-vulkan-drivers)"
+    )]
+    NoCard(String),
+    /// The card was lost, or refused what it cannot do without.
+    #[error("the graphics card draws no more: {0}; open the windows again, they are as they were left")]
+    Lost(String),
+    /// The screen refused.
     #[error("cannot open a window: {0}")]
     Window(String),
 }

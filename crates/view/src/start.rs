@@ -1,24 +1,20 @@
 //! The start page: what runs here or where the user pointed, and recordings at hand. A click opens either.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+mod look;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
 use egui_extras::{Column, TableBuilder};
 use jde_link::message::{About, Network};
-use jde_link::{Client, Reach};
 
 use crate::Opening;
 use crate::desk::look_menu;
 use crate::settings::Settings;
-
-/// Between two looks at what runs.
-const LOOK: Duration = Duration::from_secs(1);
-/// Recordings that are listed at most, the newest first.
-const MOST: usize = 200;
+use look::{Seen, lock};
 
 /// What was chosen.
 pub(crate) enum Chosen {
@@ -36,23 +32,6 @@ pub(crate) struct Start {
     typed: String,
 }
 
-/// What was found last.
-#[derive(Default)]
-struct Seen {
-    looked: bool,
-    running: Vec<About>,
-    recordings: Vec<File>,
-    trouble: Option<String>,
-}
-
-/// A recording.
-#[derive(Clone, Debug, PartialEq)]
-struct File {
-    path: PathBuf,
-    bytes: u64,
-    written: SystemTime,
-}
-
 impl Start {
     /// Begins to look, again each second until the page is gone.
     pub(crate) fn new(ctx: &egui::Context, opening: &Opening) -> Self {
@@ -63,7 +42,7 @@ impl Start {
             opening.recordings.clone(),
         );
         let repaint = ctx.clone();
-        let look = move || look(&told, &reach, &folders, &repaint);
+        let look = move || look::again_and_again(&told, &reach, &folders, &repaint);
         if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(look) {
             lock(&seen).trouble = Some(format!("no thread to look: {error}"));
         }
@@ -90,6 +69,10 @@ impl Start {
                     ui.add_space(8.0);
                 }
                 let seen = lock(&self.seen);
+                if !seen.running.is_empty() || !seen.recordings.is_empty() {
+                    // Of what there is it says how old it is.
+                    ui.ctx().request_repaint_after(Duration::from_secs(1));
+                }
                 ui.heading("Applications that run");
                 if let Some(trouble) = &seen.trouble {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
@@ -225,68 +208,6 @@ fn table(ui: &mut egui::Ui, head: &[&str], rows: usize, mut cell: impl FnMut(usi
         });
 }
 
-/// Looks again and again, until nobody wants to know.
-fn look(told: &Weak<Mutex<Seen>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
-    loop {
-        let found = Client::connect(reach).and_then(|client| client.applications());
-        let recordings = files(folders);
-        let Some(seen) = told.upgrade() else { return };
-        {
-            let mut seen = lock(&seen);
-            let before = (
-                seen.looked,
-                seen.running.len(),
-                seen.recordings.len(),
-                seen.trouble.is_some(),
-            );
-            seen.looked = true;
-            (seen.running, seen.trouble) = match found {
-                Ok(running) => (running, None),
-                Err(error) => (Vec::new(), Some(error.to_string())),
-            };
-            seen.recordings = recordings;
-            if before
-                != (
-                    true,
-                    seen.running.len(),
-                    seen.recordings.len(),
-                    seen.trouble.is_some(),
-                )
-            {
-                repaint.request_repaint();
-            }
-        }
-        drop(seen);
-        thread::sleep(LOOK);
-    }
-}
-
-/// The recordings in folders, the newest first.
-fn files(folders: &[PathBuf]) -> Vec<File> {
-    let mut files: Vec<File> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
-    files.sort_by_key(|file| std::cmp::Reverse(file.written));
-    files.truncate(MOST);
-    files
-}
-
-fn in_folder(folder: &Path) -> Vec<File> {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    entries
-        .filter_map(|entry| {
-            let entry = entry.ok()?;
-            let path = entry.path();
-            let about = entry.metadata().ok()?;
-            (path.extension()? == "mcap" && about.is_file()).then(|| File {
-                path,
-                bytes: about.len(),
-                written: about.modified().unwrap_or(UNIX_EPOCH),
-            })
-        })
-        .collect()
-}
-
 fn size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
@@ -307,8 +228,4 @@ fn ago(then: SystemTime) -> String {
         3_600..86_400 => format!("{} h ago", seconds / 3_600),
         _ => format!("{} days ago", seconds / 86_400),
     }
-}
-
-fn lock(seen: &Mutex<Seen>) -> std::sync::MutexGuard<'_, Seen> {
-    seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

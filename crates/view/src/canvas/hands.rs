@@ -21,7 +21,7 @@ pub(crate) struct Hands {
 
 impl Hands {
     /// A drag is handed back: the view stays.
-    pub(super) fn drags(&self) -> bool {
+    pub(crate) fn drags(&self) -> bool {
         self.drag.is_some()
     }
 

@@ -13,6 +13,8 @@ use crate::window::Kind;
 
 /// How long what came of an order is shown.
 const SHOWN: Duration = Duration::from_secs(8);
+/// An application that says nothing for so long is said to be silent.
+const SILENT: Duration = Duration::from_secs(1);
 
 impl Desk {
     /// Draws it; answers whether the person wants to leave.
@@ -60,6 +62,15 @@ impl Desk {
         }
         ui.label(format!("{:.1} s", self.session.now()))
             .on_hover_text("Time of the application since its start.");
+        let silent = self.session.silent();
+        if silent > SILENT {
+            let text = format!("no news for {} s", silent.as_secs());
+            ui.colored_label(ui.visuals().error_fg_color, text).on_hover_text(
+                "It hangs, was suspended, or the network to it is cut. What is shown is how it was then.",
+            );
+        }
+        // Silence is no news, so nobody else has this drawn.
+        ui.ctx().request_repaint_after(SILENT / 2);
         let troubled = self
             .session
             .snapshot()
@@ -110,7 +121,7 @@ impl Desk {
         }
     }
 
-    /// What came of the last order, for a while.
+    /// Why the last order came to nothing, for a while.
     fn notice(&self, ui: &mut egui::Ui) {
         let notices = self.session.notices();
         let Some(notice) = notices.last() else { return };
@@ -119,11 +130,7 @@ impl Desk {
             return;
         }
         ui.ctx().request_repaint_after(left);
-        let color = if notice.failed {
-            ui.visuals().error_fg_color
-        } else {
-            ui.visuals().text_color()
-        };
+        let color = ui.visuals().error_fg_color;
         ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(color)).truncate())
             .on_hover_text(&notice.text);
     }

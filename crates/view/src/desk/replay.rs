@@ -7,7 +7,7 @@ use jde_link::message::Action;
 use jde_types::Flag;
 use serde_json::json;
 
-use crate::session::Session;
+use crate::session::{Outcome, Session};
 
 const STEERING: &str = "replay";
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
@@ -15,8 +15,28 @@ const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 /// What a person does to the slider.
 #[derive(Default)]
 pub(super) struct Slider {
-    /// Where it is dragged to, until the recording is there.
-    dragged: Option<f64>,
+    /// Where it was moved to, until the recording is there.
+    sought: Option<Sought>,
+}
+
+/// A place that the recording was sent to.
+struct Sought {
+    /// s.
+    place: f64,
+    outcome: Outcome,
+    /// The newest position when the recording had taken the order: what comes later is of after it.
+    taken: Option<u64>,
+}
+
+impl Sought {
+    /// Whether the recording is there, or will not come, at the newest of its positions.
+    fn is_over(&mut self, newest: u64) -> bool {
+        match self.outcome.get() {
+            None => false,
+            Some(Err(_)) => true,
+            Some(Ok(())) => *self.taken.get_or_insert(newest) != newest,
+        }
+    }
 }
 
 impl Slider {
@@ -31,7 +51,8 @@ impl Slider {
                 .read::<Flag>(&of(name), Rate::Hz(20))
                 .map(|(flag, _)| flag.get())
         };
-        let position = number("position").unwrap_or_default();
+        let position = session.read::<f64>(&of("position"), Rate::Hz(20));
+        let (position, newest) = position.map_or((0.0, 0), |(place, sample)| (place, sample.sequence));
         let paused = flag("paused").unwrap_or_default();
         let looping = flag("loop").unwrap_or_default();
         let speed = number("speed").unwrap_or(1.0);
@@ -42,7 +63,8 @@ impl Slider {
             .and_then(|variable| variable.range.greatest);
         ui.horizontal(|ui| {
             let play = if paused { "Play" } else { "Pause" };
-            if ui.button(play).on_hover_text("Space").clicked() || space(ui) {
+            let pressed = ui.button(play).on_hover_text("Space").clicked();
+            if pressed || space(ui) {
                 set(session, "paused", json!(!paused));
             }
             let step = ui.button("Next takeover");
@@ -74,23 +96,28 @@ impl Slider {
             ui.label(format!("{position:.2} s"));
             let Some(end) = end else { return };
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
-            let mut place = self.dragged.unwrap_or(position);
+            let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);
             let slider = egui::Slider::new(&mut place, 0.0..=end.max(f64::MIN_POSITIVE)).show_value(false);
             let slider = ui.add(slider).on_hover_text("Where the recording is.");
+            slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Place in the recording"));
             if slider.changed() {
-                self.dragged = Some(place);
-                set(session, "position", json!(place));
-            } else if !slider.dragged() {
-                self.dragged = None;
+                self.sought = Some(Sought {
+                    place,
+                    outcome: session.order(order("position", json!(place))),
+                    taken: None,
+                });
+            } else if !slider.dragged() && self.sought.as_mut().is_some_and(|sought| sought.is_over(newest)) {
+                self.sought = None;
             }
             ui.label(format!("{end:.1} s"));
         });
     }
 }
 
-/// Space plays and pauses, where nothing else has the keyboard.
+/// Space plays and pauses, where nothing else has the keyboard; then it does nothing else.
 fn space(ui: &egui::Ui) -> bool {
-    ui.memory(|memory| memory.focused().is_none()) && ui.input(|input| input.key_pressed(egui::Key::Space))
+    ui.memory(|memory| memory.focused().is_none())
+        && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Space))
 }
 
 fn of(name: &str) -> String {
@@ -98,9 +125,13 @@ fn of(name: &str) -> String {
 }
 
 fn set(session: &Session, name: &str, value: serde_json::Value) {
-    session.act(Action::Modulate {
+    session.act(order(name, value));
+}
+
+fn order(name: &str, value: serde_json::Value) -> Action {
+    Action::Modulate {
         schema: STEERING.to_owned(),
         variable: name.to_owned(),
         value,
-    });
+    }
 }

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use eframe::egui;
 use egui_kittest::Harness;
+use egui_kittest::kittest::{By, NodeT, Queryable};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
@@ -30,7 +31,7 @@ pub(crate) struct Robot {
     _link: Link,
     running: Running,
     folder: Folder,
-    _files: tempfile::TempDir,
+    files: tempfile::TempDir,
 }
 
 impl Robot {
@@ -39,21 +40,31 @@ impl Robot {
         let plugins = plugins();
         let file = Path::new(ROOT).join("apps").join(format!("{name}.toml"));
         let application = app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-        Self::start(application, &plugins)
+        Self::start(application, &plugins, None)
     }
 
     /// An application as text, with plugins of the test's own linked in.
     pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
         let file = Path::new(ROOT).join("apps/test.toml");
         let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-        Self::start(application, &plugins)
+        Self::start(application, &plugins, None)
     }
 
-    fn start(application: Application, plugins: &Plugins) -> Self {
+    /// As [`Self::linked`], for windows a recording that plays.
+    pub(crate) fn recorded(text: &str, plugins: Plugins) -> Self {
+        let file = Path::new(ROOT).join("apps/test.toml");
+        let application = app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        Self::start(application, &plugins, Some("replay"))
+    }
+
+    fn start(application: Application, plugins: &Plugins, executor: Option<&str>) -> Self {
         let files = tempfile::tempdir().expect("a folder for the test");
         let folder = Folder::at(files.path().join("jde"));
         let events = Events::of(&application);
-        let title = Title::new(&application, 1.0);
+        let mut title = Title::new(&application, 1.0);
+        if let Some(executor) = executor {
+            executor.clone_into(&mut title.executor);
+        }
         let options = Options {
             observers: vec![events.observer()],
             ..Options::default()
@@ -69,7 +80,7 @@ impl Robot {
             _link: Link::open(&settings, subject, &events).expect("the link opens"),
             running,
             folder,
-            _files: files,
+            files,
         }
     }
 
@@ -81,6 +92,11 @@ impl Robot {
     /// Where tools find it.
     pub(crate) fn reach(&self) -> Reach {
         Reach::Local(self.folder.clone())
+    }
+
+    /// The folder in which it announces itself.
+    pub(crate) fn place(&self) -> PathBuf {
+        self.files.path().join("jde")
     }
 
     /// A look into it, as a window has one.
@@ -105,7 +121,14 @@ pub(crate) fn until<State>(
         // Others of this process have two cores as well; this is no wait for anything.
         std::thread::yield_now();
     }
-    panic!("it did not come to be so in {STEPS} steps");
+    let shown = harness.query_all(By::new());
+    let shown: Vec<String> = shown
+        .filter_map(|node| {
+            let node = node.accesskit_node();
+            node.label().or_else(|| node.value())
+        })
+        .collect();
+    panic!("it did not come to be so in {STEPS} steps; what is shown: {shown:?}");
 }
 
 /// The folder of the plugins, built by the first who asks.

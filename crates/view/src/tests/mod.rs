@@ -2,6 +2,7 @@
 
 mod common;
 mod frame;
+mod letters;
 mod painter;
 mod panel;
 mod panel_pictures;

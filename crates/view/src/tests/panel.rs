@@ -423,6 +423,24 @@ fn a_click_on_a_picture_is_handed_back_in_its_pixels() {
 }
 
 #[test]
+fn a_picture_that_is_larger_than_the_graphics_card_takes_is_refused_in_words() {
+    let picture = Item::Image {
+        id: "seen".to_owned(),
+        width: 2049,
+        height: 1,
+        channels: 1,
+        pixels: vec![128; 2049],
+        wants: clicks(),
+    };
+    let mut harness = with(Vec::new());
+    harness.input_mut().max_texture_side = Some(2048);
+    harness.run();
+    says(&mut harness, vec![picture]);
+    harness
+        .get_by_label("seen: 2049 × 1 pixels are too large for this graphics card, which takes 2048 × 2048");
+}
+
+#[test]
 fn of_a_table_only_what_is_in_view_is_laid_out_and_a_heading_sorts_it() {
     let table = Item::Table {
         id: "rows".to_owned(),

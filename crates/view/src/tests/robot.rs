@@ -28,9 +28,14 @@ struct Desk {
 type Looking = Harness<'static, Desk>;
 
 fn look(robot: &Robot) -> Looking {
+    look_with(robot, &serde_json::Value::Null)
+}
+
+/// With what a window kept before.
+fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
     let desk = Desk {
         session: robot.session(),
-        window: Shown::open(&serde_json::Value::Null),
+        window: Shown::open(kept),
     };
     let show = |ui: &mut egui::Ui, desk: &mut Desk| {
         desk.session.begin_frame();
@@ -105,17 +110,21 @@ fn push_left(harness: &mut Looking, pad: Rect) {
     harness.step();
 }
 
-#[test]
-fn r13_a_hand_on_the_pad_drives_and_letting_go_gives_the_robot_back() {
+/// A robot that a hand on the pad drives, and where the pad is.
+fn driving() -> (Robot, Looking, Rect) {
     let robot = Robot::of("safe-navigation");
-    let handle = robot.handle();
     let mut harness = look(&robot);
-    until(&mut harness, |harness| says(harness, "example has control"));
     let pad = at_the_pad(&mut harness);
     push_left(&mut harness, pad);
-    drives(&mut harness, &handle);
+    drives(&mut harness, &robot.handle());
+    (robot, harness, pad)
+}
+
+#[test]
+fn r13_a_hand_on_the_pad_drives_and_letting_go_gives_the_robot_back() {
+    let (robot, mut harness, pad) = driving();
     harness.drop_at(pad.center());
-    given_back(&mut harness, &handle);
+    given_back(&mut harness, &robot.handle());
 }
 
 #[test]
@@ -143,14 +152,9 @@ fn keys_drive_while_the_pad_has_the_focus_and_no_longer() {
 
 #[test]
 fn a_window_that_loses_the_focus_lets_go_although_the_button_is_down() {
-    let robot = Robot::of("safe-navigation");
-    let handle = robot.handle();
-    let mut harness = look(&robot);
-    let pad = at_the_pad(&mut harness);
-    push_left(&mut harness, pad);
-    drives(&mut harness, &handle);
+    let (robot, mut harness, _) = driving();
     harness.input_mut().focused = false;
-    given_back(&mut harness, &handle);
+    given_back(&mut harness, &robot.handle());
 }
 
 #[test]
@@ -167,6 +171,28 @@ fn the_switch_turned_off_lets_go() {
     assert!(harness.query_by_label("Drive pad").is_none());
 }
 
+#[test]
+fn the_speed_that_was_chosen_is_kept_through_a_robot_that_is_slower() {
+    let robot = Robot::of("safe-navigation");
+    let mut harness = look_with(&robot, &serde_json::json!({ "speed": 0.4 }));
+    at_the_pad(&mut harness);
+    let speed = |harness: &Looking| harness.state().window.keep()["speed"].clone();
+    assert_eq!(speed(&harness), 0.4, "its limits were waited for");
+    let slider = |harness: &Harness<'_, Desk>| {
+        let slider = harness.get_by_role(egui::Role::Slider);
+        slider.accesskit_node().numeric_value()
+    };
+    assert_eq!(slider(&harness), Some(0.4));
+    let slower = Action::Modulate {
+        schema: "teleop".to_owned(),
+        variable: "fast".to_owned(),
+        value: 0.2.into(),
+    };
+    harness.state().session.act(slower);
+    until(&mut harness, |harness| slider(harness) == Some(0.2));
+    assert_eq!(speed(&harness), 0.4);
+}
+
 /// Looks again and again, without a step of any window.
 fn comes_back(handle: &Handle) {
     let back = (0..LOOKS).any(|_| {
@@ -178,25 +204,15 @@ fn comes_back(handle: &Handle) {
 
 #[test]
 fn r14_a_viewer_that_freezes_with_a_hand_on_the_pad_drives_no_longer() {
-    let robot = Robot::of("safe-navigation");
-    let handle = robot.handle();
-    let mut harness = look(&robot);
-    let pad = at_the_pad(&mut harness);
-    push_left(&mut harness, pad);
-    drives(&mut harness, &handle);
-    comes_back(&handle);
+    let (robot, _harness, _) = driving();
+    comes_back(&robot.handle());
 }
 
 #[test]
 fn a_window_that_is_closed_with_a_hand_on_the_pad_drives_no_longer() {
-    let robot = Robot::of("safe-navigation");
-    let handle = robot.handle();
-    let mut harness = look(&robot);
-    let pad = at_the_pad(&mut harness);
-    push_left(&mut harness, pad);
-    drives(&mut harness, &handle);
+    let (robot, harness, _) = driving();
     drop(harness);
-    comes_back(&handle);
+    comes_back(&robot.handle());
 }
 
 /// As a viewer that is killed: nothing of it runs any more, so its lease is not renewed and its wish grows old.

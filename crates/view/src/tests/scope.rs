@@ -226,7 +226,7 @@ fn a_period_that_cannot_be_read_says_why_and_one_that_can_is_asked_for() {
     harness.get_by_label("Period of goon: 75 ms").click();
     harness.run_steps(3);
     retype(&mut harness, "50");
-    assert!(has(&harness, "has no unit of time"));
+    assert!(has(&harness, "needs a unit"));
     assert!(harness.state().asks.is_empty());
     retype(&mut harness, "ms");
     let asked = Ask::Act(Action::Period {

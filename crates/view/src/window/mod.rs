@@ -4,6 +4,7 @@ pub(crate) mod panel;
 pub(crate) mod robot;
 pub(crate) mod scope;
 pub(crate) mod space;
+mod trail;
 pub(crate) mod values;
 
 use eframe::egui;

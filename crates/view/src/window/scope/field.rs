@@ -7,7 +7,7 @@ const OFFERED: usize = 400;
 
 /// Where a number is in the bytes of a value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     offset: usize,
     scalar: Scalar,
     /// Lists that must be long enough: where their length is, and the element that is wanted.
@@ -20,7 +20,7 @@ pub(super) struct Place {
 ///
 /// # Errors
 /// What is wrong with it, with the nearest name there is.
-pub(super) fn find(of: &Type, path: &str) -> Result<Place, String> {
+pub(crate) fn find(of: &Type, path: &str) -> Result<Place, String> {
     let mut value_type = of;
     let mut place = Place {
         offset: 0,
@@ -76,6 +76,14 @@ pub(super) fn find(of: &Type, path: &str) -> Result<Place, String> {
             }
             FieldKind::Scalar(_) => return Err(format!("`{name}` is a number and has no fields")),
             FieldKind::Struct(inner) => value_type = inner,
+        }
+        // A structure of nothing but a number is that number.
+        if let (None, Some(scalar), [only]) =
+            (parts.peek(), value_type.as_number(), value_type.fields.as_slice())
+        {
+            place.offset += only.offset;
+            (place.scalar, place.unit) = (scalar, field.unit.clone());
+            return Ok(place);
         }
     }
     Err(format!(
@@ -155,7 +163,7 @@ fn split(part: &str) -> Result<(&str, Option<usize>), String> {
 
 #[cfg(test)]
 mod tests {
-    use jde_types::{LaserScan, Odometry, Value};
+    use jde_types::{Bumpers, Flag, LaserScan, Odometry, Value};
 
     use super::*;
 
@@ -169,6 +177,10 @@ mod tests {
         assert_eq!(read("pose.pose.position.x"), Some(1.25));
         assert_eq!(read("pose.covariance[7]"), Some(4.0));
         assert_eq!(find(&of, "pose.pose.position.x").expect("it is there").unit, "m");
+        let mut bumpers = Bumpers::zeroed();
+        bumpers.front.push(Flag::TRUE).expect("there is room");
+        let place = find(&Bumpers::describe(), "front[0]").expect("it may be there");
+        assert_eq!(place.read(bumpers.as_bytes()), Some(1.0));
         let period = f64::describe();
         assert_eq!(
             find(&period, "").expect("a number").read(0.075.as_bytes()),

@@ -9,7 +9,7 @@ use super::field::Place;
 use super::ink;
 use crate::look::Look;
 
-/// Values that are kept: an hour at 20 Hz.
+/// Values that are kept: of a variable that is written 50 times a second those of 27 minutes.
 const KEPT: usize = 80_000;
 
 /// A number over time.

@@ -74,6 +74,11 @@ impl Lanes {
         Ok(())
     }
 
+    /// Adds a trace that another window asked for.
+    pub(super) fn ask(&mut self, name: &str, variables: &[VariableInfo]) {
+        self.trouble = self.add(name, variables).err();
+    }
+
     /// The button that adds one, with the names there are.
     pub(super) fn pick(&mut self, ui: &mut Ui, variables: &[VariableInfo], look: &Look) {
         let button = ui

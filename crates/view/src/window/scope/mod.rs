@@ -8,9 +8,10 @@ mod bar;
 mod body;
 mod cells;
 mod cursors;
-mod field;
+pub(crate) mod field;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod hand;
 mod index;
 mod ink;
 mod keys;
@@ -201,6 +202,9 @@ impl Window for Scope {
             }
             self.trigger
                 .arm(session.schemas(), session.variables(), session.past());
+        }
+        for name in session.plots() {
+            self.lanes.ask(&name, session.variables());
         }
         self.listen(session);
         let seen = Seen {

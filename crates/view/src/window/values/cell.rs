@@ -71,12 +71,25 @@ pub(super) fn name(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo) {
     });
 }
 
+/// The button that shows a number over time; answers whether it was pressed.
+pub(super) fn plot(ui: &mut Ui, name: &str) -> bool {
+    let (rect, response) = ui.allocate_exact_size(vec2(16.0, 16.0), Sense::click());
+    let response = response.on_hover_text("Show it over time, in the oscilloscope");
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("plot {name}")));
+    let ink = ui.style().interact(&response).fg_stroke;
+    let corner = |x: f32, y: f32| rect.center() + vec2(x, y);
+    let axes = [corner(-6.0, -6.0), corner(-6.0, 5.0), corner(6.0, 5.0)];
+    let curve = [(-4.0, 2.0), (-1.5, -2.0), (1.0, 1.0), (5.0, -5.0)].map(|(x, y)| corner(x, y));
+    ui.painter()
+        .line(axes.to_vec(), egui::Stroke::new(1.0, ink.color));
+    ui.painter()
+        .line(curve.to_vec(), egui::Stroke::new(1.5, ink.color));
+    response.clicked()
+}
+
 /// The value in a line, in the units that the person likes.
 pub(super) fn value(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo, seen: &Seen) {
-    let names: &[String] = match &row.what {
-        What::Field { names, .. } => names,
-        What::Schema(_) | What::Variable(_) => &[],
-    };
+    let names = row.names();
     let faint = |text: &str| RichText::new(text).color(look::ink(Ink::Faint, look));
     match seen.part(names) {
         Some(value) => {

@@ -9,7 +9,7 @@ use jde_panel::Ink;
 use serde_json::json;
 
 use super::cell;
-use super::rows::{Leaf, Row, What};
+use super::rows::{Leaf, Row};
 use super::seen::Seen;
 use crate::look::{self, Look};
 use crate::session::{Outcome, Session};
@@ -36,10 +36,7 @@ pub(super) fn show(
     seen: &Seen,
 ) {
     let Some((leaf, unit)) = &row.leaf else { return };
-    let names: &[String] = match &row.what {
-        What::Field { names, .. } => names,
-        What::Schema(_) | What::Variable(_) => &[],
-    };
+    let names = row.names();
     let path = row.path();
     let edit = edits.entry(path.clone()).or_default();
     let value = seen.part(names);

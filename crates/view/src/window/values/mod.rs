@@ -16,6 +16,7 @@ use jde_link::message::Action;
 use jde_panel::Ink;
 
 use super::Window;
+use super::scope::field;
 use crate::look::{self, Look};
 use crate::session::Session;
 use edit::Edit;
@@ -120,7 +121,7 @@ impl Values {
             What::Schema(name) => {
                 table.col(|ui| self.schema(ui, session, look, name));
                 table.col(|ui| Self::held(ui, session, look, name));
-                (0..3).for_each(|_| drop(table.col(|_| {})));
+                (0..4).for_each(|_| drop(table.col(|_| {})));
                 return;
             }
             What::Variable(name) | What::Field { variable: name, .. } => name,
@@ -160,6 +161,14 @@ impl Values {
                 cell::value(ui, look, row, info, seen);
             }
         });
+        let is_number = seen
+            .value_type()
+            .is_some_and(|of| field::find(of, &row.names().join(".")).is_ok());
+        table.col(|ui| {
+            if is_number && cell::plot(ui, &path) {
+                session.plot(path.clone());
+            }
+        });
         if matches!(row.what, What::Field { .. }) {
             (0..3).for_each(|_| drop(table.col(|_| {})));
             return;
@@ -193,6 +202,7 @@ impl Window for Values {
             .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
             .column(Column::initial(210.0).at_least(80.0).clip(true))
             .column(Column::remainder().at_least(120.0).clip(true))
+            .column(Column::exact(18.0))
             .column(Column::initial(52.0).at_least(40.0).clip(true))
             .column(Column::initial(58.0).at_least(40.0).clip(true))
             .column(Column::initial(90.0).at_least(40.0).clip(true))
@@ -203,6 +213,7 @@ impl Window for Values {
                         "Fold and unfold with the triangles; a right click copies the name",
                     ),
                     ("Value", "As of its newest; modulations can be changed here"),
+                    ("", "A click shows a number over time, in the oscilloscope"),
                     ("Age", "Since it was measured or written"),
                     ("Rate", "Values a second, as they reach this window: 5 at most"),
                     ("Writer", "Who wrote it"),

@@ -51,6 +51,14 @@ impl Row {
         }
     }
 
+    /// The fields it is in, from the outside in.
+    pub(super) fn names(&self) -> &[String] {
+        match &self.what {
+            What::Field { names, .. } => names,
+            What::Schema(_) | What::Variable(_) => &[],
+        }
+    }
+
     /// Its own name.
     pub(super) fn name<'a>(&'a self, info: &'a VariableInfo) -> &'a str {
         match &self.what {

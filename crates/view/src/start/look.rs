@@ -1,0 +1,96 @@
+//! Looks for applications that run and for recordings. It opens none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError, Weak};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use eframe::egui;
+use jde_link::message::About;
+use jde_link::{Client, Reach};
+
+/// Between two looks at what runs.
+const LOOK: Duration = Duration::from_secs(1);
+/// Recordings that are listed at most, the newest first.
+const MOST: usize = 200;
+
+/// What was found last.
+#[derive(Default, PartialEq)]
+pub(super) struct Seen {
+    pub(super) looked: bool,
+    pub(super) running: Vec<About>,
+    pub(super) recordings: Vec<File>,
+    pub(super) trouble: Option<String>,
+}
+
+/// A recording.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct File {
+    pub(super) path: PathBuf,
+    pub(super) bytes: u64,
+    pub(super) written: SystemTime,
+}
+
+/// Looks once a second, until nobody wants to know.
+pub(super) fn again_and_again(
+    told: &Weak<Mutex<Seen>>,
+    reach: &Reach,
+    folders: &[PathBuf],
+    repaint: &egui::Context,
+) {
+    loop {
+        let found = Client::connect(reach).and_then(|client| client.applications());
+        let recordings = files(folders);
+        let Some(seen) = told.upgrade() else { return };
+        {
+            let mut seen = lock(&seen);
+            let (running, trouble) = match found {
+                Ok(running) => (running, None),
+                Err(error) => (Vec::new(), Some(error.to_string())),
+            };
+            let now = Seen {
+                looked: true,
+                running,
+                recordings,
+                trouble,
+            };
+            if *seen != now {
+                *seen = now;
+                repaint.request_repaint();
+            }
+        }
+        drop(seen);
+        thread::sleep(LOOK);
+    }
+}
+
+/// The recordings in folders, the newest first.
+fn files(folders: &[PathBuf]) -> Vec<File> {
+    let mut files: Vec<File> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
+    files.sort_by_key(|file| std::cmp::Reverse(file.written));
+    files.truncate(MOST);
+    files
+}
+
+fn in_folder(folder: &Path) -> Vec<File> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    entries
+        .filter_map(|entry| {
+            let entry = entry.ok()?;
+            let path = entry.path();
+            let about = entry.metadata().ok()?;
+            (path.extension()? == "mcap" && about.is_file()).then(|| File {
+                path,
+                bytes: about.len(),
+                written: about.modified().unwrap_or(UNIX_EPOCH),
+            })
+        })
+        .collect()
+}
+
+pub(super) fn lock(seen: &Mutex<Seen>) -> std::sync::MutexGuard<'_, Seen> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}

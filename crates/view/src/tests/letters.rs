@@ -1,0 +1,49 @@
+//! The letters of all that the windows say are in the fonts that they say it in.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use eframe::egui::{Context, FontId, RawInput};
+
+use super::common::ROOT;
+
+/// Folders with words that come to be shown.
+const FOLDERS: [&str; 3] = ["crates/view/src", "schemas", "drivers"];
+
+#[test]
+fn no_letter_of_a_label_is_shown_as_a_box() {
+    let mut letters = BTreeSet::new();
+    for folder in FOLDERS {
+        collect(&Path::new(ROOT).join(folder), &mut letters);
+    }
+    assert!(letters.contains(&'µ'), "they were looked for");
+    let ctx = Context::default();
+    // Fonts are there from the first frame on.
+    let mut output = ctx.run_ui(RawInput::default(), |_| {});
+    // Nobody draws them.
+    output.textures_delta.clear();
+    ctx.fonts_mut(|fonts| {
+        for font in [FontId::proportional(13.0), FontId::monospace(13.0)] {
+            let missing: Vec<_> = letters
+                .iter()
+                .filter(|letter| !fonts.has_glyph(&font, **letter))
+                .collect();
+            assert!(missing.is_empty(), "{:?} has none of {missing:?}", font.family);
+        }
+    });
+}
+
+/// The letters outside ASCII of sources, without comments.
+fn collect(folder: &Path, letters: &mut BTreeSet<char>) {
+    for entry in fs::read_dir(folder).expect("it is there") {
+        let path = entry.expect("it can be read").path();
+        if path.is_dir() {
+            collect(&path, letters);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            let text = fs::read_to_string(&path).expect("it is text");
+            let said = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+            letters.extend(said.flat_map(str::chars).filter(|letter| !letter.is_ascii()));
+        }
+    }
+}
