@@ -29,7 +29,7 @@ extern "C" {
 /** Changes when a table changes in a way that old readers would misread. Host and plugin must have the same. */
 #define JDE_ABI_MAJOR 1u
 /** Grows when tables grow. A host accepts plugins of its own minor version and older. */
-#define JDE_ABI_MINOR 2u
+#define JDE_ABI_MINOR 3u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -300,6 +300,12 @@ extern "C" {
 /** Gesture flag: the drag is over. */
 #define JDE_DRAG_ENDED 1u
 
+/** The id of the ability, whose table is a jde_state. Since minor version 3, as all that belongs to it. */
+#define JDE_ABILITY_STATE "jde.state"
+
+/** Most bytes that a schema may save. */
+#define JDE_STATE_MOST 16777216u
+
 typedef struct jde_context jde_context;
 typedef struct jde_schema jde_schema;
 typedef struct jde_port jde_port;
@@ -319,6 +325,9 @@ typedef struct jde_pen jde_pen;
 typedef struct jde_widget jde_widget;
 typedef struct jde_shape jde_shape;
 typedef struct jde_gesture jde_gesture;
+typedef struct jde_state jde_state;
+typedef struct jde_saving jde_saving;
+typedef struct jde_saver jde_saver;
 
 /** What the host knows of an instance; opaque to the plugin, and only valid inside a call of that instance. */
 struct jde_context;
@@ -754,6 +763,43 @@ struct jde_gesture {
     uint32_t reserved;
 };
 
+/** What jde_schema.ability gives for JDE_ABILITY_STATE. */
+struct jde_state {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** The version of what `save` writes, as the author counts. */
+    uint32_t version;
+    /**
+     * Writes down what the instance remembers, between two iterations or while it is SLEPT. It changes nothing: whatever writes
+     * a variable, wakes or puts to sleep is JDE_REFUSED. After an error the instance goes on as it was.
+     */
+    int32_t (*save)(void *, jde_context *, const jde_saver *);
+    /**
+     * Takes over what another instance of this type saved in that version, maybe of another build: after `create`, and after
+     * `awake` if it is awake, before the first check or iteration. It changes nothing else, as `save`. An error refuses: the
+     * other instance goes on, and this one ends.
+     */
+    int32_t (*restore)(void *, jde_context *, uint32_t version, const void *bytes, uint64_t length);
+};
+
+/** What is being saved; opaque to the plugin. */
+struct jde_saving;
+
+/** What a plugin saves with, only until its jde_state.save returns and on its thread. */
+struct jde_saver {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /** The first argument of the function below. */
+    jde_saving *saving;
+    /**
+     * Adds bytes behind those before; they are copied. JDE_BAD_ARGUMENT beyond JDE_STATE_MOST, and then nothing of it is
+     * kept.
+     */
+    int32_t (*write)(jde_saving *, const void *bytes, uint64_t length);
+};
+
 /*
  * What follows is for authors in C and C++: macros that fill tables, and functions that use the host's.
  */
@@ -848,6 +894,19 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
 {
     host->fail(context, reason, strlen(reason));
     return JDE_FAILED;
+}
+
+/*
+ * Reloading. A schema that hands what it remembers to its next build gives its jde_state from jde_schema.ability:
+ *
+ *     static const jde_state state = {(uint32_t)sizeof(jde_state), 1u, save, restore};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL; }
+ */
+
+/** Saves bytes behind those before. */
+static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t length)
+{
+    return saver->write(saver->saving, bytes, (uint64_t)length);
 }
 
 /*

@@ -13,17 +13,19 @@
 #![allow(unsafe_code)]
 
 mod panel;
+mod state;
 
 use core::ffi::{c_char, c_void};
 
 pub use panel::*;
+pub use state::*;
 
 /// The first eight bytes of a [`Plugin`]: "JDEPLUG1" read as a little-endian number.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 /// Changes when a table changes in a way that old readers would misread. Host and plugin must have the same.
 pub const ABI_MAJOR: u32 = 1;
 /// Grows when tables grow. A host accepts plugins of its own minor version and older.
-pub const ABI_MINOR: u32 = 2;
+pub const ABI_MINOR: u32 = 3;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";

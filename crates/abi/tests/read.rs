@@ -213,10 +213,10 @@ fn a_sound_plugin_is_read_whole() {
 #[test]
 fn what_is_no_plugin_or_of_another_version_is_refused_first() {
     refused("does not begin with the mark", |t| t.plugin.magic = 7);
-    refused("built for ABI 2.2, newer than this host's 1.2", |t| {
+    refused("built for ABI 2.3, newer than this host's 1.3", |t| {
         t.plugin.abi_major = raw::ABI_MAJOR + 1
     });
-    refused("built for ABI 0.2, older than this host's 1.2", |t| {
+    refused("built for ABI 0.3, older than this host's 1.3", |t| {
         t.plugin.abi_major = 0
     });
     refused("or use a newer host", |t| t.plugin.abi_minor = raw::ABI_MINOR + 1);

@@ -12,9 +12,10 @@ use syn::{PathArguments, PointerMutability, ReturnType, Type};
 use crate::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order in which C reads them.
-const SOURCES: [&str; 2] = [
+const SOURCES: [&str; 3] = [
     include_str!("../../abi/src/raw.rs"),
     include_str!("../../abi/src/raw/panel.rs"),
+    include_str!("../../abi/src/raw/state.rs"),
 ];
 /// What C adds to the tables.
 const HELPERS: &str = include_str!("helpers.h");
@@ -24,7 +25,7 @@ pub(crate) fn header() -> String {
         Ok(file) => file,
         Err(error) => unreachable!("the ABI compiles, so it parses: {error}"),
     });
-    let [file, _] = &files;
+    let [file, ..] = &files;
     let items: Vec<&Item> = files.iter().flat_map(|file| &file.items).collect();
     let writer = Writer::new(&items);
     let mut out = String::from("/*\n");

@@ -95,6 +95,19 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
 }
 
 /*
+ * Reloading. A schema that hands what it remembers to its next build gives its jde_state from jde_schema.ability:
+ *
+ *     static const jde_state state = {(uint32_t)sizeof(jde_state), 1u, save, restore};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL; }
+ */
+
+/** Saves bytes behind those before. */
+static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t length)
+{
+    return saver->write(saver->saving, bytes, (uint64_t)length);
+}
+
+/*
  * Panels. A schema gives its jde_panel from jde_schema.ability:
  *
  *     static const jde_panel panel = {(uint32_t)sizeof(jde_panel), 0u, draw, touch};

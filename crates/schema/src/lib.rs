@@ -52,6 +52,7 @@ mod hysteresis;
 mod input;
 mod level;
 mod log;
+pub mod memory;
 mod output;
 pub mod panel;
 mod schema;
@@ -65,6 +66,7 @@ pub use jde_macros::{AuthorsValue as Value, Describe};
 pub use jde_types as types;
 pub use jde_types::derived::Value;
 pub use level::{Candidate, Case, Level, Verdict};
+pub use memory::{Memory, Saved, Saving};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use panel::{Gesture, Panel, Pen};
 pub use schema::{Arbitrate, Describe, Precondition, Schema};
@@ -82,8 +84,8 @@ pub mod prelude {
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Gesture,
-        Hysteresis, Import, Level, Loan, Modulates, Modulation, Outcome, Panel, Pen, Policy, Precondition,
-        Result, Sample, Schema, State, Status, Value, Verdict,
+        Hysteresis, Import, Level, Loan, Memory, Modulates, Modulation, Outcome, Panel, Pen, Policy,
+        Precondition, Result, Sample, Saved, Saving, Schema, State, Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }

@@ -71,6 +71,14 @@ pub unsafe trait Describe: Sized + Send + 'static {
     /// The table of its type.
     const TABLE: raw::Schema;
 
+    /// The table of its panel.
+    #[doc(hidden)]
+    const PANEL: Option<raw::Panel>;
+
+    /// The table of its memory.
+    #[doc(hidden)]
+    const STATE: Option<raw::State>;
+
     /// A new instance.
     #[doc(hidden)]
     fn build() -> Self;

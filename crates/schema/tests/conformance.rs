@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use jde_abi::{raw, read};
-use jde_schema::bench::{Bench, Foreign};
+use jde_schema::bench::{Bench, Foreign, Remembered};
 use jde_schema::panel::{Button, Color, Shape, Touch};
 use jde_schema::prelude::*;
 
@@ -85,6 +85,29 @@ fn the_example_in_c_counts() {
     two.iterate().expect("no fault");
     assert_eq!(one.exported("count"), Some(11_u32));
     assert_eq!(two.exported("count"), Some(1_u32), "instances are apart");
+}
+
+#[test]
+fn the_example_in_c_hands_its_count_to_the_next() {
+    let table = load("examples/c/counter.c");
+    // SAFETY: the table of a plugin that stays loaded.
+    let (mut old, mut new) = unsafe {
+        (
+            Bench::foreign(table).expect("one"),
+            Bench::foreign(table).expect("two"),
+        )
+    };
+    old.iterate().expect("no fault");
+    old.iterate().expect("no fault");
+    let saved = old.save().expect("it saves");
+    assert_eq!((saved.version, saved.bytes.len()), (1, 4));
+    new.restore(&saved).expect("it restores");
+    new.iterate().expect("no fault");
+    assert_eq!(new.exported("count"), Some(3_u32));
+
+    let other = Remembered { version: 2, ..saved };
+    let refused = new.restore(&other).expect_err("another version");
+    assert_eq!(refused.reason, "it was counted otherwise");
 }
 
 /// The same as `examples/c/gauge.c`.

@@ -79,7 +79,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     Ok(quote! {
         const _: () = {
             use ::jde_schema::derived;
-            #[allow(unused_imports, reason = "it is used by schemas without an arbitration or a panel of their own")]
+            #[allow(unused_imports, reason = "it is used by schemas without an arbitration, a panel or a memory of their own")]
             use derived::Without as _;
 
             const PORTS: &[derived::raw::Port] = &[#(#ports),*];
@@ -98,8 +98,9 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                     PORTS,
                     CHILDREN,
                     derived::Own::<#ident>::ARBITRATE,
-                    derived::Own::<#ident>::ABILITY,
                 );
+                const PANEL: Option<derived::raw::Panel> = derived::Own::<#ident>::PANEL;
+                const STATE: Option<derived::raw::State> = derived::Own::<#ident>::STATE;
 
                 fn build() -> Self {
                     Self { #(#values),* }

@@ -1,5 +1,5 @@
 /*
- * A perceptive schema in C: counts its iterations.
+ * A perceptive schema in C: counts its iterations, and goes on counting when another build of it takes its place.
  *
  *     cc -std=c99 -shared -fPIC -I include crates/schema/examples/c/counter.c -o libcounter.so
  */
@@ -50,13 +50,38 @@ static int32_t iterate(void *instance, jde_context *context)
     return jde_put(self->host, context, COUNT, &self->count, sizeof self->count);
 }
 
+static int32_t save(void *instance, jde_context *context, const jde_saver *saver)
+{
+    const counter *self = instance;
+    if (jde_save(saver, &self->count, sizeof self->count) != JDE_OK) {
+        return jde_failed(self->host, context, "its count was not kept");
+    }
+    return JDE_OK;
+}
+
+static int32_t restore(void *instance, jde_context *context, uint32_t version, const void *bytes, uint64_t length)
+{
+    counter *self = instance;
+    if (version != 1u || length != sizeof self->count) {
+        return jde_failed(self->host, context, "it was counted otherwise");
+    }
+    memcpy(&self->count, bytes, sizeof self->count);
+    return JDE_OK;
+}
+
+static const void *ability(const char *id)
+{
+    static const jde_state state = {(uint32_t)sizeof(jde_state), 1u, save, restore};
+    return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL;
+}
+
 static const jde_schema schemas[] = {
     {
         (uint32_t)sizeof(jde_schema), JDE_PERCEPTIVE, "counter", "Counts its iterations.",
         JDE_MS(100), 0u,                        /* period, budget (0: the period) */
         ports, NULL, JDE_COUNT(ports), 0u,      /* ports, children */
         create, free, NULL, NULL, iterate,      /* create, destroy, awake, check, iterate */
-        NULL, NULL, NULL,                       /* arbitrate, sleep, ability */
+        NULL, NULL, ability,                    /* arbitrate, sleep, ability */
     },
 };
 

@@ -6,6 +6,7 @@
 mod bytes;
 mod failure;
 mod host;
+mod memory;
 mod names;
 mod panel;
 mod place;
@@ -19,6 +20,7 @@ use jde_abi::{describe, raw, read};
 use jde_types::Value;
 
 pub use failure::Failure;
+pub use memory::Remembered;
 use names::{Kind, unknown};
 pub use panel::Drawn;
 use place::Place;

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use core::ffi::{CStr, c_char, c_void};
+use core::ffi::{c_char, c_void};
 use core::ptr::{self, NonNull};
 
 use jde_abi::raw;
@@ -11,7 +11,6 @@ use super::guard::guard;
 use crate::context::Context;
 use crate::error::{Result, words};
 use crate::level::{Level, Verdict};
-use crate::panel::{self, Gesture, Panel};
 use crate::schema::{Arbitrate, Schema};
 
 /// What the host's pointer to an instance points to.
@@ -131,59 +130,6 @@ pub(super) unsafe extern "C" fn sleep<S: Schema>(instance: *mut c_void, cx: *mut
     let _ = unsafe { call::<S>(instance, cx, sleep) };
 }
 
-/// The ability to draw a panel; no other.
-pub(super) unsafe extern "C" fn ability<S: Panel>(id: *const c_char) -> *const c_void {
-    const fn panel<S: Panel>() -> raw::Panel {
-        raw::Panel {
-            size: size_of::<raw::Panel>() as u32,
-            reserved: 0,
-            draw: Some(draw::<S>),
-            touch: Some(touch::<S>),
-        }
-    }
-    // SAFETY: the host's text; null is looked at.
-    let is_panel = !id.is_null() && unsafe { CStr::from_ptr(id) }.to_bytes() == raw::ABILITY_PANEL.as_bytes();
-    if is_panel {
-        ptr::from_ref(const { &panel::<S>() }).cast()
-    } else {
-        ptr::null()
-    }
-}
-
-unsafe extern "C" fn draw<S: Panel>(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    pen: *const raw::Pen,
-) -> i32 {
-    // SAFETY: the host's pen, which lives until this call returns.
-    let Some(mut pen) = (unsafe { panel::pen_of(pen) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    let draw = |schema: &mut S, cx: &Context<'_>| {
-        schema.draw(cx, &mut pen);
-        Ok(())
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call::<S>(instance, cx, draw) }
-}
-
-unsafe extern "C" fn touch<S: Panel>(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    gesture: *const raw::Gesture,
-) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let (by, gesture) = match unsafe { jde_panel::read_gesture(gesture) } {
-        Ok(Some(known)) => known,
-        // A later host tells of something that this schema cannot have asked for.
-        Ok(None) => return raw::OK,
-        Err(_) => return raw::BAD_ARGUMENT,
-    };
-    let gesture = Gesture::new(by, gesture);
-    // SAFETY: the host's pointers.
-    unsafe { call::<S>(instance, cx, |schema, cx| schema.touched(cx, &gesture)) }
-}
-
 /// The schema in an instance.
 ///
 /// # Safety
@@ -197,7 +143,7 @@ pub(crate) unsafe fn schema_of<'a, S: Schema>(instance: *mut c_void) -> &'a S {
 ///
 /// # Safety
 /// `instance` is what `create` gave, and no other call of it is under way; `cx` is that of the present call.
-unsafe fn call<S: Schema>(
+pub(super) unsafe fn call<S: Schema>(
     instance: *mut c_void,
     cx: *mut raw::Context,
     function: impl FnOnce(&mut S, &Context<'_>) -> Result,

@@ -1,5 +1,6 @@
 //! Where the host's calls come in: tables made of constants, functions in C layout, and panics that end here.
 
+mod abilities;
 mod calls;
 mod guard;
 pub(crate) mod table;

@@ -7,7 +7,8 @@ use core::ptr;
 use jde_abi::raw;
 use jde_types::Value;
 
-use super::calls;
+use super::{abilities, calls};
+use crate::memory::Memory;
 use crate::panel::Panel;
 use crate::schema::{Arbitrate, Schema};
 
@@ -25,7 +26,7 @@ pub struct About {
     pub budget_ns: u64,
 }
 
-/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel. Hides those of [`Without`].
+/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel, a memory. Hides those of [`Without`].
 pub struct Own<S>(PhantomData<S>);
 
 /// What a schema type has not.
@@ -33,7 +34,9 @@ pub trait Without {
     /// None.
     const ARBITRATE: Option<ArbitrateFn> = None;
     /// None.
-    const ABILITY: Option<AbilityFn> = None;
+    const PANEL: Option<raw::Panel> = None;
+    /// None.
+    const STATE: Option<raw::State> = None;
 }
 
 type ArbitrateFn = unsafe extern "C" fn(
@@ -43,16 +46,19 @@ type ArbitrateFn = unsafe extern "C" fn(
     *mut raw::Verdict,
 ) -> i32;
 
-type AbilityFn = unsafe extern "C" fn(*const core::ffi::c_char) -> *const core::ffi::c_void;
-
 impl<S: Arbitrate> Own<S> {
     /// Its function.
     pub const ARBITRATE: Option<ArbitrateFn> = Some(calls::arbitrate::<S>);
 }
 
 impl<S: Panel> Own<S> {
-    /// The function that gives its panel.
-    pub const ABILITY: Option<AbilityFn> = Some(calls::ability::<S>);
+    /// Its table.
+    pub const PANEL: Option<raw::Panel> = Some(abilities::panel::<S>());
+}
+
+impl<S: Memory> Own<S> {
+    /// Its table.
+    pub const STATE: Option<raw::State> = Some(abilities::state::<S>());
 }
 
 impl<S> Without for Own<S> {}
@@ -64,7 +70,6 @@ pub const fn schema<S: Schema>(
     ports: &'static [raw::Port],
     children: &'static [raw::Child],
     arbitrate: Option<ArbitrateFn>,
-    ability: Option<AbilityFn>,
 ) -> raw::Schema {
     let motor = about.kind == raw::MOTOR;
     assert!(
@@ -89,7 +94,10 @@ pub const fn schema<S: Schema>(
         iterate: Some(calls::iterate::<S>),
         arbitrate,
         sleep: Some(calls::sleep::<S>),
-        ability,
+        ability: match (&S::PANEL, &S::STATE) {
+            (None, None) => None,
+            (Some(_), _) | (_, Some(_)) => Some(abilities::ability::<S>),
+        },
     }
 }
 

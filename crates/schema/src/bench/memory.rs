@@ -1,0 +1,91 @@
+//! A memory on the bench: what one instance saves, another takes over, as at a reload.
+
+#![allow(unsafe_code)]
+
+use jde_abi::{raw, state};
+
+use super::{Bench, Failure};
+
+/// What an instance has saved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remembered {
+    /// In which version.
+    pub version: u32,
+    /// What only the schema understands.
+    pub bytes: Vec<u8>,
+}
+
+/// What the schema remembers.
+impl<S> Bench<S> {
+    /// Saves what it remembers, as before a reload.
+    ///
+    /// # Errors
+    /// As the schema says; it tries to write; or it saves too much.
+    ///
+    /// # Panics
+    /// If the schema has no memory of its own.
+    pub fn save(&mut self) -> Result<Remembered, Failure> {
+        let table = self.memory();
+        let Some(save) = table.save else {
+            panic!("`{}` cannot save: its `save` is null", self.about.name)
+        };
+        self.place.drawing = Some(Vec::new());
+        // SAFETY: the table's own function, instance and context, and a saver that lives until it returns.
+        let (done, kept) =
+            state::lend(|saver| self.call(|instance, cx| unsafe { save(instance, cx, saver) }));
+        self.refuse_writes("saved")?;
+        done?;
+        let bytes = kept.map_err(|too_many| Failure {
+            code: raw::BAD_ARGUMENT,
+            reason: too_many.to_string(),
+        })?;
+        Ok(Remembered {
+            version: table.version,
+            bytes,
+        })
+    }
+
+    /// Takes over what another instance saved, as after a reload.
+    ///
+    /// # Errors
+    /// As the schema says, or it tries to write.
+    ///
+    /// # Panics
+    /// If the schema has no memory of its own.
+    pub fn restore(&mut self, remembered: &Remembered) -> Result<(), Failure> {
+        let Some(restore) = self.memory().restore else {
+            panic!("`{}` cannot restore: its `restore` is null", self.about.name)
+        };
+        let Remembered { version, bytes } = remembered;
+        self.place.drawing = Some(Vec::new());
+        // SAFETY: the table's own function, instance and context, and bytes that live until it returns.
+        let done = self.call(|instance, cx| unsafe {
+            restore(instance, cx, *version, bytes.as_ptr().cast(), bytes.len() as u64)
+        });
+        self.refuse_writes("restored")?;
+        done
+    }
+
+    fn refuse_writes(&mut self, what: &str) -> Result<(), Failure> {
+        let wrote = self.place.drawing.take().unwrap_or_default();
+        match wrote.first() {
+            None => Ok(()),
+            Some(tried) => Err(Failure {
+                code: raw::REFUSED,
+                reason: format!("it tried to {tried} while what it remembers was {what}"),
+            }),
+        }
+    }
+
+    fn memory(&self) -> &'static raw::State {
+        // SAFETY: the bench read this table, and found it right.
+        match unsafe { state::of(self.table) } {
+            Ok(Some(table)) => table,
+            Ok(None) => panic!(
+                "`{}` has no memory of its own: `impl Memory` gives it one",
+                self.about.name
+            ),
+            Err(wrong) => panic!("the memory of `{}` is of no use: {wrong}", self.about.name),
+        }
+    }
+}

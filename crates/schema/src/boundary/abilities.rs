@@ -1,0 +1,134 @@
+//! What some types of schema can beside what all can: their tables, and the functions in them. Each catches panics, as those of
+//! `calls`.
+
+#![allow(unsafe_code)]
+
+use core::ffi::{CStr, c_char, c_void};
+use core::{ptr, slice};
+
+use jde_abi::raw;
+
+use super::calls::call;
+use crate::context::Context;
+use crate::memory::{Memory, Saved, Saving};
+use crate::panel::{self, Gesture, Panel};
+use crate::schema::Describe;
+
+/// The table of a panel.
+pub(super) const fn panel<S: Panel>() -> raw::Panel {
+    raw::Panel {
+        size: size_of::<raw::Panel>() as u32,
+        reserved: 0,
+        draw: Some(draw::<S>),
+        touch: Some(touch::<S>),
+    }
+}
+
+/// The table of a memory.
+pub(super) const fn state<S: Memory>() -> raw::State {
+    raw::State {
+        size: size_of::<raw::State>() as u32,
+        version: S::VERSION,
+        save: Some(save::<S>),
+        restore: Some(restore::<S>),
+    }
+}
+
+/// Its panel and its memory, if it has them; no other.
+///
+/// # Safety
+/// As [`raw::Schema::ability`]; so for all functions here, each as the field of its name.
+pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *const c_void {
+    if id.is_null() {
+        return ptr::null();
+    }
+    // SAFETY: the host's text.
+    match unsafe { CStr::from_ptr(id) }.to_str() {
+        Ok(raw::ABILITY_PANEL) => const { &S::PANEL }
+            .as_ref()
+            .map_or(ptr::null(), |panel| ptr::from_ref(panel).cast()),
+        Ok(raw::ABILITY_STATE) => const { &S::STATE }
+            .as_ref()
+            .map_or(ptr::null(), |state| ptr::from_ref(state).cast()),
+        _ => ptr::null(),
+    }
+}
+
+unsafe extern "C" fn save<S: Memory>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    saver: *const raw::Saver,
+) -> i32 {
+    // SAFETY: the host's saver, which lives until this call returns.
+    let Some(saver) = (unsafe { saver.as_ref() }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let save = |schema: &mut S, cx: &Context<'_>| {
+        let mut saving = Saving::new();
+        schema.save(cx, &mut saving);
+        let bytes = saving.into_bytes();
+        // SAFETY: the host's function and the first argument that it wants, and bytes of that length.
+        let status = unsafe { (saver.write)(saver.saving, bytes.as_ptr().cast(), bytes.len() as u64) };
+        match status {
+            raw::OK => Ok(()),
+            _ => Err(format!("it saves {} bytes, more than are kept", bytes.len()).into()),
+        }
+    };
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, save) }
+}
+
+unsafe extern "C" fn restore<S: Memory>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    version: u32,
+    bytes: *const c_void,
+    length: u64,
+) -> i32 {
+    let bytes = match (bytes.is_null(), usize::try_from(length)) {
+        (_, Ok(0)) => &[][..],
+        // SAFETY: the host's bytes, which live until this call returns.
+        (false, Ok(length)) => unsafe { slice::from_raw_parts(bytes.cast::<u8>(), length) },
+        (true, _) | (_, Err(_)) => return raw::BAD_ARGUMENT,
+    };
+    // SAFETY: the host's pointers.
+    unsafe {
+        call::<S>(instance, cx, |schema, cx| {
+            schema.restore(cx, &mut Saved::new(version, bytes))
+        })
+    }
+}
+
+unsafe extern "C" fn draw<S: Panel>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    pen: *const raw::Pen,
+) -> i32 {
+    // SAFETY: the host's pen, which lives until this call returns.
+    let Some(mut pen) = (unsafe { panel::pen_of(pen) }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let draw = |schema: &mut S, cx: &Context<'_>| {
+        schema.draw(cx, &mut pen);
+        Ok(())
+    };
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, draw) }
+}
+
+unsafe extern "C" fn touch<S: Panel>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    gesture: *const raw::Gesture,
+) -> i32 {
+    // SAFETY: the host's table, which lives until this call returns.
+    let (by, gesture) = match unsafe { jde_panel::read_gesture(gesture) } {
+        Ok(Some(known)) => known,
+        // A later host tells of something that this schema cannot have asked for.
+        Ok(None) => return raw::OK,
+        Err(_) => return raw::BAD_ARGUMENT,
+    };
+    let gesture = Gesture::new(by, gesture);
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, |schema, cx| schema.touched(cx, &gesture)) }
+}

@@ -1,0 +1,191 @@
+//! What a schema remembers, handed from one build of it to the next while it runs. A schema without a memory of its own begins
+//! anew when it is reloaded; its variables, its modulations and its state in the hierarchy stay in either case.
+//!
+//! ```
+//! use jde_schema::bench::Bench;
+//! use jde_schema::prelude::*;
+//!
+//! /// Counts.
+//! #[derive(Describe)]
+//! #[schema(perceptive, period = "100ms")]
+//! struct Counter {
+//!     #[export]
+//!     count: Export<u32>,
+//!     counted: u32,
+//! }
+//!
+//! impl Schema for Counter {
+//!     fn iterate(&mut self, cx: &Context) -> Result {
+//!         self.counted += 1;
+//!         self.count.write(cx, self.counted);
+//!         Ok(())
+//!     }
+//! }
+//!
+//! impl Memory for Counter {
+//!     fn save(&self, _: &Context, saving: &mut Saving) {
+//!         saving.put(&self.counted);
+//!     }
+//!
+//!     fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
+//!         self.counted = saved.take()?;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let mut old = Bench::<Counter>::new();
+//! old.iterate().unwrap();
+//! let mut new = Bench::<Counter>::new();
+//! new.restore(&old.save().unwrap()).unwrap();
+//! new.iterate().unwrap();
+//! assert_eq!(new.exported::<u32>("count"), Some(2));
+//! ```
+
+use jde_types::Value;
+
+use crate::context::Context;
+use crate::error::Result;
+use crate::schema::Schema;
+
+/// A schema that hands what it remembers to its next build.
+pub trait Memory: Schema {
+    /// The version of what [`save`](Self::save) writes: count it up when that changes.
+    const VERSION: u32 = 1;
+
+    /// Writes down what the next build is to know. Called between two iterations, or while the schema sleeps. It changes nothing:
+    /// whatever it might write is refused.
+    fn save(&self, cx: &Context, saving: &mut Saving);
+
+    /// Takes over what another build wrote down, in the order in which it did; [`Saved::version`] says in which version. Called
+    /// after `awake`, if the schema is awake, and before the first check. It changes nothing else, as `save`.
+    ///
+    /// # Errors
+    /// Whatever makes it unable to go on from there: the other build goes on then, and this one ends.
+    fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result;
+}
+
+/// What is written down for the next build: values one after another, each with its type.
+#[derive(Debug)]
+pub struct Saving {
+    bytes: Vec<u8>,
+}
+
+/// What another build wrote down, to be taken in the same order.
+#[derive(Debug)]
+pub struct Saved<'a> {
+    version: u32,
+    rest: &'a [u8],
+}
+
+/// What an entry is called that holds a text.
+const TEXT: &str = "a text";
+
+impl Saving {
+    pub(crate) fn new() -> Self {
+        Self { bytes: Vec::new() }
+    }
+
+    pub(crate) fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// Adds a value: a number, a standard type, or one of your own.
+    pub fn put<T: Value>(&mut self, value: &T) {
+        self.entry(&one::<T>(), value.as_bytes());
+    }
+
+    /// Adds any number of values of one type.
+    pub fn put_all<T: Value>(&mut self, values: &[T]) {
+        let bytes: Vec<u8> = values.iter().flat_map(T::as_bytes).copied().collect();
+        self.entry(&several::<T>(), &bytes);
+    }
+
+    /// Adds a text of any length.
+    pub fn put_text(&mut self, text: &str) {
+        self.entry(TEXT, text.as_bytes());
+    }
+
+    fn entry(&mut self, what: &str, bytes: &[u8]) {
+        for part in [what.as_bytes(), bytes] {
+            self.bytes.extend_from_slice(&(part.len() as u64).to_ne_bytes());
+            self.bytes.extend_from_slice(part);
+        }
+    }
+}
+
+impl<'a> Saved<'a> {
+    pub(crate) fn new(version: u32, bytes: &'a [u8]) -> Self {
+        Self { version, rest: bytes }
+    }
+
+    /// The [`Memory::VERSION`] of the build that wrote it.
+    #[must_use]
+    pub fn version(&self) -> u32 {
+        self.version
+    }
+
+    /// Takes the next value.
+    ///
+    /// # Errors
+    /// When there is none, or it is of another type.
+    pub fn take<T: Value>(&mut self) -> Result<T> {
+        let wanted = one::<T>();
+        let bytes = self.entry(&wanted)?;
+        T::from_bytes(bytes).ok_or_else(|| other_size(&wanted))
+    }
+
+    /// Takes the next row of values.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn take_all<T: Value>(&mut self) -> Result<Vec<T>> {
+        let wanted = several::<T>();
+        let bytes = self.entry(&wanted)?;
+        let values = bytes.chunks(size_of::<T>()).map(T::from_bytes);
+        values.collect::<Option<_>>().ok_or_else(|| other_size(&wanted))
+    }
+
+    /// Takes the next text.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn take_text(&mut self) -> Result<&'a str> {
+        Ok(core::str::from_utf8(self.entry(TEXT)?)?)
+    }
+
+    fn entry(&mut self, wanted: &str) -> Result<&'a [u8]> {
+        let nothing = || format!("{wanted} was to come, and nothing more was saved");
+        let what = self.part().ok_or_else(nothing)?;
+        let bytes = self.part().ok_or_else(nothing)?;
+        if what != wanted.as_bytes() {
+            return Err(format!(
+                "{wanted} was to come, and {} was saved in version {}",
+                String::from_utf8_lossy(what),
+                self.version
+            )
+            .into());
+        }
+        Ok(bytes)
+    }
+
+    fn part(&mut self) -> Option<&'a [u8]> {
+        let (length, rest) = self.rest.split_first_chunk()?;
+        let length = usize::try_from(u64::from_ne_bytes(*length)).ok()?;
+        let (part, rest) = rest.split_at_checked(length)?;
+        self.rest = rest;
+        Some(part)
+    }
+}
+
+fn one<T: Value>() -> String {
+    format!("a {}", T::describe().name)
+}
+
+fn several<T: Value>() -> String {
+    format!("a row of {}", T::describe().name)
+}
+
+/// A type that kept its name and changed its size.
+fn other_size(wanted: &str) -> crate::Error {
+    format!("{wanted} was to come, and one of another size was saved").into()
+}
