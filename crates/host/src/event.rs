@@ -3,6 +3,9 @@
 use jde_core::{Health, Nanos, Operator, Record, State};
 use jde_panel::Gesture;
 
+use crate::build::BuildName;
+use crate::reload::Takeover;
+
 /// Something that happened. Schemas and groups are named by their place in the `Application`.
 #[derive(Clone, Debug)]
 pub enum Event {
@@ -83,6 +86,26 @@ pub enum Event {
         /// What.
         action: OperatorAction,
     },
+    /// Another build of a schema took over from the one before, between two iterations (R10).
+    Reloaded {
+        /// When.
+        time: Nanos,
+        /// Of which.
+        schema: usize,
+        /// How.
+        takeover: Takeover,
+    },
+    /// A schema goes on with the build before: the new one could not take over, or failed while it was on trial.
+    ReloadUndone {
+        /// When.
+        time: Nanos,
+        /// Which.
+        schema: usize,
+        /// The build that was given up.
+        build: BuildName,
+        /// Why.
+        reason: String,
+    },
     /// The application ended.
     Ended {
         /// When.
@@ -106,6 +129,13 @@ pub enum OperatorAction {
     Load {
         /// Which.
         schema: usize,
+    },
+    /// Has another build take over.
+    Reload {
+        /// Of which schema.
+        schema: usize,
+        /// Which build.
+        build: BuildName,
     },
     /// Changes a period, ns.
     Period {
@@ -144,6 +174,7 @@ impl OperatorAction {
             ) => id.index(),
             Self::Unload { schema }
             | Self::Load { schema }
+            | Self::Reload { schema, .. }
             | Self::Period { schema, .. }
             | Self::Modulate { schema, .. }
             | Self::Touch { schema, .. } => *schema,
@@ -160,6 +191,7 @@ impl OperatorAction {
             Self::Hierarchy(Operator::Release(_)) => format!("released {name}"),
             Self::Unload { .. } => format!("unloaded {name}"),
             Self::Load { .. } => format!("loaded {name}"),
+            Self::Reload { build, .. } => format!("reloads {name}: {build}"),
             Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
             Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
             Self::Touch { gesture, .. } => gesture.words(name),

@@ -3,6 +3,7 @@
 use jde_core::{GroupId, Level};
 
 use crate::engine::Signal;
+use crate::reload::Swap;
 
 /// What awaits an instance until its next turn.
 #[derive(Debug, Default)]
@@ -18,6 +19,8 @@ pub(crate) struct Inbox {
     pub(crate) looked: bool,
     /// Gestures await it: see `panels`.
     pub(crate) touched: bool,
+    /// Another build is to take over: at most one, for one awaits its turn at a time.
+    pub(crate) swap: Option<Box<Swap>>,
     /// At most one question a group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
@@ -37,6 +40,7 @@ impl Inbox {
             Signal::Retimed => self.retimed = true,
             Signal::Looked => self.looked = true,
             Signal::Touched => self.touched = true,
+            Signal::Swapped(swap) => self.swap = Some(swap),
             Signal::Asked { group, ticket, level } => {
                 // An older question is closed by now: a group has one at a time.
                 self.asked.retain(|(asked, ..)| *asked != group);
@@ -47,7 +51,7 @@ impl Inbox {
 
     pub(crate) fn is_empty(&self) -> bool {
         let told = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
-        let flagged = told || self.looked || self.touched;
+        let flagged = told || self.looked || self.touched || self.swap.is_some();
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 

@@ -2,6 +2,7 @@
 //! in real time or in lockstep. It prints nothing and never ends the process; that is the executable's.
 
 pub mod app;
+mod build;
 mod clock;
 pub mod decisions;
 mod engine;
@@ -16,6 +17,7 @@ mod operating;
 mod panels;
 pub mod period;
 pub mod plugin;
+pub mod reload;
 pub mod replay;
 mod runner;
 mod running;
@@ -23,6 +25,7 @@ pub mod snapshot;
 pub mod story;
 pub mod turn;
 
+pub use build::BuildName;
 pub use engine::{decider_name, policy_name};
 pub use operating::Operating;
 pub use panels::{Drawn, Look, MOST_RATE, Refusal};

@@ -6,6 +6,8 @@ use jde_board::value::Value;
 use jde_core::{Nanos, Operator, SchemaId};
 
 use crate::engine::Engine;
+use crate::plugin::Loaded;
+use crate::reload::{How, Reload};
 
 /// Longest name of an operator, in characters.
 const LONGEST_NAME: usize = 64;
@@ -57,6 +59,28 @@ impl Operating {
     /// When it is not unloaded, or has not come to rest since.
     pub fn load(&self, schema: usize) -> Result<(), String> {
         self.engine.load(&self.by, schema)
+    }
+
+    /// Has another build of a schema's type take over, between two of its iterations: it keeps its state in the hierarchy, its
+    /// authority and its variables, and what it remembers if both builds hand that on. What goes wrong leaves the build before.
+    ///
+    /// # Errors
+    /// Everything that keeps the build from its place; nothing was touched then.
+    pub fn replace(&self, schema: usize, with: &Loaded, how: How) -> Result<Reload, Vec<String>> {
+        self.engine.replace(&self.by, schema, with, how)
+    }
+
+    /// Whether a build could take over as [`Self::replace`] has it; answers with what of it would not be in force.
+    ///
+    /// # Errors
+    /// Everything that keeps it from that.
+    pub fn fits(&self, schema: usize, build: &Loaded) -> Result<Vec<String>, Vec<String>> {
+        self.engine.fitting(schema, build).map(|(_, notes)| notes)
+    }
+
+    /// Whether a schema runs exactly this build.
+    pub(crate) fn runs(&self, schema: usize, build: &Loaded) -> bool {
+        self.engine.runs(schema, build)
     }
 
     /// Makes a schema the winner of its group while it is awake.

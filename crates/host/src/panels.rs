@@ -133,11 +133,11 @@ impl Panels {
         }
     }
 
-    /// A schema has a panel.
-    pub(crate) fn declare(&self, schema: usize, touchable: bool) {
+    /// Whether a schema has a panel, and one that can be touched.
+    pub(crate) fn declare(&self, schema: usize, panel: Option<bool>) {
         let easel = &self.easels[schema];
-        easel.exists.store(true, Ordering::Release);
-        easel.touchable.store(touchable, Ordering::Release);
+        easel.exists.store(panel.is_some(), Ordering::Release);
+        easel.touchable.store(panel == Some(true), Ordering::Release);
     }
 
     pub(crate) fn has(&self, schema: usize) -> bool {

@@ -4,27 +4,28 @@
 
 mod again;
 mod panel;
+mod swap;
 mod time;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 use jde_abi::describe::Kind;
-use jde_abi::raw;
 use jde_core::{Answer, Check, GroupId, Level, Nanos};
 
+use crate::build::Build;
 use crate::engine::Engine;
 use crate::inbox::Inbox;
 use crate::instance::{self, Instance, Ports};
 use crate::panels::Pace;
 use crate::running::StartError;
 use crate::turn::{Journal, Turn};
+use swap::{Announced, Trial};
 
 /// An instance and where it is in its life.
 pub(crate) struct Runner {
     engine: Arc<Engine>,
     number: usize,
-    table: &'static raw::Schema,
     kind: Kind,
     life: Life,
     period: Nanos,
@@ -36,6 +37,14 @@ pub(crate) struct Runner {
     late: [bool; 2],
     /// Its instance ends as soon as it sleeps.
     unloading: bool,
+    /// The present build is on trial.
+    trial: Option<Trial>,
+    /// A takeover of this turn.
+    announced: Option<Announced>,
+    /// Whoever took over in this turn has its next one at once.
+    at_once: bool,
+    /// When its last turn ended.
+    last_turn: Nanos,
     /// When its panel was drawn.
     pace: Pace,
     /// For those who want to know of turns.
@@ -66,17 +75,14 @@ enum Life {
 }
 
 impl Runner {
-    pub(crate) fn new(
-        engine: &Arc<Engine>,
-        number: usize,
-        table: &'static raw::Schema,
-        mut ports: Ports,
-    ) -> Self {
+    pub(crate) fn new(engine: &Arc<Engine>, number: usize, build: Build, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
-        if let Some(panel) = instance::panel_of(table) {
-            engine.panels.declare(number, panel.touch.is_some());
-        }
+        let panel = instance::panel_of(build.table);
+        engine
+            .panels
+            .declare(number, panel.map(|panel| panel.touch.is_some()));
+        engine.builds.begin(number, Arc::new(build));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {
             ports.follow(journal);
@@ -84,7 +90,6 @@ impl Runner {
         Self {
             engine: Arc::clone(engine),
             number,
-            table,
             kind,
             life: Life::Absent(ports),
             period: about.period_ns,
@@ -92,6 +97,10 @@ impl Runner {
             last_iteration: 0,
             late: [false; 2],
             unloading: false,
+            trial: None,
+            announced: None,
+            at_once: false,
+            last_turn: 0,
             pace: Pace::default(),
             journal,
             told: Turn::of(Turn::CYCLED, number),
@@ -101,8 +110,14 @@ impl Runner {
     /// Makes the instance before the application starts, so that a plugin that cannot is known at once.
     pub(crate) fn create(&mut self) -> Result<(), String> {
         match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Absent(ports) => match Instance::create(&self.engine, self.number, self.table, ports) {
+            Life::Absent(ports) => match Instance::create(
+                &self.engine,
+                self.number,
+                &self.engine.builds.of(self.number),
+                ports,
+            ) {
                 Ok(instance) => {
+                    self.engine.panels.declare(self.number, instance.panel());
                     self.life = Life::Slept(instance);
                     self.engine.panels.came(self.number);
                     Ok(())
@@ -139,6 +154,10 @@ impl Runner {
             self.arbitrate(group, ticket, &level);
         }
         if inbox.replaced {
+            if self.trial.is_some() {
+                self.engine
+                    .give_up_build(self.number, "a call of it did not return in time");
+            }
             self.give_up();
         }
         if inbox.unloaded {
@@ -147,16 +166,20 @@ impl Runner {
         for awake in inbox.life {
             if awake { self.wake_up() } else { self.fall_asleep() }
         }
+        if let Some(swap) = inbox.swap {
+            self.swap(&swap);
+        }
         if inbox.retimed {
             self.retime();
         }
         if inbox.touched {
             self.take_gestures();
         }
+        let mut looked = false;
         if let Life::Awake { due, .. } = self.life {
             let now = self.engine.clock.now();
             self.told = Turn::of(Turn::CYCLED, self.number);
-            let looked = if now >= due {
+            looked = if now >= due {
                 self.cycle(now, due);
                 true
             } else if inbox.triggered || inbox.promoted && self.engine.is_taking(self.number) {
@@ -172,6 +195,7 @@ impl Runner {
             }
             self.rest();
         }
+        self.end_turn(looked);
         match self.life {
             Life::Awake { due, .. } => Some(due),
             Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
@@ -187,6 +211,7 @@ impl Runner {
 
     /// One period: check, then iterate if it is WINNER.
     fn cycle(&mut self, start: Nanos, due: Nanos) {
+        self.at_once = false;
         if self.kind != Kind::Motor || self.check(start) {
             self.act(start, Leave::Any);
         }
@@ -314,8 +339,15 @@ impl Runner {
             ..Turn::of(Turn::ARBITRATED, self.number)
         };
         let answer = self.answer(level);
+        let failed = match &answer {
+            Answer::Failed { reason } => Some(reason.clone()),
+            Answer::Chose { .. } => None,
+        };
         self.told.checked = self.engine.answered(group, ticket, answer);
         self.tell();
+        if let Some(reason) = failed {
+            self.go_back(&reason);
+        }
     }
 
     /// Asks the father's own function.
@@ -371,7 +403,9 @@ impl Runner {
 
     fn fall_asleep(&mut self) {
         self.told = Turn::of(Turn::SLEPT, self.number);
-        if let Err(reason) = self.lie_down() {
+        if let Err(reason) = self.lie_down()
+            && !self.go_back(&reason)
+        {
             self.told.failed = self.engine.faulted(self.number, reason);
             self.dismiss();
         }
@@ -412,8 +446,12 @@ impl Runner {
         }
     }
 
-    /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one.
+    /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one. A build on trial gives way
+    /// to the one before instead, which goes on as if nothing had happened.
     fn fault(&mut self, reason: String) {
+        if self.go_back(&reason) {
+            return;
+        }
         // The level selects again before anything else is tried with what is broken.
         self.told.failed = self.engine.faulted(self.number, reason);
         self.give_up();
@@ -433,6 +471,7 @@ impl Runner {
     fn dismiss(&mut self) {
         // The next instance begins with a clean sheet, and so does its health.
         self.late = [false; 2];
+        self.pass();
         let left = self.engine.panels.went(self.number, self.engine.clock.now());
         self.engine.untouched(self.number, left);
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {

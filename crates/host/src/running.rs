@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use jde_abi::raw;
 use jde_board::Board;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
 use crate::app::{Application, Executor, Instance};
+use crate::build::Build;
 use crate::clock::Clock;
 use crate::engine::{Bells, Engine};
 use crate::event::{Event, Observer, Outcome};
@@ -278,6 +278,18 @@ impl Handle {
         &self.engine.application
     }
 
+    /// The schemas that a name means: the one of that name, or else all of the plugin of that name.
+    #[must_use]
+    pub fn places(&self, name: &str) -> Vec<usize> {
+        let application = &self.engine.application;
+        if let Some(place) = application.instance(name) {
+            return vec![place];
+        }
+        let instances = application.instances.iter().enumerate();
+        let of_plugin = instances.filter(|(_, instance)| application.plugins[instance.plugin].name == name);
+        of_plugin.map(|(place, _)| place).collect()
+    }
+
     /// Its shared variables.
     #[must_use]
     pub fn board(&self) -> &Board {
@@ -398,13 +410,13 @@ fn prepare(
     on_turn: Option<OnTurn>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
     let instances = application.instances.iter();
-    let tables = instances
-        .map(|instance| table(&application, plugins, instance))
+    let builds = instances
+        .map(|instance| original(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
     let (engine, ports) = Engine::new(application, clock, observers, on_turn).map_err(StartError::Wiring)?;
-    let mut runners = Vec::with_capacity(tables.len());
-    for (number, (table, ports)) in tables.into_iter().zip(ports).enumerate() {
-        let mut runner = Runner::new(&engine, number, table, ports);
+    let mut runners = Vec::with_capacity(builds.len());
+    for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
+        let mut runner = Runner::new(&engine, number, build, ports);
         if let Err(error) = runner.make() {
             runners.iter_mut().rev().for_each(Runner::destroy);
             return Err(error);
@@ -414,15 +426,15 @@ fn prepare(
     Ok((engine, runners))
 }
 
-/// The functions of an instance's type.
-pub(crate) fn table(
+/// The build of an instance's type that the application was checked against.
+pub(crate) fn original(
     application: &Application,
     plugins: &Plugins,
     instance: &Instance,
-) -> Result<&'static raw::Schema, StartError> {
+) -> Result<Build, StartError> {
     let plugin = &application.plugins[instance.plugin];
     let loaded = plugins
         .loaded(plugin)
         .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
-    Ok(loaded.schema(instance.number))
+    Ok(Build::original(loaded, instance.number))
 }

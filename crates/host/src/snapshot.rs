@@ -5,6 +5,8 @@ use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
+use crate::build::BuildName;
+
 /// The whole application at one instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
@@ -59,6 +61,22 @@ pub struct SchemaView {
     /// Whether it has a panel of its own.
     #[serde(default)]
     pub panel: bool,
+    /// What became of reloads; none if it runs the build that it started with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reload: Option<ReloadView>,
+}
+
+/// What became of the reloads of a schema.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReloadView {
+    /// How many builds took over so far.
+    pub reloads: u32,
+    /// The build that it runs.
+    pub build: BuildName,
+    /// It is on trial: a fault goes back to the build before.
+    pub on_trial: bool,
+    /// Why the last new build was given up, if it was.
+    pub undone: Option<String>,
 }
 
 /// What an operator did to a schema and did not let go of (R14).
@@ -198,6 +216,7 @@ mod tests {
             faults: 1,
             operator,
             panel: true,
+            reload: None,
         }
     }
 

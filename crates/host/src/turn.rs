@@ -45,10 +45,10 @@ pub struct Call {
 #[value(name = "jde_msgs/msg/Turn")]
 pub struct Turn {
     /// 1 awoke, 2 slept, 3 checked or iterated, 4 arbitrated; and without a schema's doing 5 start, 6 timer, 7 operator, 8 given
-    /// up, 9 end, 10 a father woke a child or put it to sleep, 11 somebody touched its panel.
+    /// up, 9 end, 10 a father woke a child or put it to sleep, 11 somebody touched its panel, 12 another build of it took over.
     pub kind: u8,
     /// How it asked leave to iterate: 1 as ever, 2 only to take over. What an operator did: 1 play, 2 stop, 3 force, 4 release,
-    /// 5 write a modulation or a period, 6 unload. Else 0.
+    /// 5 write a modulation or a period, 6 unload. Of a reload: 1 a new build took over, 2 the one before did again. Else 0.
     pub way: u8,
     /// Nothing.
     pub padding: Padding<2>,
@@ -108,6 +108,8 @@ impl Turn {
     pub const LED: u8 = 10;
     /// Kind: somebody did something to its panel.
     pub const TOUCHED: u8 = 11;
+    /// Kind: another build of it took over, or the one before did again.
+    pub const RELOADED: u8 = 12;
 
     /// Way: it asked leave as ever.
     pub const ANY: u8 = 1;
@@ -131,6 +133,10 @@ impl Turn {
     pub const WROTE: u8 = 5;
     /// Way of an operator.
     pub const UNLOADED: u8 = 6;
+    /// Way of a reload: a new build took over.
+    pub const TOOK_OVER: u8 = 1;
+    /// Way of a reload: the build before took over again.
+    pub const WENT_BACK: u8 = 2;
     /// The place of the period among the ports.
     pub const PERIOD: u64 = u32::MAX as u64;
 

@@ -8,8 +8,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_host::Options;
 use jde_host::event::Outcome;
+use jde_host::reload::How;
 
-use common::{Call, Executor, MS, Rig, Stage};
+use common::{Call, Executor, LIVE, MS, Rig, Stage};
 
 static ALONE: Mutex<()> = Mutex::new(());
 
@@ -106,6 +107,33 @@ fn two_hours_of_virtual_time_take_no_more_memory_than_ten_minutes() {
     assert!(rig.group("father/base").switches > 10_000, "it was not idle");
     assert_eq!(rig.see("father").faults + rig.see("left").faults, 0);
     // A hundred thousand selections of a hundred bytes would be ten times this.
+    assert!(grown < 1 << 20, "{} kB", grown >> 10);
+    rig.stop();
+    stage.close();
+}
+
+#[test]
+fn a_thousand_reloads_of_what_is_there_already_take_no_more_memory() {
+    let _alone = alone();
+    let stage = stage();
+    let mut rig = Rig::start(Executor::Lockstep, &stage, APP);
+    let plugins = common::plugins();
+    let build = plugins.load("test", &[]).expect("it is linked in");
+    let (father, operator) = (rig.place("father"), rig.operator());
+    let reload = |rig: &mut Rig| {
+        let order = operator
+            .replace(father, &build, How::default())
+            .unwrap_or_else(|reasons| panic!("{reasons:?}"));
+        rig.advance(rig.handle.now() + 200 * MS);
+        assert!(matches!(order.outcome(), Some(Ok(_))));
+    };
+    (0..100).for_each(|_| reload(&mut rig));
+    let (live, warm) = (LIVE.get(), resident());
+    (0..1000).for_each(|_| reload(&mut rig));
+    let grown = resident().saturating_sub(warm);
+    assert_eq!(rig.see("father").faults, 0);
+    assert_eq!(LIVE.get(), live, "each that was replaced has ended");
+    // What a reload leaves besides would be some hundred kilobytes in all.
     assert!(grown < 1 << 20, "{} kB", grown >> 10);
     rig.stop();
     stage.close();

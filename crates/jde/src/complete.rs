@@ -45,6 +45,19 @@ pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
     })
 }
 
+/// Schemas of the application that is meant, and the plugins that they come from.
+pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
+    names(current, |remote| {
+        let schemas = remote.schemas().ok()?.schemas.into_iter();
+        let both = schemas.flat_map(|schema| {
+            let plugin = schema.type_name.split('/').next().unwrap_or_default();
+            let all = format!("all schemas of the plugin {plugin}");
+            [(plugin.to_owned(), all), (schema.name, schema.doc)]
+        });
+        Some(both.collect())
+    })
+}
+
 /// Variables of the application that is meant.
 pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
     names(current, |remote| {

@@ -56,6 +56,9 @@ pub(crate) enum Failure {
     /// It could not go on.
     #[error("{0}")]
     Broken(String),
+    /// Schemas run on with the builds they had.
+    #[error("{0}")]
+    NotReloaded(String),
     /// What was asked for never happened.
     #[error("{0}")]
     Unanswered(String),
@@ -123,6 +126,7 @@ impl Failure {
             Self::Mission
             | Self::Different
             | Self::Broken(_)
+            | Self::NotReloaded(_)
             | Self::Unanswered(_)
             | Self::File { .. }
             | Self::Output(_) => 1,
@@ -152,6 +156,7 @@ impl Failure {
             Self::Plugin(_)
             | Self::Start(_)
             | Self::Broken(_)
+            | Self::NotReloaded(_)
             | Self::Unanswered(_)
             | Self::Recording(_)
             | Self::Link(_)

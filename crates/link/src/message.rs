@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use jde_host::reload::Reloaded;
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
@@ -282,6 +283,17 @@ pub enum Action {
         /// Which.
         schema: String,
     },
+    /// Has the build that is now in its plugin's file take over between two iterations.
+    Reload {
+        /// Which; or a plugin, for all schemas of it.
+        schema: String,
+        /// How long it is on trial, s; none for the usual.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        probation_s: Option<f64>,
+        /// It begins anew, whatever the build before remembers.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        fresh: bool,
+    },
     /// Does something to a widget of a schema's panel.
     Touch {
         /// Whose panel.
@@ -294,6 +306,16 @@ pub enum Action {
         /// Which.
         schema: String,
     },
+}
+
+/// The answer to `operate`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fine {
+    /// True.
+    pub ok: bool,
+    /// What came of a reload.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reloaded: Option<Reloaded>,
 }
 
 /// Why a request was refused.
@@ -320,6 +342,7 @@ impl Action {
             | Self::Modulate { schema, .. }
             | Self::Unload { schema }
             | Self::Load { schema }
+            | Self::Reload { schema, .. }
             | Self::Touch { schema, .. }
             | Self::Renew { schema } => schema,
         }

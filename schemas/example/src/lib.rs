@@ -1,6 +1,7 @@
 //! The father of safe navigation (the paper, section 5): it has no precondition, gives its children one target after another,
 //! and arbitrates between them. It commands no actuator itself. A target clicked on its panel comes before the others.
 
+mod memory;
 mod panel;
 
 use jde_schema::prelude::*;

@@ -372,3 +372,19 @@ fn its_panel_shows_what_there_is_before_anything_is_known() {
             .any(|shape| matches!(shape, Shape::Robot { .. }))
     );
 }
+
+#[test]
+fn another_build_of_it_goes_on_where_it_was() {
+    let mut old = father();
+    for corner in &CORNERS[..2] {
+        stand(&mut old, corner.x, corner.y);
+    }
+    click(&mut old, 5.0, 5.0);
+    let mut new = father();
+    new.restore(&old.save().expect("it saves")).expect("it restores");
+    assert_eq!(stand(&mut new, 0.0, 0.0).reached, 2);
+    stand(&mut old, 0.0, 0.0);
+    let there = target(&new).expect("it goes somewhere");
+    assert_eq!((there.x, there.y), (5.0, 5.0), "where somebody clicked");
+    assert_eq!(target(&old), Some(there));
+}

@@ -98,6 +98,18 @@ impl Schema for Vff {
     }
 }
 
+/// Whether an obstacle stands there decides how large the area is.
+impl Memory for Vff {
+    fn save(&self, _: &Context, saving: &mut Saving) {
+        saving.put(&u8::from(self.obstacle));
+    }
+
+    fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
+        self.obstacle = saved.take::<u8>()? != 0;
+        Ok(())
+    }
+}
+
 impl Vff {
     /// By how much to turn left to face where the forces point, rad; `None` without a target, a pose or a scan.
     fn heading(&self, cx: &Context) -> Option<f64> {

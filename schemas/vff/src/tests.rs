@@ -342,3 +342,20 @@ fn its_panel_shows_the_area_that_was_looked_at() {
         assert_eq!(area, Some((corner, Color::Ink(ink))), "at {range} m");
     }
 }
+
+#[test]
+fn another_build_of_it_knows_that_an_obstacle_stood_there() {
+    let mut old = bench(0.0, &[]);
+    old.import("laser", &scan(1, &[(0, 2.9)]));
+    assert!(old.check().expect("it checks").ready);
+    let saved = old.save().expect("it saves");
+    for (restored, ready) in [(false, false), (true, true)] {
+        let mut new = bench(0.0, &[]);
+        new.set("margin", 0.2);
+        if restored {
+            new.restore(&saved).expect("it restores");
+        }
+        new.import("laser", &scan(1, &[(0, 3.1)]));
+        assert_eq!(new.check().expect("it checks").ready, ready);
+    }
+}

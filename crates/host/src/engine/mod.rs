@@ -8,6 +8,7 @@ mod authority;
 mod observe;
 mod operate;
 mod panels;
+mod reload;
 mod services;
 mod unload;
 mod wiring;
@@ -21,11 +22,13 @@ use jde_board::{Board, Watch};
 use jde_core::{Answer, Check, Effect, GroupId, Health, Hierarchy, Level, Nanos, SchemaId};
 
 use crate::app::Application;
+use crate::build;
 use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::meter::Meter;
 use crate::panels::Panels;
+use crate::reload::Swap;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
 use authority::Commands;
 use observe::Groups;
@@ -69,6 +72,8 @@ pub(crate) enum Signal {
     Looked,
     /// Somebody did something to its panel.
     Touched,
+    /// Another build of it is to take over.
+    Swapped(Box<Swap>),
 }
 
 /// The shared part of a running application.
@@ -79,6 +84,7 @@ pub(crate) struct Engine {
     pub(crate) clock: Clock,
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
+    pub(crate) builds: build::Register,
     pub(crate) id: u64,
     /// For those who want to know of turns.
     pub(crate) journal: Option<Arc<Journal>>,
@@ -141,6 +147,7 @@ impl Engine {
             closing: None,
         };
         let panels = Arc::new(Panels::new(application.instances.len()));
+        let builds = build::Register::new(application.instances.len());
         let engine = Arc::new(Self {
             application,
             board,
@@ -148,6 +155,7 @@ impl Engine {
             clock,
             meters,
             panels,
+            builds,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             put_off: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),
@@ -253,8 +261,10 @@ impl Engine {
         let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
         if !known {
             self.ring(instance, Signal::Replaced);
-            let moment = self.faulted(instance, reason);
+            let moment = self.faulted(instance, reason.clone());
             self.tell_turn(Turn::GIVEN_UP, instance, 0, moment);
+            // Whoever makes it anew finds the build before.
+            self.give_up_build(instance, &reason);
         }
     }
 

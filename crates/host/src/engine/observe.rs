@@ -154,6 +154,7 @@ impl Engine {
             faults: meter.faults.load(Relaxed),
             operator: self.hold(&rules.hierarchy, number),
             panel: self.panels.has(number),
+            reload: self.builds.view(number),
         }
     }
 

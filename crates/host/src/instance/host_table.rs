@@ -11,8 +11,9 @@ use std::sync::atomic::Ordering;
 use jde_abi::raw::{self, Context, Host};
 use jde_core::{Nanos, Policy};
 
-use super::ports::{PortError, Ports};
-use super::state_number;
+use super::ports::{PortError, Ports, View};
+use super::{Scratch, state_number};
+use crate::build::{Build, Way};
 use crate::engine::Engine;
 
 /// What a [`Context`] really is.
@@ -20,27 +21,81 @@ pub(super) struct Call<'a> {
     pub(super) engine: &'a Arc<Engine>,
     pub(super) number: usize,
     pub(super) name: &'a CStr,
+    pub(super) build: &'a Build,
     pub(super) ports: &'a mut Ports,
+    pub(super) scratch: &'a mut Scratch,
     pub(super) failure: Option<String>,
     /// What it was told when it first asked for the time.
     pub(super) told: Option<Nanos>,
-    /// While a panel is drawn, the first thing that it tried to change.
-    pub(super) drawing: Option<Option<String>>,
+    pub(super) leave: Leave,
+}
+
+/// What a call may change.
+pub(super) enum Leave {
+    /// Whatever its authority allows.
+    All,
+    /// Its exports: it is put to sleep or woken up without losing its place.
+    Exports,
+    /// Nothing; and the first thing that it tried.
+    Nothing(Option<String>),
 }
 
 impl Call<'_> {
-    /// Whether a panel is drawn, which shows and changes nothing.
+    /// Whether this call may not act on others.
     fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
-        if let Some(None) = self.drawing {
-            let what = what(self);
-            self.drawing = Some(Some(what));
+        match self.leave {
+            Leave::All => false,
+            Leave::Exports => true,
+            Leave::Nothing(_) => self.refuses_all(what),
         }
-        self.drawing.is_some()
     }
 
-    fn port_name(&self, port: u32) -> &str {
+    /// Whether this call may not even write its exports.
+    fn refuses_all(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+        if let Leave::Nothing(None) = self.leave {
+            let what = what(self);
+            self.leave = Leave::Nothing(Some(what));
+        }
+        matches!(self.leave, Leave::Nothing(_))
+    }
+
+    /// Whether it may not write that port of the application.
+    fn refuses_port(&mut self, port: usize) -> bool {
+        let what = |call: &Self| format!("write `{}`", call.port_name(port));
+        if self.ports.is_wish(port) {
+            self.refuses(what)
+        } else {
+            self.refuses_all(what)
+        }
+    }
+
+    fn port_name(&self, port: usize) -> &str {
         let ports = &self.engine.application.instances[self.number].schema.ports;
-        ports.get(port as usize).map_or("a port", |port| &port.name)
+        ports.get(port).map_or("a port", |port| &port.name)
+    }
+
+    /// The role of the application that the build means.
+    fn role(&self, role: u32) -> Result<usize, i32> {
+        self.build
+            .role(role)
+            .ok_or(raw::BAD_ARGUMENT)?
+            .ok_or(raw::UNBOUND)
+    }
+
+    /// What a port shows.
+    fn view(&mut self, port: u32, now: Nanos) -> Result<View<'_>, PortError> {
+        match self.build.way(port) {
+            Some(Way::Bound(port)) => self.ports.read(*port, now),
+            Some(Way::Unbound) => Err(PortError::Unbound),
+            Some(Way::Fixed { value, neutral }) => Ok(View {
+                bytes: value.bytes(),
+                time: if *neutral { now } else { 0 },
+                sequence: 0,
+                writer: u32::MAX,
+                neutral: *neutral,
+            }),
+            Some(Way::Unheard(_)) | None => Err(PortError::WrongPort),
+        }
     }
 }
 
@@ -99,7 +154,7 @@ unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sampl
     unsafe {
         within(context, raw::FAILED, |call| {
             let now = call.engine.clock.now();
-            match call.ports.read(port as usize, now) {
+            match call.view(port, now) {
                 Err(error) => status(&error),
                 Ok(view) => {
                     let fresh = if view.sequence == 0 {
@@ -126,10 +181,19 @@ unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_voi
     // SAFETY: the plugin gives the context of this call and room for a pointer.
     unsafe {
         within(context, raw::FAILED, |call| {
-            if call.refuses(|call| format!("write `{}`", call.port_name(port))) {
-                return raw::REFUSED;
-            }
-            match call.ports.loan(port as usize) {
+            let room = match call.build.way(port) {
+                Some(Way::Bound(port)) => {
+                    // Who may not command is told so when it publishes, as ever.
+                    if call.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
+                        return raw::REFUSED;
+                    }
+                    call.ports.loan(*port)
+                }
+                Some(Way::Unbound) => Err(PortError::Unbound),
+                Some(Way::Unheard(bytes)) => Ok(call.scratch.room(port, *bytes)),
+                Some(Way::Fixed { .. }) | None => Err(PortError::WrongPort),
+            };
+            match room {
                 Err(error) => status(&error),
                 Ok(bytes) => {
                     out.write(bytes.as_mut_ptr().cast::<c_void>());
@@ -144,17 +208,23 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
-            if call.refuses(|call| format!("write `{}`", call.port_name(port))) {
+            let port = match call.build.way(port) {
+                Some(Way::Bound(port)) => *port,
+                Some(Way::Unbound) => return raw::UNBOUND,
+                Some(Way::Unheard(_)) if call.scratch.has(port) => return raw::OK,
+                Some(Way::Unheard(_) | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+            };
+            if call.refuses_port(port) {
                 return raw::REFUSED;
             }
             let now = call.engine.clock.now();
             let time = if time_ns == 0 { now } else { time_ns };
             let period = call.engine.meters[call.number].period.load(Ordering::Relaxed);
-            match call.ports.publish(port as usize, time, now, period) {
+            match call.ports.publish(port, time, now, period) {
                 Ok(()) => raw::OK,
                 Err(error) => {
                     if let PortError::Refused { why, first } = &error {
-                        call.engine.write_refused(call.number, port as usize, why, *first);
+                        call.engine.write_refused(call.number, port, why, *first);
                     }
                     status(&error)
                 }
@@ -170,7 +240,10 @@ unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
             if call.refuses(|_| String::from("wake a child")) {
                 return raw::REFUSED;
             }
-            call.engine.child_wakes(call.number, child as usize, true)
+            match call.role(child) {
+                Ok(role) => call.engine.child_wakes(call.number, role, true),
+                Err(status) => status,
+            }
         })
     }
 }
@@ -182,7 +255,10 @@ unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
             if call.refuses(|_| String::from("put a child to sleep")) {
                 return raw::REFUSED;
             }
-            call.engine.child_wakes(call.number, child as usize, false)
+            match call.role(child) {
+                Ok(role) => call.engine.child_wakes(call.number, role, false),
+                Err(status) => status,
+            }
         })
     }
 }
@@ -191,7 +267,10 @@ unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::Chi
     // SAFETY: the plugin gives the context of this call and room for a status.
     unsafe {
         within(context, raw::FAILED, |call| {
-            match call.engine.child(call.number, child as usize) {
+            let known = call
+                .role(child)
+                .and_then(|role| call.engine.child(call.number, role));
+            match known {
                 Err(status) => status,
                 Ok((state, faulted)) => {
                     out.write(raw::ChildStatus {
@@ -231,7 +310,10 @@ unsafe extern "C" fn set_policy(
             if call.refuses(|_| String::from("change a policy")) {
                 return raw::REFUSED;
             }
-            call.engine.set_policy(call.number, child as usize, policy)
+            match call.role(child) {
+                Ok(role) => call.engine.set_policy(call.number, role, policy),
+                Err(status) => status,
+            }
         })
     }
 }
@@ -285,10 +367,15 @@ unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         within(context, raw::FAILED, |call| {
-            if call.refuses(|call| format!("take `{}` back", call.port_name(port))) {
+            let port = match call.build.way(port) {
+                Some(Way::Bound(port)) => *port,
+                Some(Way::Unheard(_)) => return raw::OK,
+                Some(Way::Unbound | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+            };
+            if call.refuses_all(|call| format!("take `{}` back", call.port_name(port))) {
                 return raw::REFUSED;
             }
-            match call.ports.retract(port as usize) {
+            match call.ports.retract(port) {
                 Ok(()) => raw::OK,
                 Err(error) => status(&error),
             }

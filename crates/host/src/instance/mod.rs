@@ -5,7 +5,9 @@
 #![allow(unsafe_code)]
 
 mod host_table;
+mod memory;
 mod ports;
+mod scratch;
 
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::null_mut;
@@ -15,19 +17,24 @@ use jde_abi::raw;
 use jde_core::{Case, Level, Nanos};
 use jde_panel::{Gesture, List};
 
+use crate::build;
 use crate::engine::Engine;
 use crate::turn::{self, Turn};
-use host_table::{Call, HOST};
+use host_table::{Call, HOST, Leave};
+pub(crate) use memory::Remembered;
 pub(crate) use ports::{Port, Ports, Shown};
+use scratch::Scratch;
 
 /// An instance that was made, and the ports through which it sees the world.
 pub(crate) struct Instance {
     number: usize,
     name: CString,
+    build: build::Shared,
     table: &'static raw::Schema,
     panel: Option<&'static raw::Panel>,
     this: *mut c_void,
     ports: Ports,
+    scratch: Scratch,
     engine: Arc<Engine>,
     /// The last call, for those who want to know.
     called: turn::Call,
@@ -48,22 +55,25 @@ pub(crate) struct Answer {
 }
 
 impl Instance {
-    /// Makes an instance of `table`, SLEPT.
+    /// Makes an instance of `build`, SLEPT.
     pub(crate) fn create(
         engine: &Arc<Engine>,
         number: usize,
-        table: &'static raw::Schema,
+        build: &build::Shared,
         ports: Ports,
     ) -> Result<Self, (String, Ports)> {
+        let table = build.table;
         let name =
             CString::new(engine.application.instances[number].name.replace('\0', "")).unwrap_or_default();
         let mut instance = Self {
             number,
             name,
+            build: Arc::clone(build),
             table,
             panel: panel_of(table),
             this: null_mut(),
             ports,
+            scratch: Scratch::default(),
             engine: Arc::clone(engine),
             called: turn::Call::default(),
             inputs: Vec::new(),
@@ -133,11 +143,12 @@ impl Instance {
         let time = self.engine.clock.now();
         let (done, list) = jde_panel::lend_pen(time, |pen| {
             // SAFETY: as in `awake`; the pen lives for the call.
-            let (status, failure, wrote) =
-                self.call_as(Some(None), |this, context| unsafe { draw(this, context, pen) });
-            match wrote.flatten() {
-                Some(what) => Err(format!("it tried to {what} while its panel was drawn")),
-                None => outcome("draw", status, failure),
+            let (status, failure, wrote) = self.call_as(Leave::Nothing(None), |this, context| unsafe {
+                draw(this, context, pen)
+            });
+            match wrote {
+                Leave::Nothing(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
+                Leave::Nothing(None) | Leave::All | Leave::Exports => outcome("draw", status, failure),
             }
         });
         Some(done.and_then(|()| list.map_err(|broken| broken.to_string())))
@@ -165,7 +176,11 @@ impl Instance {
         self.ports.release();
         let engine = Arc::clone(&self.engine);
         let roles = &engine.application.instances[self.number].children;
-        let role = |id: jde_core::SchemaId| roles.iter().position(|child| *child == Some(id.index()));
+        let build = Arc::clone(&self.build);
+        let role = |id: jde_core::SchemaId| {
+            let role = roles.iter().position(|child| *child == Some(id.index()))?;
+            build.own_role(role)
+        };
         let candidates: Vec<raw::Candidate> = level
             .candidates
             .iter()
@@ -205,10 +220,13 @@ impl Instance {
         self.ports.release();
         answer?;
         let reason = text_within(&verdict.reason);
-        match usize::try_from(verdict.child) {
-            Err(_) => Ok((None, reason)),
-            Ok(role) if role < roles.len() => Ok((Some(role), reason)),
-            Ok(role) => Err(format!("named child {role}, and it has {}", roles.len())),
+        let Ok(role) = u32::try_from(verdict.child) else {
+            return Ok((None, reason));
+        };
+        match build.role(role) {
+            Some(Some(role)) => Ok((Some(role), reason)),
+            Some(None) => Err(format!("chose child {role}, whose role nobody has")),
+            None => Err(format!("named child {role}, and it has {}", build.roles())),
         }
     }
 
@@ -260,26 +278,28 @@ impl Instance {
 
     /// One call, with a context that lives just as long; also gives the reason that the plugin left, if it did.
     fn call<R>(&mut self, call: impl FnOnce(*mut c_void, *mut raw::Context) -> R) -> (R, Option<String>) {
-        let (result, failure, _) = self.call_as(None, call);
+        let (result, failure, _) = self.call_as(Leave::All, call);
         (result, failure)
     }
 
-    /// The same, and if it draws a panel what that tried to change.
+    /// The same with less leave; and what it tried against that.
     fn call_as<R>(
         &mut self,
-        drawing: Option<Option<String>>,
+        leave: Leave,
         call: impl FnOnce(*mut c_void, *mut raw::Context) -> R,
-    ) -> (R, Option<String>, Option<Option<String>>) {
+    ) -> (R, Option<String>, Leave) {
         let engine = Arc::clone(&self.engine);
         let meter = &engine.meters[self.number];
         let mut context = Call {
             engine: &engine,
             number: self.number,
             name: &self.name,
+            build: &self.build,
             ports: &mut self.ports,
+            scratch: &mut self.scratch,
             failure: None,
             told: None,
-            drawing,
+            leave,
         };
         let start = engine.clock.now();
         let after = context.ports.enter();
@@ -287,16 +307,17 @@ impl Instance {
         let result = call(self.this, (&raw mut context).cast::<raw::Context>());
         let failure = context.failure.take();
         let told = context.told;
-        let drawing = context.drawing.take();
+        let leave = context.leave;
         meter.leave();
         self.ports.discard_loans();
+        self.scratch.discard();
         if let (Some(after), Some(looks)) = (after, self.ports.looks()) {
             let (after, time) = looks.last.unwrap_or((after, start));
             let clock = told.unwrap_or(start);
             self.called = turn::Call { after, time, clock };
             self.inputs.clone_from(&looks.inputs);
         }
-        (result, failure, drawing)
+        (result, failure, leave)
     }
 }
 

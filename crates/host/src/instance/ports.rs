@@ -250,6 +250,11 @@ impl Ports {
         }
     }
 
+    /// Whether it writes what others have: a command or a child's modulation.
+    pub(crate) fn is_wish(&self, port: usize) -> bool {
+        matches!(self.ports.get(port), Some(Port::Wish { .. }))
+    }
+
     /// Takes back the newest value of an export.
     pub(crate) fn retract(&mut self, port: usize) -> Result<(), PortError> {
         match self.ports.get_mut(port) {

@@ -23,8 +23,8 @@ pub struct Loaded {
     /// The file it came from; `None` if it is linked in.
     pub path: Option<PathBuf>,
     table: &'static raw::Plugin,
-    /// The file that is really mapped.
-    _copy: Option<Arc<TempPath>>,
+    /// The file that is really mapped, and its length.
+    copy: Option<Arc<(TempPath, u64)>>,
 }
 
 /// Why a file could not be loaded as a plugin.
@@ -64,7 +64,7 @@ impl Loaded {
             description: Arc::new(description),
             path: None,
             table,
-            _copy: None,
+            copy: None,
         })
     }
 
@@ -78,10 +78,14 @@ impl Loaded {
                 "it is a directory; name the library in it",
             )));
         }
-        let bytes = std::fs::read(path)?;
-        elf::check(&bytes).map_err(LoadError::Foreign)?;
-        let held = elf::symbol_size(&bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
-        let copy = copy::of(path, &bytes)?;
+        Self::of(path, &std::fs::read(path)?)
+    }
+
+    /// Loads the library at `path`, whose content is `bytes`, as [`Self::open`].
+    pub(super) fn of(path: &Path, bytes: &[u8]) -> Result<Self, LoadError> {
+        elf::check(bytes).map_err(LoadError::Foreign)?;
+        let held = elf::symbol_size(bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
+        let copy = copy::of(path, bytes)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
         let library = unsafe { Library::open(Some(&*copy), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|error| LoadError::System(cause(&error, &copy, path)))?;
@@ -114,8 +118,27 @@ impl Loaded {
             description: Arc::new(description),
             path: Some(path.to_owned()),
             table,
-            _copy: Some(Arc::new(copy)),
+            copy: Some(Arc::new((copy, bytes.len() as u64))),
         })
+    }
+
+    /// Bytes of its file; 0 if it is linked in.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.copy.as_ref().map_or(0, |copy| copy.1)
+    }
+
+    /// Whether its file had exactly this content.
+    pub(super) fn is(&self, bytes: &[u8]) -> bool {
+        let same = |(copy, length): &(TempPath, u64)| {
+            *length == bytes.len() as u64 && std::fs::read(copy).is_ok_and(|loaded| loaded == bytes)
+        };
+        self.copy.as_deref().is_some_and(same)
+    }
+
+    /// Whether both are one library in memory.
+    pub(crate) fn is_one_with(&self, other: &Self) -> bool {
+        std::ptr::eq(self.table, other.table)
     }
 
     /// The table of one of its types, by its place in the description.

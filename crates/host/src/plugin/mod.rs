@@ -10,4 +10,4 @@ mod store;
 
 pub use load::{LoadError, Loaded};
 pub use search::{Found, SearchPath};
-pub use store::{PluginError, Plugins};
+pub use store::{Builds, MOST_BUILDS, PluginError, Plugins, Renewed};

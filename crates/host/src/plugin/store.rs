@@ -1,21 +1,45 @@
-//! The plugins of one process, each loaded once: the catalogue against which application files are checked.
+//! The plugins of one process, each build of one loaded once: the catalogue against which application files are checked.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_abi::{describe, raw};
+use serde::{Deserialize, Serialize};
 
 use crate::app::{Application, Catalogue, Instance};
 
 use super::{Found, LoadError, Loaded, SearchPath};
 
+/// Most builds that one process loads in place of others. Each stays in memory, and so does its private copy on disk: at the
+/// 0.5 to 5 MB of a plugin this is what a day of editing takes, and less than a machine that runs robots can miss.
+pub const MOST_BUILDS: usize = 256;
+
 /// Plugins by name; loads one when it is first asked for.
 #[derive(Debug, Default)]
 pub struct Plugins {
     path: SearchPath,
-    loaded: Mutex<BTreeMap<PathBuf, Loaded>>,
+    /// All builds of each file, the newest last.
+    loaded: Mutex<BTreeMap<PathBuf, Vec<Loaded>>>,
     linked_in: BTreeMap<String, Loaded>,
+}
+
+/// What a plugin's file holds now.
+#[derive(Clone, Debug)]
+pub struct Renewed {
+    /// It.
+    pub plugin: Loaded,
+    /// It was loaded just now; otherwise the file has the content of a build that was loaded before.
+    pub fresh: bool,
+}
+
+/// Builds in memory beside the first of each plugin: they are never unmapped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Builds {
+    /// How many.
+    pub builds: usize,
+    /// Bytes of their files.
+    pub bytes: u64,
 }
 
 /// Why a plugin cannot be used.
@@ -46,6 +70,15 @@ pub enum PluginError {
         found: String,
         /// The name of its file.
         name: String,
+    },
+    /// Too many builds were loaded since the process began.
+    #[error(
+        "this process has loaded {MOST_BUILDS} builds in place of others, {} MB in all, and none of them can leave its memory: start the application anew",
+        bytes.div_ceil(1 << 20)
+    )]
+    TooMany {
+        /// Bytes of their files.
+        bytes: u64,
     },
 }
 
@@ -107,15 +140,47 @@ impl Plugins {
     pub fn open(&self, file: &Path) -> Result<Loaded, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(plugin) = loaded.get(&key) {
+        if let Some(plugin) = loaded.get(&key).and_then(|builds| builds.last()) {
             return Ok(plugin.clone());
         }
-        let plugin = Loaded::open(&key).map_err(|error| PluginError::Unusable {
-            path: file.to_owned(),
-            error,
-        })?;
-        loaded.insert(key, plugin.clone());
+        let plugin = Loaded::open(&key).map_err(unusable(file))?;
+        loaded.insert(key, vec![plugin.clone()]);
         Ok(plugin)
+    }
+
+    /// The plugin in that file as it is now, beside those that were in it before. A build is loaded once: a file with the content of
+    /// one that is there already takes no more memory.
+    ///
+    /// # Errors
+    /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
+    pub fn renew(&self, file: &Path) -> Result<Renewed, PluginError> {
+        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let bytes = std::fs::read(&key).map_err(|error| unusable(file)(error.into()))?;
+        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = loaded
+            .get(&key)
+            .into_iter()
+            .flatten()
+            .find(|build| build.is(&bytes));
+        if let Some(plugin) = known {
+            return Ok(Renewed {
+                plugin: plugin.clone(),
+                fresh: false,
+            });
+        }
+        let Builds { builds, bytes: all } = replacements(&loaded);
+        if builds >= MOST_BUILDS {
+            return Err(PluginError::TooMany { bytes: all });
+        }
+        let plugin = Loaded::of(&key, &bytes).map_err(unusable(file))?;
+        loaded.entry(key).or_default().push(plugin.clone());
+        Ok(Renewed { plugin, fresh: true })
+    }
+
+    /// The builds that were loaded in place of others.
+    #[must_use]
+    pub fn builds(&self) -> Builds {
+        replacements(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The loaded plugin that this is the description of.
@@ -123,6 +188,7 @@ impl Plugins {
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let found = loaded
             .values()
+            .flatten()
             .chain(self.linked_in.values())
             .find(|plugin| Arc::ptr_eq(&plugin.description, description));
         found.cloned()
@@ -182,7 +248,8 @@ impl Catalogue for Plugins {
     fn known(&self) -> Vec<String> {
         let (found, linked_in) = self.list(&[]);
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        let types = loaded.values().chain(self.linked_in.values()).flat_map(|plugin| {
+        let newest = loaded.values().filter_map(|builds| builds.last());
+        let types = newest.chain(self.linked_in.values()).flat_map(|plugin| {
             let plugin = &plugin.description;
             plugin
                 .schemas
@@ -193,4 +260,18 @@ impl Catalogue for Plugins {
         let files = found.into_iter().map(|found| found.name).chain(linked_in);
         files.chain(types).collect()
     }
+}
+
+/// All but the first of each file.
+fn replacements(loaded: &BTreeMap<PathBuf, Vec<Loaded>>) -> Builds {
+    let replacements = loaded.values().flat_map(|builds| builds.iter().skip(1));
+    replacements.fold(Builds::default(), |sum, build| Builds {
+        builds: sum.builds + 1,
+        bytes: sum.bytes + build.bytes(),
+    })
+}
+
+fn unusable(file: &Path) -> impl FnOnce(LoadError) -> PluginError {
+    let path = file.to_owned();
+    |error| PluginError::Unusable { path, error }
 }

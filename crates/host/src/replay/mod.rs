@@ -21,7 +21,7 @@ use crate::engine::Engine;
 use crate::event::Observer;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
-use crate::running::{Handle, StartError, table};
+use crate::running::{Handle, StartError, original};
 pub use past::{Old, Part, Past, Step};
 use player::Player;
 
@@ -105,8 +105,8 @@ impl Replay {
                 runners.push(None);
                 continue;
             }
-            let table = table(&engine.application, plugins, instance)?;
-            let mut runner = Runner::new(&engine, number, table, ports);
+            let build = original(&engine.application, plugins, instance)?;
+            let mut runner = Runner::new(&engine, number, build, ports);
             runner.make()?;
             runners.push(Some(runner));
         }

@@ -174,7 +174,7 @@ impl Player {
                 Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
                 // Nobody can look at a replay or act in it.
-                Signal::Looked | Signal::Touched => {}
+                Signal::Looked | Signal::Touched | Signal::Swapped(_) => {}
                 Signal::Asked { group, ticket, level } => {
                     let since = now;
                     seat.asked.push(Asked {

@@ -155,6 +155,7 @@ impl Story {
                     OperatorAction::Hierarchy(_)
                     | OperatorAction::Unload { .. }
                     | OperatorAction::Load { .. }
+                    | OperatorAction::Reload { .. }
                     | OperatorAction::Period { .. }
                     | OperatorAction::Modulate { .. } => None,
                 };
@@ -170,6 +171,20 @@ impl Story {
                     text: format!("{by} {}", action.words(&self.schemas[action.schema()])),
                     touched,
                 })
+            }
+            Event::Reloaded {
+                time,
+                schema,
+                takeover,
+            } => happening(*time, "reloaded", name(schema), takeover.words()),
+            Event::ReloadUndone {
+                time,
+                schema,
+                build,
+                reason,
+            } => {
+                let text = format!("goes on with the build before {build}: {reason}");
+                happening(*time, "reload-undone", name(schema), text)
             }
             Event::Ended { time, outcome } => happening(*time, "ended", None, outcome.words().to_owned()),
         })

@@ -46,7 +46,12 @@ enum Run {
 
 /// The plugins of the tests.
 pub(crate) fn plugins() -> Plugins {
-    let mut plugins = Plugins::new(SearchPath::default());
+    plugins_along(SearchPath::default())
+}
+
+/// The same, and those in these folders.
+pub(crate) fn plugins_along(path: SearchPath) -> Plugins {
+    let mut plugins = Plugins::new(path);
     plugins.link(&TEST).expect("the plugin of the tests is right");
     plugins
 }

@@ -11,6 +11,7 @@ mod operators;
 mod panels;
 mod panels_in_time;
 mod records;
+mod reload;
 mod remote;
 mod selection;
 mod shutdown;

@@ -94,6 +94,7 @@ impl Demo {
             picture: Some(self.out.join("path.png")),
             record: None,
             link: self.link.into(),
+            watch: false,
         };
         let finished = session::run(loaded, how, &log)?;
         let Summary {

@@ -39,6 +39,14 @@ pub(super) fn place(text: &str) -> Result<Nanos, String> {
     }
 }
 
+/// The same, or none at all: "0s".
+pub(super) fn time_or_none(text: &str) -> Result<Nanos, String> {
+    match text {
+        "0" | "0s" | "0ms" => Ok(0),
+        text => time(text),
+    }
+}
+
 /// Reads "5", "5Hz" or "0.5": so many a second.
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();

@@ -27,6 +27,7 @@ use crate::terminal;
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
   jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run safe-navigation --view
+  jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(super) struct Run {
@@ -41,6 +42,9 @@ pub(super) struct Run {
     /// Give a modulation another value at the start (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
     set: Vec<Override>,
+    /// Reload schemas when the files of their plugins change, as jde reload does.
+    #[arg(long, conflicts_with = "lockstep")]
+    watch: bool,
     /// Lines instead of the oscilloscope.
     #[arg(long)]
     plain: bool,
@@ -145,6 +149,7 @@ impl Run {
             picture: self.picture,
             record: self.record.wanted(),
             link: self.link.into(),
+            watch: self.watch,
         };
         let finished = session::run(loaded, how, &log)?;
         conclude(finished, "", self.json, Summary::is_fulfilled)

@@ -21,7 +21,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Steer what runs",
         &[
-            "set", "play", "stop", "force", "release", "period", "unload", "load",
+            "set", "play", "stop", "force", "release", "period", "reload", "unload", "load",
         ],
     ),
 ];

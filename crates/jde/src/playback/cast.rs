@@ -277,5 +277,6 @@ fn blank(name: &str, type_name: &str) -> SchemaView {
         faults: 0,
         operator: None,
         panel: false,
+        reload: None,
     }
 }

@@ -76,6 +76,13 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
             "{WARN}lost{WARN:#}: operators wrote {variable}, and the recording does not have what"
         )?;
     }
+    for (schema, time) in &verdict.reloads {
+        writeln!(
+            words,
+            "{WARN}reloaded{WARN:#}: the build of {schema} changed at {:.3} s, so it decided by two builds then and by one now",
+            *time as f64 / 1e9
+        )?;
+    }
     let until = verdict.until as f64 / 1e9;
     let stopped = if stopped { ", where it was stopped" } else { "" };
     let total = comparison.same + comparison.different;
@@ -90,9 +97,14 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
             "{GOOD}same{GOOD:#}: {total} {all} as they were, until {until:.1} s{stopped}"
         )
     } else {
+        let perhaps = if verdict.reloads.is_empty() {
+            ""
+        } else {
+            "; the builds that changed may be why"
+        };
         writeln!(
             words,
-            "{BAD}different{BAD:#}: {} of {total} selections are not as they were, until {until:.1} s{stopped}",
+            "{BAD}different{BAD:#}: {} of {total} selections are not as they were, until {until:.1} s{stopped}{perhaps}",
             comparison.different
         )
     }
@@ -217,6 +229,11 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verd
         "lost_steps": verdict.lost_steps,
         "missed": missed,
         "unknown": verdict.unknown,
+        "reloads": verdict
+            .reloads
+            .iter()
+            .map(|(schema, time)| json!({ "schema": schema, "time_s": *time as f64 / 1e9 }))
+            .collect::<Vec<_>>(),
         "damage": verdict.damage,
         "first": first.collect::<Vec<_>>(),
     })

@@ -10,6 +10,7 @@ use std::thread;
 
 use jde_host::app::{self, Application};
 use jde_host::event::Observer;
+use jde_host::plugin::Plugins;
 use jde_host::{BeforeStart, Handle};
 use jde_link::{Access, Events, Folder, Link, Login, Running, Settings, Title, Tls};
 
@@ -84,11 +85,12 @@ impl Way {
     }
 
     /// Opens it before anybody writes a variable. A link that fails is told; one that was asked for keeps the run from starting.
-    pub(crate) fn before_start(&self) -> BeforeStart {
+    pub(crate) fn before_start(&self, plugins: &Arc<Plugins>) -> BeforeStart {
+        let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
         let (events, link, view) = (self.events.clone(), Arc::clone(&self.link), self.view);
         Box::new(move |handle: &Handle| {
-            let subject = Arc::new(Running::new(handle.clone(), title));
+            let subject = Arc::new(Running::new(handle.clone(), title).reloading(plugins));
             match Link::open(&settings, subject, &events) {
                 Ok(open) => {
                     let name = &open.about().name;

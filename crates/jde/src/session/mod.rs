@@ -10,9 +10,11 @@ mod recorder;
 mod sight;
 mod tally;
 mod trace;
+mod watch;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -36,6 +38,7 @@ use live::Live;
 use progress::Progress;
 use record::Recording;
 use recorder::{Recorder, SAMPLE};
+use watch::Watch;
 
 pub(crate) use link::{Wanted as LinkWanted, link_settings};
 pub(crate) use live::robot;
@@ -66,6 +69,8 @@ pub(crate) struct How {
     pub(crate) record: Option<Record>,
     /// How tools get in.
     pub(crate) link: LinkWanted,
+    /// Whether schemas are reloaded when the files of their plugins change; real time only.
+    pub(crate) watch: bool,
 }
 
 /// What is shown while an application runs.
@@ -75,6 +80,12 @@ pub(crate) enum View {
     Screen,
     /// Lines.
     Lines(Telling),
+}
+
+/// What there is beside a run in real time.
+struct Shown {
+    view: View,
+    watch: bool,
 }
 
 /// A run that has ended.
@@ -91,6 +102,7 @@ pub(crate) struct Finished {
 /// It did not start, or what was to be told or written could not be.
 pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failure> {
     let Loaded { application, plugins } = loaded;
+    let plugins = Arc::new(plugins);
     // Before the start: nobody wants to hear after a long run that its files cannot be written.
     let decisions = how.decisions.as_deref().map(create).transpose()?;
     drop(how.picture.as_deref().map(create).transpose()?);
@@ -121,7 +133,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     options.observers.extend(way.as_ref().map(Way::observer));
     let shown_to = [
         recording.as_ref().map(Recording::before_start),
-        way.as_ref().map(Way::before_start),
+        way.as_ref().map(|way| way.before_start(&plugins)),
     ];
     options.before_start = Some(Box::new(|handle| {
         shown_to.into_iter().flatten().try_for_each(|show| show(handle))
@@ -131,7 +143,11 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     let (outcome, handle) = if how.lockstep {
         in_lockstep(application, &plugins, options, &mut recorder, log)
     } else {
-        in_real_time(application, &plugins, options, how.view, &mut recorder, log)
+        let shown = Shown {
+            view: how.view,
+            watch: how.watch,
+        };
+        in_real_time(application, &plugins, options, shown, &mut recorder, log)
     }?;
     let wall = started.elapsed();
     if let Some(way) = &way {
@@ -190,9 +206,9 @@ fn in_lockstep(
 /// The machine's time, on threads of the application's own; this one has the screen, if there is one.
 fn in_real_time(
     application: Application,
-    plugins: &Plugins,
+    plugins: &Arc<Plugins>,
     options: Options,
-    view: View,
+    Shown { view, watch }: Shown,
     recorder: &mut Recorder,
     log: &Log,
 ) -> Result<(Outcome, Handle), Failure> {
@@ -206,6 +222,9 @@ fn in_real_time(
         Interrupts::call(move || handle.stop())?
     };
     recorder.watch(&handle);
+    let _watch = watch
+        .then(|| Watch::begin(handle.clone(), Arc::clone(plugins)))
+        .transpose()?;
     let (outcome, told, shown) = thread::scope(|scope| {
         // Whatever happens on this thread, the others are let go and the robot comes to rest before it goes on.
         let stop = StopOnDrop(&handle);

@@ -107,6 +107,26 @@ impl Progress {
                 );
                 self.line(*time, &text)
             }
+            Event::Reloaded {
+                time,
+                schema,
+                takeover,
+            } => {
+                let text = format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.words());
+                self.line(*time, &text)
+            }
+            Event::ReloadUndone {
+                time,
+                schema,
+                build,
+                reason,
+            } => {
+                let text = format!(
+                    "{BAD}{} goes on with the build before {build}{BAD:#}: {reason}",
+                    name(*schema)
+                );
+                self.line(*time, &text)
+            }
             Event::Operator { time, by, action } => {
                 let text = format!("{by} {}", action.words(&self.schemas[action.schema()]));
                 self.line(*time, &text)

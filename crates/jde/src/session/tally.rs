@@ -130,6 +130,8 @@ impl Tally {
             | Event::Hung { .. }
             | Event::Refused { .. }
             | Event::Operator { .. }
+            | Event::Reloaded { .. }
+            | Event::ReloadUndone { .. }
             | Event::Ended { .. } => None,
         }
     }

@@ -37,6 +37,7 @@ pub(super) fn schema(name: &str) -> SchemaView {
         faults: 0,
         operator: None,
         panel: false,
+        reload: None,
     }
 }
 

@@ -42,7 +42,7 @@ impl Place {
         self.found(command, more)
     }
 
-    fn found(&self, command: Command, more: &[&str]) -> Running {
+    pub(crate) fn found(&self, command: Command, more: &[&str]) -> Running {
         let before = self.apps().len();
         let process = self
             .command(command)

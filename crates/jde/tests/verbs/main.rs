@@ -8,6 +8,7 @@ mod new;
 mod panels;
 mod playing;
 mod recording;
+mod reloading;
 mod replaying;
 mod running;
 mod screen;

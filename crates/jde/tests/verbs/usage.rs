@@ -2,7 +2,7 @@
 
 use crate::support::{jde, said};
 
-const VERBS: [&str; 29] = [
+const VERBS: [&str; 30] = [
     "demo",
     "run",
     "check",
@@ -30,6 +30,7 @@ const VERBS: [&str; 29] = [
     "period",
     "unload",
     "load",
+    "reload",
     "record",
     "shell",
 ];

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::Type;
+use jde_host::reload::Reloaded;
 use jde_host::snapshot::Snapshot;
 use jde_host::story::Kind;
 use jde_panel::Gesture;
@@ -19,13 +20,15 @@ use super::{ANSWER, Happened, Hold, PanelSample, Sample, events, keys};
 use crate::Error;
 use crate::folder::new_id;
 use crate::keys::{self as key, Keys, Rate};
-use crate::message::{About, Action, Request, Schemas, VariableInfo};
+use crate::message::{About, Action, Fine, Request, Schemas, VariableInfo};
 use crate::server::no_panel;
 
 /// How long an application may take to be seen once there is a connection.
 const APPEAR: Duration = Duration::from_secs(3);
 /// How often a question is asked again that the application had no room for, and how long we wait in between.
 const TRIES: usize = 5;
+/// How long a reload may take: a library of any size is read and loaded, and every schema has come to the end of its iteration.
+const RELOAD: Duration = Duration::from_secs(30);
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// An application, near or far.
@@ -366,6 +369,19 @@ impl Remote {
             .map(drop)
     }
 
+    /// Has the build that is now in a plugin's file take over, by an [`Action::Reload`].
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with everything that speaks against it; nothing was touched then. And as above.
+    pub fn reload(&self, request: &Request) -> Result<Reloaded, Error> {
+        let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
+        let answer = self.answer_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
+        let fine: Fine =
+            serde_json::from_slice(&answer.message).map_err(|error| self.garbled(error.to_string()))?;
+        fine.reloaded
+            .ok_or_else(|| self.garbled("it does not say what came of the reload"))
+    }
+
     /// As [`Self::operate`], until the answer is dropped, this process dies or the network is cut; then the operator's hold on
     /// the schema ends within `lease`.
     ///
@@ -425,13 +441,22 @@ impl Remote {
     }
 
     fn answer(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Answer, Error> {
+        self.answer_within(selector, payload, ANSWER)
+    }
+
+    fn answer_within(
+        &self,
+        selector: &str,
+        payload: Option<Vec<u8>>,
+        within: Duration,
+    ) -> Result<Answer, Error> {
         let name = || self.inner.about.name.clone();
         let start = Instant::now();
         for _ in 0..TRIES {
             if !self.alive() {
                 return Err(Error::Gone(name()));
             }
-            match self.inner.connection.ask_one(selector, payload.clone(), ANSWER)? {
+            match self.inner.connection.ask_one(selector, payload.clone(), within)? {
                 Answered::With(answer) => return Ok(answer),
                 Answered::Refused(refusal) => {
                     return Err(Error::Refused {

@@ -1,11 +1,13 @@
-//! The one thread of the link that takes the application's locks: as urgent as the application's own threads, so that it is
-//! never stopped with a lock in hand while something less important runs. It does little, and the worker asks it seldom.
+//! The thread of the link that takes the application's locks: as urgent as the application's own threads, so that it is
+//! never stopped with a lock in hand while something less important runs. It does little, and the worker asks it seldom. What waits for
+//! schemas, as a reload does, is done by another beside it, so that it keeps nobody from stopping a robot.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 use jde_board::VariableStatus;
+use jde_host::reload::Reloaded;
 use jde_host::snapshot::Snapshot;
 use zenoh::query::Query;
 
@@ -18,12 +20,16 @@ use crate::message::{Action, Refusal, Request};
 const ERRANDS: usize = 32;
 /// Gestures among them: who drags on a panel leaves room for whoever stops a robot.
 const TOUCHES: usize = ERRANDS / 4;
+/// Reloads on their way: one at a time is done, and nobody needs many to wait.
+const RELOADS: usize = 4;
 
 /// What is to be done.
 pub(super) enum Errand {
     Snapshot,
     Statuses,
     Act(Box<Act>),
+    /// An act that waits for schemas.
+    Reload(Box<Act>),
 }
 
 /// What an operator wants.
@@ -39,33 +45,48 @@ pub(super) enum Done {
     /// In the order of the board.
     Statuses(Vec<VariableStatus>),
     Acted(Box<Act>, Result<(), Refusal>),
+    Reloaded(Box<Act>, Result<Reloaded, Refusal>),
 }
 
-/// The thread.
+/// The threads.
 pub(super) struct Hands {
     errands: Option<SyncSender<Errand>>,
-    thread: Option<JoinHandle<()>>,
+    reloads: Option<SyncSender<Errand>>,
+    threads: Vec<JoinHandle<()>>,
     /// Gestures that were sent and have not come back.
     touches: usize,
 }
 
 impl Hands {
     pub(super) fn start(subject: Arc<dyn Subject>, inbox: Arc<Inbox>) -> Result<Self, Error> {
-        let (errands, todo) = sync_channel(ERRANDS);
-        let thread = std::thread::Builder::new()
-            .name("link-hands".to_owned())
-            .spawn(move || work(&*subject, &inbox, &todo))
-            .map_err(Error::Thread)?;
+        let mut threads = Vec::new();
+        let mut begin = |name: &str, room| {
+            let (errands, todo) = sync_channel(room);
+            let (subject, inbox) = (Arc::clone(&subject), Arc::clone(&inbox));
+            let thread = std::thread::Builder::new()
+                .name(name.to_owned())
+                .spawn(move || work(&*subject, &inbox, &todo))
+                .map_err(Error::Thread)?;
+            threads.push(thread);
+            Ok(Some(errands))
+        };
+        let errands = begin("link-hands", ERRANDS)?;
+        let reloads = begin("link-reload", RELOADS)?;
         Ok(Self {
-            errands: Some(errands),
-            thread: Some(thread),
+            errands,
+            reloads,
+            threads,
             touches: 0,
         })
     }
 
     /// Has it done; gives it back if too much is to be done already.
     pub(super) fn send(&mut self, errand: Errand) -> Result<(), Errand> {
-        let Some(errands) = &self.errands else {
+        let errands = match errand {
+            Errand::Snapshot | Errand::Statuses | Errand::Act(_) => &self.errands,
+            Errand::Reload(_) => &self.reloads,
+        };
+        let Some(errands) = errands else {
             return Err(errand);
         };
         let touches = matches!(&errand, Errand::Act(act) if act.touches());
@@ -94,8 +115,8 @@ impl Act {
 /// Waits until what was begun is done.
 impl Drop for Hands {
     fn drop(&mut self) {
-        drop(self.errands.take());
-        if let Some(thread) = self.thread.take() {
+        drop((self.errands.take(), self.reloads.take()));
+        for thread in self.threads.drain(..) {
             let _ = thread.join();
         }
     }
@@ -113,6 +134,10 @@ fn work(subject: &dyn Subject, inbox: &Inbox, todo: &Receiver<Errand>) {
             Errand::Act(act) => {
                 let outcome = subject.act(&act.request.by, &act.request.action);
                 Done::Acted(act, outcome)
+            }
+            Errand::Reload(act) => {
+                let outcome = subject.reload(&act.request.by, &act.request.action);
+                Done::Reloaded(act, outcome)
             }
         };
         // There is room for more than can be on the way.

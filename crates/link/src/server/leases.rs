@@ -37,6 +37,9 @@ impl Leases {
         if let Action::Touch { .. } = request.action {
             return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
         }
+        if let Action::Reload { .. } = request.action {
+            return Err(Refusal::new("a reload is done at once, and is held by no lease"));
+        }
         if !(SHORTEST..=LONGEST).contains(&lease) {
             return Err(Refusal::new(format!(
                 "a lease of {lease} ms is not given; ask for {SHORTEST} to {LONGEST}"

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Port, Role, Type};
+use jde_abi::describe::{Kind, Port, Role, Type};
 use jde_board::value::Value;
 use jde_board::{Access, Board, Nanos, Stamp, Variable};
 use jde_core::Policy;
 use jde_host::app::{Application, Binding, ChildTarget, Executor, Remote};
+use jde_host::plugin::Plugins;
+use jde_host::reload::{How, Reloaded, Reloader};
 use jde_host::snapshot::Snapshot;
-use jde_host::{Drawn, Handle, Look, period};
+use jde_host::{Drawn, Handle, Look, Operating, period};
 
 use crate::message::{
     Action, ChildInfo, GroupInfo, PortInfo, Range, Refusal, SchemaInfo, Schemas, VariableInfo,
@@ -36,6 +38,14 @@ pub trait Subject: Send + Sync + 'static {
     /// # Errors
     /// Why not.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
+    /// Carries out an [`Action::Reload`]: it waits for turns of schemas, on a thread of its own.
+    ///
+    /// # Errors
+    /// Why nothing was reloaded.
+    fn reload(&self, by: &str, action: &Action) -> Result<Reloaded, Refusal> {
+        self.act(by, action)?;
+        Err(Refusal::new("nothing here can be reloaded"))
+    }
     /// Has the panel of a schema be drawn, at most so often a second, until the answer is dropped; `news` is called after each
     /// drawing, and must return at once. [`SchemaInfo::panel`] says which schemas have one.
     ///
@@ -99,13 +109,25 @@ impl Title {
 pub struct Running {
     handle: Handle,
     title: Title,
+    reloader: Option<Reloader>,
 }
 
 impl Running {
     /// Of a handle; the title says how it runs.
     #[must_use]
     pub fn new(handle: Handle, title: Title) -> Self {
-        Self { handle, title }
+        Self {
+            handle,
+            title,
+            reloader: None,
+        }
+    }
+
+    /// The same, whose schemas can be reloaded from the files of these plugins: those that the application was checked against.
+    #[must_use]
+    pub fn reloading(self, plugins: Arc<Plugins>) -> Self {
+        let reloader = Some(Reloader::new(self.handle.clone(), plugins));
+        Self { reloader, ..self }
     }
 
     fn place(&self, schema: &str) -> Result<usize, Refusal> {
@@ -184,7 +206,48 @@ impl Subject for Running {
         }))
     }
 
+    fn reload(&self, by: &str, action: &Action) -> Result<Reloaded, Refusal> {
+        let Action::Reload {
+            schema,
+            probation_s,
+            fresh,
+        } = action
+        else {
+            return Err(Refusal::new("this is no reload"));
+        };
+        let reloader = self
+            .reloader
+            .as_ref()
+            .ok_or_else(|| Refusal::new("this application does not know the files of its plugins"))?;
+        let mut how = How {
+            fresh: *fresh,
+            ..How::default()
+        };
+        if let Some(seconds) = probation_s {
+            if !(0.0..=LONGEST_PROBATION).contains(seconds) {
+                return Err(Refusal::new(format!(
+                    "a probation of {seconds} s is not given; ask for 0 to {LONGEST_PROBATION}"
+                )));
+            }
+            how.probation = (seconds * 1e9) as Nanos;
+        }
+        reloader.reload(by, schema, how).map_err(|refused| Refusal {
+            nearest: refused.nearest().map(str::to_owned),
+            error: refused.to_string(),
+        })
+    }
+
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
+        match action {
+            Action::Reload { .. } => return self.reload(by, action).map(drop),
+            Action::Unload { schema } | Action::Load { schema } => {
+                let of_plugin = self.handle.places(schema);
+                if of_plugin.len() > 1 {
+                    return self.act_on_all(by, action, of_plugin);
+                }
+            }
+            _ => {}
+        }
         let schema = self.place(action.schema())?;
         let operator = self.handle.operator(by);
         match action {
@@ -204,6 +267,7 @@ impl Subject for Running {
             } => return self.modulate(&operator, schema, owner, variable, value),
             Action::Unload { .. } => operator.unload(schema),
             Action::Load { .. } => operator.load(schema),
+            Action::Reload { .. } => unreachable!("it was carried out above"),
             Action::Touch { gesture, .. } => self
                 .handle
                 .touch(by, schema, gesture.clone())
@@ -213,6 +277,12 @@ impl Subject for Running {
         .map_err(Refusal::new)
     }
 }
+
+/// What an operator does to one schema.
+type Act = fn(&Operating, usize) -> Result<(), String>;
+
+/// The longest trial of a new build, s: an hour.
+const LONGEST_PROBATION: f64 = 3600.0;
 
 /// The panel of a running schema.
 struct Watched {
@@ -228,6 +298,38 @@ impl Looking for Watched {
 }
 
 impl Running {
+    /// Unloads or loads all schemas of a plugin: those that act before those that they need, and the other way round. If one is
+    /// refused, the others are as before.
+    fn act_on_all(&self, by: &str, action: &Action, mut schemas: Vec<usize>) -> Result<(), Refusal> {
+        let operator = self.handle.operator(by);
+        let unloads = matches!(action, Action::Unload { .. });
+        let (act, undo): (Act, Act) = if unloads {
+            (Operating::unload, Operating::load)
+        } else {
+            (Operating::load, Operating::unload)
+        };
+        let instances = &self.handle.application().instances;
+        let rank = |schema: &usize| match instances[*schema].schema.kind {
+            Kind::Motor => 0,
+            Kind::Perceptive => 1,
+            Kind::Driver => 2,
+        };
+        schemas.sort_by_key(rank);
+        if !unloads {
+            schemas.reverse();
+        }
+        for (place, schema) in schemas.iter().enumerate() {
+            if let Err(reason) = act(&operator, *schema) {
+                for done in schemas[..place].iter().rev() {
+                    // What was done a moment ago can be undone, unless it has not come to rest yet; then it stands and is shown.
+                    let _ = undo(&operator, *done);
+                }
+                return Err(Refusal::new(reason));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks what the engine, which trusts its callers' ranges, does not.
     fn modulate(
         &self,

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, VariableStatus};
+use jde_host::reload::Reloaded;
 use jde_host::snapshot::Snapshot;
 use jde_host::story::Kind;
 use serde::Serialize;
@@ -23,7 +24,7 @@ use super::leases::Leases;
 use super::subject::{Subject, variable_info};
 use super::value_lane;
 use crate::keys::{self, Keys};
-use crate::message::{About, Action, Network, Refusal, Request, VariableInfo};
+use crate::message::{About, Action, Fine, Network, Refusal, Request, VariableInfo};
 
 /// Between two snapshots, and between two looks at how all variables are doing.
 const FRESH: Duration = Duration::from_millis(50);
@@ -214,12 +215,25 @@ impl Worker {
                 }
                 if let Some(query) = act.query {
                     match outcome {
-                        Ok(()) => reply(&query, &self.keys.of(keys::OPERATE), json(&Fine { ok: true })),
+                        Ok(()) => self.fine(&query, None),
+                        Err(refusal) => refuse(&query, &refusal),
+                    }
+                }
+            }
+            Done::Reloaded(act, outcome) => {
+                if let Some(query) = act.query {
+                    match outcome {
+                        Ok(reloaded) => self.fine(&query, Some(reloaded)),
                         Err(refusal) => refuse(&query, &refusal),
                     }
                 }
             }
         }
+    }
+
+    fn fine(&self, query: &Query, reloaded: Option<Reloaded>) {
+        let fine = Fine { ok: true, reloaded };
+        reply(query, &self.keys.of(keys::OPERATE), json(&fine));
     }
 
     fn shown(&mut self, snapshot: &Snapshot) {
@@ -342,21 +356,22 @@ impl Worker {
         if !bucket.take(Instant::now()) {
             return refuse(&query, &busy);
         }
-        let act = Act {
+        let reload = matches!(request.action, Action::Reload { .. });
+        let act = Box::new(Act {
             request,
             query: Some(query),
+        });
+        let errand = if reload {
+            Errand::Reload(act)
+        } else {
+            Errand::Act(act)
         };
-        if let Err(Errand::Act(act)) = self.hands.send(Errand::Act(Box::new(act)))
+        if let Err(Errand::Act(act) | Errand::Reload(act)) = self.hands.send(errand)
             && let Some(query) = &act.query
         {
             refuse(query, &busy);
         }
     }
-}
-
-#[derive(Serialize)]
-struct Fine {
-    ok: bool,
 }
 
 impl Fetched {

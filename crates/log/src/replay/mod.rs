@@ -75,6 +75,9 @@ pub struct Verdict {
     pub missed: Vec<(String, u64)>,
     /// Modulations and periods that operators wrote and that are not in the recording.
     pub unknown: Vec<String>,
+    /// Schemas whose builds changed while it was recorded, and when, ns: before or after that they had another build than now, and
+    /// what is decided otherwise may be that build's doing.
+    pub reloads: Vec<(String, Nanos)>,
     /// Where the recording ends too soon, if it does.
     pub damage: Option<String>,
 }
@@ -162,7 +165,12 @@ pub fn decide(
     for decision in tape.rest() {
         compared.recorded(decision);
     }
+    let name = |(schema, time): (u32, Nanos)| {
+        let instance = handle.application().instances.get(schema as usize)?;
+        Some((instance.name.clone(), time))
+    };
     Ok(Verdict {
+        reloads: tape.reloads().into_iter().filter_map(name).collect(),
         comparison: compared.finish(until),
         until,
         lost_steps: tape.lost_steps(),

@@ -51,6 +51,8 @@ struct Inner {
     /// What people did to panels and is not taken up again yet, by its number: who, and what.
     touches: BTreeMap<u64, (String, Gesture)>,
     decisions: Vec<Decision>,
+    /// Schemas whose builds changed, and when.
+    reloads: Vec<(u32, Nanos)>,
 }
 
 /// The last values of a modulation or a period, by their numbers.
@@ -146,6 +148,7 @@ impl Tape {
                     .collect(),
                 touches: BTreeMap::new(),
                 decisions: Vec::new(),
+                reloads: Vec::new(),
             })),
         })
     }
@@ -166,6 +169,11 @@ impl Tape {
         let until = inner.time;
         inner.read_to(until);
         std::mem::take(&mut inner.decisions)
+    }
+
+    /// Schemas whose builds changed, and when, as far as it was read.
+    pub(super) fn reloads(&self) -> Vec<(u32, Nanos)> {
+        self.lock().reloads.clone()
     }
 
     pub(super) fn lost_steps(&self) -> u64 {
@@ -304,7 +312,11 @@ impl Inner {
         let Some(turn) = Turn::from_bytes(&bytes) else {
             return;
         };
-        self.steps.put(&Arc::new(self.translation.of(turn)));
+        let turn = self.translation.of(turn);
+        if turn.kind == Turn::RELOADED {
+            self.reloads.push((turn.schema, turn.time()));
+        }
+        self.steps.put(&Arc::new(turn));
     }
 
     fn happening(&mut self, data: &[u8]) {

@@ -40,7 +40,7 @@ impl Scene {
     fn new(name: &str, limit: u64, speed: Option<f64>, only: &[&str], acts: &[(u64, Act)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
-        let plugins = plugins(&["sim", "example", "goon", "vff", "stop", "teleop"]);
+        let plugins = built();
         let scene = Self {
             _folder: folder,
             file,
@@ -122,6 +122,11 @@ impl Scene {
         };
         Arc::new(Recorder::create(&self.file, options).unwrap())
     }
+}
+
+/// The plugins of safe-navigation, from their files anew.
+pub(crate) fn built() -> Plugins {
+    plugins(&["sim", "example", "goon", "vff", "stop", "teleop"])
 }
 
 fn watch(recorder: &Arc<Recorder>, selection: Selection) -> BeforeStart {

@@ -4,6 +4,7 @@ mod drives;
 mod troupe;
 
 use jde_board::value::Value;
+use jde_host::reload::How;
 use jde_host::{Handle, Operating};
 use jde_log::replay::{Drive, ReplayError, Span, Verdict, decide};
 use jde_panel::{Button, Gesture, Touch};
@@ -106,6 +107,30 @@ fn r14_what_operators_did_is_done_again() {
         "every selection is compared"
     );
     assert_eq!((verdict.missed, verdict.unknown), (Vec::new(), Vec::new()));
+}
+
+#[test]
+fn r14_a_drive_in_which_a_build_took_over_says_so() {
+    let scene = Scene::operated(
+        "reloaded.mcap",
+        20 * SECOND,
+        &[(6 * SECOND, |handle| {
+            let vff = handle.application().instance("vff").unwrap();
+            let again = drives::built().load("vff", &[]).unwrap();
+            handle
+                .operator("ana")
+                .replace(vff, &again, How::default())
+                .unwrap_or_else(|reasons| panic!("{reasons:?}"));
+        })],
+    );
+    let told = scene.told("reloaded");
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].contains("of memory carried over (version 1)"), "{told:?}");
+    let verdict = again(&scene, &[]);
+    assert_eq!(verdict.reloads, [("vff".to_owned(), 6 * SECOND)]);
+    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert_eq!(verdict.comparison.same, scene.decisions());
+    assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod pace;
 mod panel;
 mod ps;
 mod record;
+mod reload;
 mod set;
 mod target;
 mod top;
@@ -43,6 +44,7 @@ pub(crate) enum Client {
     Period(operate::Period),
     Unload(operate::Unload),
     Load(operate::Load),
+    Reload(reload::Reload),
     Record(record::Record),
 }
 
@@ -67,6 +69,7 @@ impl Client {
             Self::Period(period) => period.run(context),
             Self::Unload(unload) => unload.run(context),
             Self::Load(load) => load.run(context),
+            Self::Reload(reload) => reload.run(context),
             Self::Record(record) => record.run(context),
         }
     }

@@ -115,7 +115,8 @@ pub(crate) struct Period {
 /// End a schema's instance between two iterations, and keep it away until it is loaded; its variables stay.
 #[derive(Args)]
 #[command(after_help = "Examples:
-  jde unload vff")]
+  jde unload vff
+  jde unload ball                   a plugin: all its schemas")]
 pub(crate) struct Unload {
     #[command(flatten)]
     schema: Schema,
@@ -124,7 +125,8 @@ pub(crate) struct Unload {
 /// Make a fresh instance of a schema that was unloaded, and leave it to its father.
 #[derive(Args)]
 #[command(after_help = "Examples:
-  jde load vff")]
+  jde load vff
+  jde load ball")]
 pub(crate) struct Load {
     #[command(flatten)]
     schema: Schema,

@@ -1,0 +1,397 @@
+//! Whether another build of a type fits an application that runs: every binding there is must hold, and nothing new may need one.
+//! Lists all reasons against it; changes nothing.
+
+use jde_abi::describe::{Child, Kind, Port, Role, Schema};
+use jde_core::Policy;
+
+use super::Way;
+use crate::app::{Application, Binding, ChildTarget, Instance, Source};
+
+/// How a build fits.
+pub(crate) struct Fit {
+    pub(crate) ports: Vec<Way>,
+    pub(crate) roles: Vec<Option<usize>>,
+    /// What of the new is not in force before the application starts anew.
+    pub(crate) notes: Vec<String>,
+}
+
+/// The present build and the new one, with what was found so far.
+struct Fitting<'a> {
+    application: &'a Application,
+    number: usize,
+    new: &'a Schema,
+    wrong: Vec<String>,
+    notes: Vec<String>,
+}
+
+/// Finds the places of a build's ports and roles in the application.
+///
+/// # Errors
+/// Everything that keeps it from taking the place of the present build.
+pub(crate) fn fit(application: &Application, number: usize, new: &Schema) -> Result<Fit, Vec<String>> {
+    let mut fitting = Fitting {
+        application,
+        number,
+        new,
+        wrong: Vec::new(),
+        notes: Vec::new(),
+    };
+    fitting.whole();
+    fitting.gone();
+    let roles: Vec<_> = new.children.iter().map(|child| fitting.role(child)).collect();
+    let ports = new.ports.iter().map(|port| fitting.port(port)).collect();
+    if fitting.wrong.is_empty() {
+        Ok(Fit {
+            ports,
+            roles,
+            notes: fitting.notes,
+        })
+    } else {
+        Err(fitting.wrong)
+    }
+}
+
+impl<'a> Fitting<'a> {
+    fn instance(&self) -> &'a Instance {
+        &self.application.instances[self.number]
+    }
+
+    fn old(&self) -> &'a Schema {
+        &self.instance().schema
+    }
+
+    /// What is true of the type as a whole.
+    fn whole(&mut self) {
+        let (old, new) = (self.old(), self.new);
+        if old.kind != new.kind {
+            let kinds = (kind(old.kind), kind(new.kind));
+            self.wrong
+                .push(format!("it is {} now, and was {}", kinds.1, kinds.0));
+        }
+        let number = self.number;
+        let groups = self.application.groups.iter();
+        let asked = groups.filter(|group| group.father == Some(number) && group.policy == Policy::Father);
+        if !new.arbitrates && old.arbitrates {
+            for group in asked {
+                self.wrong.push(format!(
+                    "the group {} is arbitrated by its own function, and it has none any more",
+                    group.name
+                ));
+            }
+        }
+        for (what, then, now) in [
+            ("period", old.period_ns, new.period_ns),
+            ("budget", old.budget_ns, new.budget_ns),
+        ] {
+            if then != now {
+                self.notes.push(format!(
+                    "its {what} is {} ms by default now; the running one stays",
+                    now as f64 / 1e6
+                ));
+            }
+        }
+    }
+
+    /// Ports and roles that it has no more, and somebody needs.
+    fn gone(&mut self) {
+        let instance = self.instance();
+        for (place, port) in self.old().ports.iter().enumerate() {
+            if self.new.ports.iter().any(|new| self.same_name(new, port)) {
+                continue;
+            }
+            if let Some(need) = self.need(place, &instance.bindings[place]) {
+                let name = self.name(port, &self.old().children);
+                self.wrong.push(format!("{name} is gone, and {need}"));
+            }
+        }
+        for (place, child) in self.old().children.iter().enumerate() {
+            let gone = !self.new.children.iter().any(|new| new.name == child.name);
+            if let (true, Some(bound)) = (gone, instance.children[place]) {
+                self.wrong.push(format!(
+                    "the child `{}` is gone, and {} has its role",
+                    child.name,
+                    self.schema(bound)
+                ));
+            }
+        }
+    }
+
+    /// Who needs a port that is there.
+    fn need(&self, place: usize, binding: &Binding) -> Option<String> {
+        let here = (self.number, place);
+        match binding {
+            Binding::Import { source, .. } => {
+                let source = self.application.source_name((*source)?);
+                Some(format!("the application binds it to {source}"))
+            }
+            Binding::Actuator { target } => {
+                let target = target.as_ref()?;
+                Some(format!("the application binds it to {}", self.variable(*target)))
+            }
+            // Nobody binds these by hand: a father that writes no more leaves the child as it is.
+            Binding::ChildModulation { .. } => None,
+            Binding::Export => self
+                .reader(here)
+                .or_else(|| (self.application.mission == Some(here)).then(|| "it is the mission".to_owned())),
+            Binding::Command => self.writer(here),
+            Binding::Modulation { initial } => {
+                let Role::Modulation { default, .. } = &self.old().ports[place].role else {
+                    unreachable!("a modulation is bound as one")
+                };
+                let set = || (initial != default).then(|| "the application sets it".to_owned());
+                self.writer(here).or_else(|| self.reader(here)).or_else(set)
+            }
+        }
+    }
+
+    fn reader(&self, variable: (usize, usize)) -> Option<String> {
+        let reads = |binding: &Binding| {
+            matches!(binding, Binding::Import { source: Some(Source::Here(owner, port)), .. }
+                if (*owner, *port) == variable)
+        };
+        self.user(reads).map(|user| format!("{user} imports it"))
+    }
+
+    fn writer(&self, variable: (usize, usize)) -> Option<String> {
+        let writes = |binding: &Binding| match binding {
+            Binding::Actuator { target } => *target == Some(variable),
+            Binding::ChildModulation {
+                target: Some(ChildTarget::Port(child, port)),
+            } => (*child, *port) == variable,
+            Binding::ChildModulation { .. }
+            | Binding::Import { .. }
+            | Binding::Export
+            | Binding::Modulation { .. }
+            | Binding::Command => false,
+        };
+        self.user(writes).map(|user| format!("{user} writes it"))
+    }
+
+    fn user(&self, uses: impl Fn(&Binding) -> bool) -> Option<String> {
+        let mut instances = self.application.instances.iter();
+        let user = instances.find(|instance| instance.bindings.iter().any(&uses))?;
+        Some(user.name.clone())
+    }
+
+    /// The place of a role.
+    fn role(&mut self, new: &Child) -> Option<usize> {
+        let place = self.old().children.iter().position(|old| old.name == new.name);
+        let bound = place.and_then(|place| self.instance().children[place]);
+        match place {
+            Some(place) => {
+                let old = &self.old().children[place];
+                if bound.is_some() && (old.motor != new.motor || old.group != new.group) {
+                    self.wrong.push(format!(
+                        "the child `{}` is {} now, and {} has its role as {}",
+                        new.name,
+                        competes(new),
+                        bound.map_or_else(String::new, |bound| self.schema(bound)),
+                        competes(old)
+                    ));
+                }
+            }
+            None if new.optional => self.notes.push(format!(
+                "the child `{}` is new: nobody has its role before the application starts anew",
+                new.name
+            )),
+            None => {}
+        }
+        if bound.is_none() && !new.optional {
+            self.wrong.push(format!(
+                "the child `{}` is not optional, and nobody has its role in the application",
+                new.name
+            ));
+        }
+        place
+    }
+
+    /// Where a port leads.
+    fn port(&mut self, new: &Port) -> Way {
+        let place = self.old().ports.iter().position(|old| self.same_name(new, old));
+        let Some(place) = place else {
+            return self.new_port(new);
+        };
+        let instance = self.instance();
+        let old = &instance.schema.ports[place];
+        let name = self.name(new, &self.new.children);
+        let unbound = matches!(
+            instance.bindings[place],
+            Binding::Import { source: None, .. }
+                | Binding::Actuator { target: None }
+                | Binding::ChildModulation { target: None }
+        );
+        if unbound && !new.optional {
+            self.wrong.push(format!(
+                "{name} is not optional any more, and the application leaves it unbound"
+            ));
+        }
+        if !unbound {
+            self.same(&name, old, new);
+        }
+        Way::Bound(place)
+    }
+
+    /// Whether a port that is bound is as it was.
+    fn same(&mut self, name: &str, old: &Port, new: &Port) {
+        if !old.value_type.same_as(&new.value_type) {
+            let what = if old.value_type.name == new.value_type.name {
+                "laid out otherwise".to_owned()
+            } else {
+                format!("a {} now", new.value_type.name)
+            };
+            self.wrong
+                .push(format!("{name} is {what}, and was a {}", old.value_type.name));
+        }
+        if old.unit != new.unit {
+            let unit = |unit: &str| match unit {
+                "" => "no unit".to_owned(),
+                unit => format!("`{unit}`"),
+            };
+            self.wrong.push(format!(
+                "{name} is in {} now, and was in {}",
+                unit(&new.unit),
+                unit(&old.unit)
+            ));
+        }
+        match (&old.role, &new.role) {
+            (
+                Role::Command { neutral, validity_ns },
+                Role::Command {
+                    neutral: new_neutral,
+                    validity_ns: new_validity,
+                },
+            ) if neutral != new_neutral || validity_ns != new_validity => self.wrong.push(format!(
+                "{name} has another neutral value or validity, by which actuators are stopped"
+            )),
+            (Role::Import { trigger }, Role::Import { trigger: new_trigger }) if trigger != new_trigger => {
+                self.notes.push(format!(
+                    "{name} is {} trigger by default now; the application keeps it as it was",
+                    if *new_trigger { "a" } else { "no" }
+                ));
+            }
+            (
+                Role::Modulation { default, range, .. },
+                Role::Modulation {
+                    default: new_default,
+                    range: new_range,
+                    ..
+                },
+            ) => {
+                if default != new_default {
+                    self.notes.push(format!(
+                        "{name} has another default now; the running value stays (`jde set`)"
+                    ));
+                }
+                if range != new_range {
+                    self.notes.push(format!(
+                        "{name} has another range now; the old one counts before the application starts anew"
+                    ));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A port that the application knows nothing of.
+    fn new_port(&mut self, new: &Port) -> Way {
+        let name = self.name(new, &self.new.children);
+        let way = match &new.role {
+            Role::Import { .. } | Role::Actuator if !new.optional => {
+                self.wrong.push(format!(
+                    "{name} is new and not optional, and the application does not bind it"
+                ));
+                return Way::Unbound;
+            }
+            Role::ChildModulation { child } => {
+                let role = &self.new.children[*child].name;
+                let old = self.old().children.iter().position(|old| old.name == *role);
+                if !new.optional && old.is_some_and(|old| self.instance().children[old].is_some()) {
+                    self.wrong.push(format!(
+                        "{name} is new and not optional, and the application does not bind it"
+                    ));
+                }
+                Way::Unbound
+            }
+            Role::Import { .. } | Role::Actuator => Way::Unbound,
+            Role::Modulation { default, .. } => Way::fixed(default, false),
+            Role::Command { neutral, .. } => Way::fixed(neutral, true),
+            Role::Export => Way::Unheard(new.value_type.bytes),
+        };
+        self.notes.push(match &way {
+            Way::Fixed { neutral: false, .. } => {
+                format!("{name} is new: it has its default before the application starts anew")
+            }
+            Way::Fixed { neutral: true, .. } => {
+                format!("{name} is new: nobody commands it before the application starts anew")
+            }
+            Way::Unheard(_) => format!("{name} is new: nobody sees it before the application starts anew"),
+            Way::Unbound | Way::Bound(_) => {
+                format!("{name} is new: it stays unbound before the application starts anew")
+            }
+        });
+        way
+    }
+
+    /// Whether two ports are one by kind, name and child.
+    fn same_name(&self, new: &Port, old: &Port) -> bool {
+        let child = |port: &Port, children: &'a [Child]| match port.role {
+            Role::ChildModulation { child } => Some(children[child].name.as_str()),
+            Role::Import { .. }
+            | Role::Export
+            | Role::Modulation { .. }
+            | Role::Command { .. }
+            | Role::Actuator => None,
+        };
+        new.name == old.name
+            && kind_of(&new.role) == kind_of(&old.role)
+            && child(new, &self.new.children) == child(old, &self.old().children)
+    }
+
+    fn name(&self, port: &Port, children: &[Child]) -> String {
+        match port.role {
+            Role::ChildModulation { child } => {
+                format!(
+                    "the modulation `{}` of the child `{}`",
+                    port.name, children[child].name
+                )
+            }
+            _ => format!("the {} `{}`", kind_of(&port.role), port.name),
+        }
+    }
+
+    fn schema(&self, place: usize) -> String {
+        self.application.instances[place].name.clone()
+    }
+
+    fn variable(&self, (owner, port): (usize, usize)) -> String {
+        let owner = &self.application.instances[owner];
+        format!("{}.{}", owner.name, owner.schema.ports[port].name)
+    }
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Perceptive => "perceptive",
+        Kind::Motor => "a motor schema",
+        Kind::Driver => "a driver",
+    }
+}
+
+fn kind_of(role: &Role) -> &'static str {
+    match role {
+        Role::Import { .. } => "import",
+        Role::Export => "export",
+        Role::Modulation { .. } => "modulation",
+        Role::Command { .. } => "command",
+        Role::Actuator => "actuator",
+        Role::ChildModulation { .. } => "modulation of a child",
+    }
+}
+
+fn competes(child: &Child) -> String {
+    if child.motor {
+        format!("a motor schema of the group `{}`", child.group)
+    } else {
+        "perceptive".to_owned()
+    }
+}

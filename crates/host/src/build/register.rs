@@ -1,0 +1,101 @@
+//! Which build each instance runs, and which it goes back to while the present one is on trial. Whoever makes an instance asks
+//! here, so that one that is made anew is of the right build wherever the one before it was left.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::{BuildName, Shared};
+use crate::snapshot::ReloadView;
+
+/// The builds of an application, by instance.
+pub(crate) struct Register {
+    entries: Mutex<Vec<Entry>>,
+}
+
+#[derive(Default)]
+struct Entry {
+    /// None before the instance is first made.
+    present: Option<Shared>,
+    /// The one before, while the present one is on trial.
+    before: Option<Shared>,
+    /// A build waits for its turn to take over.
+    awaits: bool,
+    reloads: u32,
+    /// Why the last new build was given up, if it was.
+    undone: Option<String>,
+}
+
+impl Register {
+    pub(crate) fn new(instances: usize) -> Self {
+        Self {
+            entries: Mutex::new((0..instances).map(|_| Entry::default()).collect()),
+        }
+    }
+
+    /// The build that an instance starts with.
+    pub(crate) fn begin(&self, instance: usize, build: Shared) {
+        self.lock()[instance].present = Some(build);
+    }
+
+    /// The build that an instance is to be of.
+    pub(crate) fn of(&self, instance: usize) -> Shared {
+        let present = self.lock()[instance].present.clone();
+        present.expect("an instance has a build before it has a runner")
+    }
+
+    /// A build is about to take over; false if another is already.
+    pub(crate) fn await_turn(&self, instance: usize) -> bool {
+        !std::mem::replace(&mut self.lock()[instance].awaits, true)
+    }
+
+    /// It has had its turn, or never will.
+    pub(crate) fn had_turn(&self, instance: usize) {
+        self.lock()[instance].awaits = false;
+    }
+
+    /// A build took over, and is on trial if there is one to go back to.
+    pub(crate) fn took_over(&self, instance: usize, build: Shared, before: Option<Shared>) {
+        let entry = &mut self.lock()[instance];
+        entry.present = Some(build);
+        entry.before = before;
+        entry.reloads += 1;
+        entry.undone = None;
+    }
+
+    /// The trial is over: there is no going back.
+    pub(crate) fn passed(&self, instance: usize) {
+        self.lock()[instance].before = None;
+    }
+
+    /// Goes back to the build before; answers with the one given up, or nothing if there is none to go back to.
+    pub(crate) fn go_back(&self, instance: usize, reason: &str) -> Option<BuildName> {
+        let entry = &mut self.lock()[instance];
+        let before = entry.before.take()?;
+        let given_up = entry.present.replace(before);
+        entry.undone = Some(reason.to_owned());
+        given_up.map(|build| build.name.clone())
+    }
+
+    /// A new build never took over.
+    pub(crate) fn never_was(&self, instance: usize, reason: &str) {
+        self.lock()[instance].undone = Some(reason.to_owned());
+    }
+
+    /// What there is to see of it; nothing if the instance runs what it started with.
+    pub(crate) fn view(&self, instance: usize) -> Option<ReloadView> {
+        let entry = &self.lock()[instance];
+        if entry.reloads == 0 && entry.undone.is_none() {
+            return None;
+        }
+        let name = entry.present.as_ref().map(|build| build.name.clone());
+        Some(ReloadView {
+            reloads: entry.reloads,
+            build: name.unwrap_or_default(),
+            on_trial: entry.before.is_some(),
+            undone: entry.undone.clone(),
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Entry>> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,146 @@
+//! Other builds of schemas (R14): whether one fits, who asked for it, and what is told of how it went. The exchange is the runner's.
+
+use std::sync::Arc;
+
+use super::{Engine, Signal, schema};
+use crate::build::{self, Build, BuildName, fit};
+use crate::event::{Event, OperatorAction};
+use crate::plugin::Loaded;
+use crate::reload::{How, Order, Reload, Swap, Takeover};
+
+impl Engine {
+    /// Has another build of a schema's type take over at its next turn.
+    ///
+    /// # Errors
+    /// Everything that speaks against it.
+    pub(crate) fn replace(
+        &self,
+        by: &str,
+        instance: usize,
+        with: &Loaded,
+        how: How,
+    ) -> Result<Reload, Vec<String>> {
+        let (build, notes) = self.fitting(instance, with)?;
+        if !self.builds.await_turn(instance) {
+            return Err(vec![
+                "another build of it waits for the end of its iteration already".to_owned(),
+            ]);
+        }
+        let action = OperatorAction::Reload {
+            schema: instance,
+            build: build.name.clone(),
+        };
+        self.operated(by, action);
+        let order = Arc::new(Order::default());
+        let swap = Swap {
+            build: Arc::new(build),
+            how,
+            notes,
+            order: Arc::clone(&order),
+        };
+        self.ring(instance, Signal::Swapped(Box::new(swap)));
+        Ok(Reload::new(&order))
+    }
+
+    /// The build in its place, with what of it is not in force.
+    ///
+    /// # Errors
+    /// Everything that keeps it from that.
+    pub(crate) fn fitting(
+        &self,
+        instance: usize,
+        with: &Loaded,
+    ) -> Result<(Build, Vec<String>), Vec<String>> {
+        self.known(instance).map_err(|error| vec![error])?;
+        if self.clock.is_past() {
+            return Err(vec![
+                "a replay of decisions has the builds of today from the start".to_owned(),
+            ]);
+        }
+        let present = &self.application.instances[instance];
+        let mut wrong = Vec::new();
+        let plugin = &self.application.plugins[present.plugin].name;
+        if *plugin != with.description.name {
+            wrong.push(format!(
+                "it comes from the plugin `{plugin}`, and this is `{}`",
+                with.description.name
+            ));
+        }
+        let Some(number) = build::place(&with.description, &present.schema.name) else {
+            let types: Vec<_> = with
+                .description
+                .schemas
+                .iter()
+                .map(|schema| schema.name.as_str())
+                .collect();
+            wrong.push(format!(
+                "the plugin has no type `{}` any more, only {}",
+                present.schema.name,
+                types.join(", ")
+            ));
+            return Err(wrong);
+        };
+        let table = with.schema(number);
+        let state = build::memory_of(table).unwrap_or_else(|error| {
+            wrong.push(error);
+            None
+        });
+        match fit(&self.application, instance, &with.description.schemas[number]) {
+            Ok(mut fit) if wrong.is_empty() => {
+                let notes = std::mem::take(&mut fit.notes);
+                Ok((Build::new(with.clone(), table, state, fit), notes))
+            }
+            Ok(_) => Err(wrong),
+            Err(others) => {
+                wrong.extend(others);
+                Err(wrong)
+            }
+        }
+    }
+
+    /// Whether an instance runs exactly this library, or is about to.
+    pub(crate) fn runs(&self, instance: usize, plugin: &Loaded) -> bool {
+        self.builds.of(instance).plugin.is_one_with(plugin)
+    }
+
+    /// A build took over.
+    pub(crate) fn reloaded(&self, instance: usize, takeover: &Takeover) {
+        tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
+        self.report(&Event::Reloaded {
+            time: self.clock.now(),
+            schema: instance,
+            takeover: takeover.clone(),
+        });
+    }
+
+    /// A build could not take over: the one before goes on.
+    pub(crate) fn not_reloaded(&self, instance: usize, build: &BuildName, reason: &str) {
+        self.builds.never_was(instance, reason);
+        self.undone(instance, build.clone(), reason);
+    }
+
+    /// Goes back to the build before, if the present one is on trial.
+    pub(crate) fn give_up_build(&self, instance: usize, reason: &str) {
+        if let Some(build) = self.builds.go_back(instance, reason) {
+            self.undone(instance, build, reason);
+        }
+    }
+
+    /// The code of a schema that had faulted is another: it wakes up if anybody wants it awake.
+    pub(crate) fn restored(&self, instance: usize) {
+        self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
+    }
+
+    fn undone(&self, instance: usize, build: BuildName, reason: &str) {
+        tracing::warn!(
+            schema = self.name(instance),
+            "goes on with the build before {build}: {reason}"
+        );
+        self.report(&Event::ReloadUndone {
+            time: self.clock.now(),
+            schema: instance,
+            build,
+            reason: reason.to_owned(),
+        });
+    }
+}

@@ -1,0 +1,350 @@
+//! Another build takes over from the instance that runs, and gives way to it again if it fails on trial.
+//!
+//! The build before is put to sleep, never ended, until the trial is over: going back is then waking it up, which cannot fail for
+//! lack of anything. Ports go from hand to hand, so that at no time two can write what belongs to one.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use jde_core::Nanos;
+
+use super::{Life, Runner};
+use crate::build;
+use crate::instance::{Instance, Remembered};
+use crate::reload::{Carried, LEAST_TURNS, Order, Swap, Takeover};
+use crate::turn::{Call, Turn};
+
+/// A build on trial: what there is to go back to.
+pub(super) struct Trial {
+    before: build::Shared,
+    /// The instance that ran, asleep and without ports; none if it failed on its way there.
+    kept: Option<Instance>,
+    remembered: Option<Remembered>,
+    until: Nanos,
+    turns: u32,
+}
+
+/// A takeover that is answered at the end of the turn in which it happens.
+pub(super) struct Announced {
+    order: Arc<Order>,
+    takeover: Takeover,
+}
+
+/// Why a build could not take over.
+struct Refused {
+    reason: String,
+    /// Why the one before cannot go on either, if that is so.
+    fault: Option<String>,
+}
+
+/// A build that took over from another.
+struct Heir {
+    instance: Instance,
+    remembered: Option<Remembered>,
+    carried: bool,
+    /// Whether the one before is fit to be gone back to.
+    kept: bool,
+}
+
+impl Runner {
+    /// Puts another build in the place of the present one.
+    pub(super) fn swap(&mut self, swap: &Swap) {
+        // Whoever was on trial is what to go back to from now on.
+        self.pass();
+        let start = Instant::now();
+        let result = self.exchange(swap);
+        let took = start.elapsed().as_nanos().try_into().unwrap_or(Nanos::MAX);
+        self.engine.builds.had_turn(self.number);
+        match result {
+            Ok(carried) => {
+                let now = self.engine.clock.now();
+                let awake = matches!(self.life, Life::Awake { .. });
+                let takeover = Takeover {
+                    build: swap.build.name.clone(),
+                    carried,
+                    gap: awake.then(|| now.saturating_sub(self.last_turn)),
+                    took,
+                    probation: if self.trial.is_some() {
+                        swap.how.probation
+                    } else {
+                        0
+                    },
+                    notes: swap.notes.clone(),
+                };
+                self.tell_swap(Turn::TOOK_OVER);
+                self.engine.reloaded(self.number, &takeover);
+                self.announced = Some(Announced {
+                    order: Arc::clone(&swap.order),
+                    takeover,
+                });
+            }
+            Err(reason) => {
+                self.engine.not_reloaded(self.number, &swap.build.name, &reason);
+                swap.order.settle(Err(reason));
+            }
+        }
+    }
+
+    /// Goes back to the build before if the present one is on trial; answers whether that goes on, and the level need not know.
+    pub(super) fn go_back(&mut self, reason: &str) -> bool {
+        let Some(trial) = self.trial.take() else {
+            return false;
+        };
+        if let Some(announced) = self.announced.take() {
+            announced.order.settle(Err(reason.to_owned()));
+        }
+        self.engine.give_up_build(self.number, reason);
+        let (mut failed, awake) = match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Slept(instance) => (instance, false),
+            Life::Awake { instance, .. } => (instance, true),
+            other @ (Life::Absent(_) | Life::Changing) => {
+                self.life = other;
+                return false;
+            }
+        };
+        if awake {
+            self.lay_down(&mut failed);
+        }
+        let ports = failed.lend_ports();
+        drop(failed);
+        let before = match trial.kept {
+            Some(mut kept) => {
+                kept.take_ports(ports);
+                Ok(kept)
+            }
+            None => Instance::create(&self.engine, self.number, &trial.before, ports),
+        };
+        let mut before = match before {
+            Ok(before) => before,
+            Err((reason, ports)) => {
+                self.life = Life::Absent(ports);
+                return self.is_lost(&reason);
+            }
+        };
+        let back = resume(&mut before, awake, trial.remembered.as_ref());
+        self.seat(before, awake);
+        self.tell_swap(Turn::WENT_BACK);
+        match back {
+            Ok(_) => true,
+            Err(reason) => self.is_lost(&reason),
+        }
+    }
+
+    /// A turn is over: its takeover is known to have worked so far, and a trial may be.
+    pub(super) fn end_turn(&mut self, looked: bool) {
+        if looked {
+            self.last_turn = self.engine.clock.now();
+        }
+        if let Some(Announced { order, takeover }) = self.announced.take() {
+            order.settle(Ok(takeover));
+        }
+        if std::mem::take(&mut self.at_once)
+            && let Life::Awake { due, .. } = &mut self.life
+        {
+            *due = self.engine.clock.now();
+        }
+        if let Some(trial) = &mut self.trial {
+            trial.turns += u32::from(looked);
+            if trial.turns >= LEAST_TURNS && self.engine.clock.now() >= trial.until {
+                self.pass();
+            }
+        }
+    }
+
+    /// The trial is over, whatever it was: the present build stays.
+    pub(super) fn pass(&mut self) {
+        if self.trial.take().is_some() {
+            self.engine.builds.passed(self.number);
+        }
+    }
+
+    fn exchange(&mut self, swap: &Swap) -> Result<Option<Carried>, String> {
+        let (mut before, due) = match std::mem::replace(&mut self.life, Life::Changing) {
+            Life::Slept(before) => (before, None),
+            Life::Awake { instance, due } => (instance, Some(due)),
+            Life::Absent(ports) => {
+                self.life = Life::Absent(ports);
+                return self.begin_with(swap).map(|()| None);
+            }
+            Life::Changing => return Err("it is between two states of its life".to_owned()),
+        };
+        let awake = due.is_some();
+        match self.succeed(&mut before, swap, awake) {
+            Ok(heir) => {
+                let carried = heir.remembered.as_ref().filter(|_| heir.carried);
+                let carried = carried.map(|remembered| Carried {
+                    version: remembered.version,
+                    bytes: remembered.bytes.len(),
+                });
+                let build = Arc::clone(before.build());
+                let on_trial = swap.how.probation > 0;
+                self.engine.builds.took_over(
+                    self.number,
+                    Arc::clone(&swap.build),
+                    on_trial.then(|| Arc::clone(&build)),
+                );
+                self.trial = on_trial.then(|| Trial {
+                    before: build,
+                    kept: heir.kept.then_some(before),
+                    remembered: heir.remembered,
+                    until: self.engine.clock.now().saturating_add(swap.how.probation),
+                    turns: 0,
+                });
+                self.seat(heir.instance, awake);
+                Ok(carried)
+            }
+            Err(Refused { reason, fault }) => {
+                self.life = match due {
+                    Some(due) => Life::Awake {
+                        instance: before,
+                        due,
+                    },
+                    None => Life::Slept(before),
+                };
+                if let Some(fault) = fault {
+                    self.told = Turn::of(Turn::CYCLED, self.number);
+                    self.fault(fault);
+                    self.tell();
+                }
+                Err(reason)
+            }
+        }
+    }
+
+    /// An instance of the new build with all that the one before had, which sleeps then. After a refusal the one before is as it was.
+    fn succeed(&self, before: &mut Instance, swap: &Swap, awake: bool) -> Result<Heir, Refused> {
+        let refused = |reason| Refused { reason, fault: None };
+        let remembered = if swap.how.fresh {
+            None
+        } else {
+            let cannot = |reason| {
+                refused(format!(
+                    "the present build cannot save what it remembers: {reason}"
+                ))
+            };
+            before.save().map_err(cannot)?
+        };
+        let created = Instance::create(&self.engine, self.number, &swap.build, before.lend_ports());
+        let mut heir = created.map_err(|(reason, ports)| {
+            before.take_ports(ports);
+            refused(format!("it cannot be made: {reason}"))
+        })?;
+        let mut kept = true;
+        if awake {
+            before.take_ports(heir.lend_ports());
+            kept = self.lay_down(before);
+            heir.take_ports(before.lend_ports());
+        }
+        match resume(&mut heir, awake, remembered.as_ref()) {
+            Ok(carried) => Ok(Heir {
+                instance: heir,
+                remembered,
+                carried,
+                kept,
+            }),
+            Err(reason) => {
+                if awake {
+                    self.lay_down(&mut heir);
+                }
+                before.take_ports(heir.lend_ports());
+                let fault = awake.then(|| resume(before, awake, remembered.as_ref()).err());
+                Err(Refused {
+                    reason,
+                    fault: fault.flatten(),
+                })
+            }
+        }
+    }
+
+    /// There was no instance: it had faulted, or was unloaded. There is nothing to go back to that would be better.
+    fn begin_with(&mut self, swap: &Swap) -> Result<(), String> {
+        if self.engine.is_unloaded(self.number) {
+            self.engine
+                .builds
+                .took_over(self.number, Arc::clone(&swap.build), None);
+            return Ok(());
+        }
+        let Life::Absent(ports) = std::mem::replace(&mut self.life, Life::Changing) else {
+            unreachable!("only one that is absent begins")
+        };
+        match Instance::create(&self.engine, self.number, &swap.build, ports) {
+            Ok(instance) => {
+                self.engine
+                    .builds
+                    .took_over(self.number, Arc::clone(&swap.build), None);
+                self.seat(instance, false);
+                self.engine.restored(self.number);
+                Ok(())
+            }
+            Err((reason, ports)) => {
+                self.life = Life::Absent(ports);
+                Err(format!("it cannot be made: {reason}"))
+            }
+        }
+    }
+
+    /// Lets an instance be the schema, with a turn at once if it is awake.
+    fn seat(&mut self, instance: Instance, awake: bool) {
+        self.engine.panels.declare(self.number, instance.panel());
+        self.engine.panels.came(self.number);
+        self.late = [false; 2];
+        self.at_once = awake;
+        self.life = if awake {
+            let due = self.engine.clock.now();
+            Life::Awake { instance, due }
+        } else {
+            Life::Slept(instance)
+        };
+    }
+
+    /// Puts an instance to sleep for another; answers whether it is fit to wake up again.
+    fn lay_down(&self, instance: &mut Instance) -> bool {
+        let slept = instance.recline();
+        if let Err(reason) = &slept {
+            tracing::error!(
+                schema = self.engine.name(self.number),
+                "failed while another build took its place: {reason}"
+            );
+        }
+        slept.is_ok()
+    }
+
+    /// The build before cannot go on either.
+    fn is_lost(&self, reason: &str) -> bool {
+        tracing::error!(
+            schema = self.engine.name(self.number),
+            "the build before cannot go on either: {reason}"
+        );
+        false
+    }
+
+    /// Tells those who take turns again that from here on another build took them.
+    fn tell_swap(&self, way: u8) {
+        if let Some(journal) = &self.journal {
+            let now = self.engine.clock.now();
+            journal.tell(&Turn {
+                way,
+                looked: Call {
+                    after: journal.last(),
+                    time: now,
+                    clock: now,
+                },
+                ..Turn::of(Turn::RELOADED, self.number)
+            });
+        }
+    }
+}
+
+/// Goes on where another left off; answers whether what that remembered was taken over.
+fn resume(instance: &mut Instance, awake: bool, remembered: Option<&Remembered>) -> Result<bool, String> {
+    if awake {
+        instance.rise()?;
+    }
+    // Last, so that waking up does not wipe it.
+    match remembered {
+        Some(remembered) => instance
+            .restore(remembered)
+            .map_err(|reason| format!("it refuses what was remembered: {reason}")),
+        None => Ok(false),
+    }
+}

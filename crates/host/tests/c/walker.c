@@ -1,0 +1,82 @@
+/*
+ * A motor schema in C whose builds differ by one number, its speed: tests build it once and write other speeds into copies of
+ * the library. It counts its steps, and hands the count on.
+ */
+#include "jde_types.h"
+
+#include <stdlib.h>
+
+enum { BASE, STEPS };
+
+/* Where a test writes another one. */
+static const volatile double speed = 0.12345678901234567;
+
+static const jde_port ports[] = {
+    JDE_PORT_ACTUATOR("base", "Speeds of the base.", jde_twist_type, 0u),
+    JDE_PORT_EXPORT("steps", "Its steps so far.", jde_uint32_type),
+};
+
+typedef struct {
+    const jde_host *host;
+    jde_uint32 steps;
+} walker;
+
+static void *create(const jde_schema *schema, const jde_host *host, jde_context *context)
+{
+    walker *self;
+    (void)schema;
+    (void)context;
+    if (!jde_host_fits(host)) {
+        return NULL;
+    }
+    self = calloc(1u, sizeof *self);
+    if (self != NULL) {
+        self->host = host;
+    }
+    return self;
+}
+
+static int32_t iterate(void *instance, jde_context *context)
+{
+    walker *self = instance;
+    jde_twist twist = {0};
+    int32_t code;
+    twist.linear.x = speed;
+    code = jde_put(self->host, context, BASE, &twist, sizeof twist);
+    if (code != JDE_OK) {
+        return jde_failed(self->host, context, "the base does not take it");
+    }
+    self->steps.data++;
+    return jde_put(self->host, context, STEPS, &self->steps, sizeof self->steps);
+}
+
+static int32_t save(void *instance, jde_context *context, const jde_saver *saver)
+{
+    walker *self = instance;
+    (void)context;
+    return jde_save(saver, &self->steps, sizeof self->steps);
+}
+
+static int32_t restore(void *instance, jde_context *context, uint32_t version, const void *bytes, uint64_t length)
+{
+    walker *self = instance;
+    (void)context;
+    if (version != 1u || length != sizeof self->steps) {
+        return JDE_FAILED;
+    }
+    memcpy(&self->steps, bytes, sizeof self->steps);
+    return JDE_OK;
+}
+
+static const void *ability(const char *id)
+{
+    static const jde_state state = {(uint32_t)sizeof(jde_state), 1u, save, restore};
+    return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL;
+}
+
+static const jde_schema schemas[] = {
+    {(uint32_t)sizeof(jde_schema), JDE_MOTOR, TYPE, "Walks.", JDE_MS(10), 0u, ports, NULL, JDE_COUNT(ports), 0u, create,
+     free, NULL, NULL, iterate, NULL, NULL, ability},
+};
+
+JDE_PLUGIN(PLUGIN, "1", "Walks.", schemas);

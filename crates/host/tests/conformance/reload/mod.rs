@@ -1,0 +1,561 @@
+//! Other builds of schemas, taking over while they run: between two iterations (R10), as an operator's doing (R14), and never at
+//! the cost of the level.
+
+mod walker;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_abi::raw;
+use jde_board::value::Value;
+use jde_core::{Health, State};
+use jde_host::Options;
+use jde_host::app::parse;
+use jde_host::event::{Event, OperatorAction};
+use jde_host::reload::{Carried, How, Reload, Takeover};
+
+use crate::common::{Call, Executor, Rig, Stage, in_real_time, on_every_executor, plugins};
+use walker::{CANNOT_SAVE, ORIGINAL, build};
+
+on_every_executor!(
+    r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it,
+    r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it,
+    what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched,
+    a_build_that_cannot_take_over_leaves_the_one_before_as_it_was,
+    a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault,
+    a_fault_after_the_trial_is_a_fault,
+    a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to,
+    the_numbers_of_a_build_are_its_own,
+    a_schema_that_sleeps_is_reloaded_asleep,
+    a_schema_that_had_faulted_comes_back_with_a_new_build,
+    a_schema_that_is_unloaded_is_loaded_with_the_new_build,
+    a_father_keeps_its_children_awake_while_another_build_takes_over,
+    what_cannot_be_saved_stays_where_it_is,
+    fifty_builds_take_over_from_each_other_without_a_stop,
+);
+
+mod hanging {
+    use super::a_build_that_hangs_on_trial_is_given_up_for_the_one_before;
+    use super::in_real_time;
+
+    in_real_time!(a_build_that_hangs_on_trial_is_given_up_for_the_one_before);
+}
+
+const APP: &str = r#"
+    roots = ["walker", "idle"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.eye]
+    type = "test/eye"
+    [schemas.walker]
+    type = "walk/walker"
+    imports = { input = "eye.out" }
+    actuators = { base = "robot.velocity" }
+    speed = "2 m/s"
+    restart = { back-off = "10ms", limit = 1 }
+    [schemas.idle]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn start_with(executor: Executor, original: &'static raw::Plugin, app: &str) -> Rig {
+    let stage = Stage::new();
+    stage.play("idle", |_, _| Ok(()));
+    stage.play("eye", |call, io| {
+        if call == Call::Iterate {
+            io.publish(4.0);
+        }
+        Ok(())
+    });
+    let mut plugins = plugins();
+    plugins.link(original).expect("its tables are right");
+    let text = crate::common::text(executor, &stage, app).replace(
+        "\"walk/walker\"",
+        &format!("\"walk/walker\"\nstage = {}", stage.number()),
+    );
+    let application =
+        parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    match Rig::run(executor, &stage, application, &plugins, Options::default()) {
+        Ok(rig) => rig,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Starts it, and goes on until the walker has walked a bit.
+fn start(executor: Executor) -> Rig {
+    let mut rig = start_with(executor, ORIGINAL, APP);
+    rig.until_did("walker 1 step 5");
+    rig
+}
+
+/// Has a build take over, and goes on until it is known how that went.
+fn reload(rig: &mut Rig, number: u32, how: How) -> Result<Takeover, String> {
+    let walker = rig.place("walker");
+    let order = rig
+        .operator()
+        .replace(walker, &build(number), how)
+        .unwrap_or_else(|reasons| panic!("{reasons:#?}"));
+    outcome(rig, &order)
+}
+
+fn outcome(rig: &mut Rig, order: &Reload) -> Result<Takeover, String> {
+    rig.until(|_| order.outcome().is_some());
+    order.outcome().expect("it was there")
+}
+
+/// The last step that a build took, and the first of another.
+fn steps(rig: &Rig, old: u32, new: u32) -> (u32, u32) {
+    let lines = rig.stage.lines();
+    let step = |line: &String, build: u32| {
+        let number = line.strip_prefix(&format!("walker {build} step "))?;
+        number.parse::<u32>().ok()
+    };
+    let last = lines.iter().filter_map(|line| step(line, old)).max();
+    let first = lines.iter().filter_map(|line| step(line, new)).min();
+    (
+        last.expect("the old one walked"),
+        first.expect("the new one walks"),
+    )
+}
+
+/// Whether the level has heard of anything since those many events.
+fn level_heard(rig: &Rig, since: usize) -> Vec<Event> {
+    let walker = rig.place("walker");
+    let mut events = rig.stage.events().split_off(since);
+    events.retain(|event| match event {
+        // A loaded machine may well be late.
+        Event::Health { schema, health, .. } => *schema == walker && matches!(health, Health::Faulted(_)),
+        Event::Changed { schema, .. } => *schema == walker,
+        Event::Decided(record) => record.changed,
+        _ => false,
+    });
+    events
+}
+
+fn undone(rig: &Rig) -> Vec<String> {
+    let events = rig.stage.events().into_iter();
+    let reasons = events.filter_map(|event| match event {
+        Event::ReloadUndone { reason, .. } => Some(reason),
+        _ => None,
+    });
+    reasons.collect()
+}
+
+fn r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it(executor: Executor) {
+    let mut rig = start(executor);
+    let before = rig.stage.events().len();
+    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    assert_eq!(takeover.carried.map(|carried| carried.version), Some(1));
+    assert!(takeover.gap.is_some(), "{takeover:?}");
+    assert_eq!(takeover.notes, [""; 0]);
+    let steps_then = rig.stage.lines().len();
+    rig.until(|rig| rig.stage.lines().len() > steps_then + 5);
+    let (last, first) = steps(&rig, 1, 2);
+    assert_eq!(first, last + 1, "it goes on counting");
+    let order: Vec<_> = [
+        "walker 1 save",
+        "walker 1 sleep",
+        "walker 2 awake",
+        "walker 2 restore",
+    ]
+    .iter()
+    .map(|line| rig.stage.first(line))
+    .collect();
+    assert!(order.is_sorted(), "{:#?}", rig.stage.lines());
+    assert!(rig.stage.last(&format!("walker 1 step {last}")) < order[0]);
+    assert_eq!(
+        level_heard(&rig, before).len(),
+        0,
+        "{:#?}",
+        level_heard(&rig, before)
+    );
+    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+    assert_eq!(rig.see("walker").state, State::Winner);
+    assert!(rig.see("walker").authority);
+    assert_eq!(
+        rig.handle.value::<f64>("walker.speed"),
+        Ok(Some(2.0)),
+        "variables stay"
+    );
+    rig.stop();
+}
+
+fn r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it(executor: Executor) {
+    let mut rig = start(executor);
+    let walker = rig.place("walker");
+    assert_eq!(rig.see("walker").reload, None);
+    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    let told = |event: &Event| {
+        matches!(event, Event::Operator { by, action: OperatorAction::Reload { schema, .. }, .. }
+            if by == "ana@laptop" && *schema == walker)
+    };
+    assert_eq!(rig.stage.count_events(told), 1);
+    let reloaded =
+        |event: &Event| matches!(event, Event::Reloaded { takeover: told, .. } if *told == takeover);
+    assert_eq!(rig.stage.count_events(reloaded), 1);
+    let view = rig.see("walker").reload.expect("it was reloaded");
+    assert_eq!((view.reloads, view.on_trial, view.undone), (1, true, None));
+    rig.stop();
+}
+
+fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(executor: Executor) {
+    let mut rig = start(executor);
+    let walker = rig.place("walker");
+    let before = rig.stage.events().len();
+    let operator = rig.operator();
+    let reasons = |number| match operator.replace(walker, &build(number), How::default()) {
+        Ok(_) => panic!("it does not fit"),
+        Err(reasons) => reasons,
+    };
+    assert_eq!(
+        reasons(10),
+        [
+            "the child `leg` is not optional, and nobody has its role in the application",
+            "the import `input` is a std_msgs/msg/UInt32 now, and was a std_msgs/msg/Float64",
+            "the modulation `speed` is in `rad/s` now, and was in `m/s`",
+            "the import `more` is new and not optional, and the application does not bind it",
+        ]
+    );
+    assert_eq!(
+        reasons(12),
+        ["the plugin has no type `walker` any more, only runner"]
+    );
+    assert_eq!(
+        reasons(14),
+        [
+            "the import `input` is gone, and the application binds it to eye.out",
+            "the modulation `speed` is gone, and the application sets it",
+        ]
+    );
+    let lines = rig.stage.lines().len();
+    rig.until(|rig| rig.stage.lines().len() > lines + 5);
+    assert_eq!(level_heard(&rig, before).len(), 0);
+    assert!(!rig.stage.did("walker 1 save"));
+    assert_eq!(rig.see("walker").reload, None);
+    rig.stop();
+}
+
+fn a_build_that_cannot_take_over_leaves_the_one_before_as_it_was(executor: Executor) {
+    let mut rig = start(executor);
+    let before = rig.stage.events().len();
+    for (number, reason) in [
+        (4, "it refuses what was remembered: it knows better"),
+        (5, "it cannot be made: panicked"),
+        (7, "it does not get up"),
+    ] {
+        let refused = reload(&mut rig, number, How::default()).expect_err("it cannot");
+        assert!(refused.starts_with(reason), "{refused}");
+        let lines = rig.stage.lines().len();
+        rig.until(|rig| {
+            rig.stage.lines()[lines..]
+                .iter()
+                .any(|line| line.starts_with("walker 1 step"))
+        });
+        assert_eq!(undone(&rig).last(), Some(&refused));
+        let view = rig.see("walker").reload.expect("it was tried");
+        assert_eq!(
+            (view.reloads, view.on_trial, view.undone),
+            (0, false, Some(refused))
+        );
+    }
+    assert_eq!(
+        level_heard(&rig, before).len(),
+        0,
+        "{:#?}",
+        level_heard(&rig, before)
+    );
+    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+    let walked = rig.stage.lines();
+    let mut walked: Vec<u32> = walked
+        .iter()
+        .filter_map(|line| line.strip_prefix("walker 1 step ")?.parse().ok())
+        .collect();
+    let count = walked.len();
+    walked.dedup();
+    assert_eq!(walked, (1..=count as u32).collect::<Vec<_>>(), "it counts on");
+    rig.stop();
+}
+
+fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(executor: Executor) {
+    for number in [3, 6] {
+        let mut rig = start(executor);
+        let before = rig.stage.events().len();
+        // One that fails in its first turn is known to have failed by the answer.
+        let outcome = reload(&mut rig, number, How::default());
+        assert_eq!(outcome.is_ok(), number == 3, "{outcome:?}");
+        rig.until(|rig| !undone(rig).is_empty());
+        let lines = rig.stage.lines().len();
+        rig.until(|rig| {
+            rig.stage.lines()[lines..]
+                .iter()
+                .any(|line| line.starts_with("walker 1 step"))
+        });
+        assert_eq!(
+            level_heard(&rig, before).len(),
+            0,
+            "{:#?}",
+            level_heard(&rig, before)
+        );
+        assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+        assert_eq!(rig.see("walker").faults, 0);
+        let view = rig.see("walker").reload.expect("it was tried");
+        assert!(!view.on_trial && view.undone.is_some(), "{view:?}");
+        assert!(rig.stage.did(&format!("walker {number} drop")));
+        assert!(rig.stage.first("walker 1 sleep") < rig.stage.last("walker 1 awake"));
+        rig.stop();
+    }
+}
+
+fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
+    let mut rig = start(executor);
+    let how = How {
+        probation: 0,
+        ..How::default()
+    };
+    let takeover = reload(&mut rig, 3, how).expect("it fits");
+    assert_eq!(takeover.probation, 0);
+    rig.until_did("walker 1 drop");
+    let walker = rig.place("walker");
+    rig.until(|rig| {
+        rig.stage.told(|event| {
+            matches!(event, Event::Health { schema, health: Health::Faulted(reason), .. }
+                if *schema == walker && reason == "its third step is wrong")
+        })
+    });
+    assert_eq!(undone(&rig), [""; 0]);
+    // Its restart is of the build that runs.
+    rig.until(|rig| rig.stage.count("walker 3 awake") > 1);
+    rig.stop();
+}
+
+fn a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to(executor: Executor) {
+    let mut rig = start(executor);
+    let takeover = reload(&mut rig, 11, How::default()).expect("it fits");
+    assert_eq!(takeover.carried, None);
+    rig.until_did("walker 11 step 1");
+    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    assert_eq!(takeover.carried, None, "the one before hands nothing on");
+    rig.until_did("walker 2 step 1");
+    let fresh = How {
+        fresh: true,
+        ..How::default()
+    };
+    let takeover = reload(&mut rig, 1, fresh).expect("it fits");
+    assert_eq!(takeover.carried, None);
+    rig.until(|rig| rig.stage.count("walker 1 step 1") == 2);
+    rig.stop();
+}
+
+fn the_numbers_of_a_build_are_its_own(executor: Executor) {
+    let mut rig = start(executor);
+    let takeover = reload(&mut rig, 13, How::default()).expect("it fits");
+    assert_eq!(
+        takeover.notes,
+        [
+            "the child `leg` is new: nobody has its role before the application starts anew",
+            "the export `steps` is new: nobody sees it before the application starts anew",
+            "the modulation `speed` has another default now; the running value stays (`jde set`)",
+            "the modulation `more` is new: it has its default before the application starts anew",
+            "the import `nothing` is new: it stays unbound before the application starts anew",
+        ]
+    );
+    rig.until_did("walker 13 sees (2.0, 7.0, false, Some(4.0), false)");
+    rig.until_did("robot velocity 0.25");
+    let walker = rig.place("walker");
+    let operator = rig.operator();
+    operator
+        .modulate(walker, "speed", &Value::Float(6.0))
+        .expect("a modulation");
+    rig.until_did("walker 13 sees (6.0, 7.0, false, Some(4.0), false)");
+    assert!(rig.handle.board().find("walker.steps").is_none());
+    rig.stop();
+}
+
+fn a_schema_that_sleeps_is_reloaded_asleep(executor: Executor) {
+    let mut rig = start(executor);
+    let walker = rig.place("walker");
+    let operator = rig.operator();
+    operator.hold_asleep(walker).expect("it can be stopped");
+    rig.until_did("walker 1 sleep");
+    let takeover = reload(&mut rig, 2, How::default()).expect("it fits");
+    assert_eq!(takeover.gap, None);
+    assert!(takeover.carried.is_some());
+    assert!(!rig.stage.did("walker 2 awake"));
+    operator.release(walker).expect("it can be released");
+    rig.until_did("walker 2 awake");
+    let lines = rig.stage.lines().len();
+    rig.until(|rig| {
+        rig.stage.lines()[lines..]
+            .iter()
+            .any(|line| line.starts_with("walker 2 step"))
+    });
+    let (last, first) = steps(&rig, 1, 2);
+    assert_eq!(first, last + 1);
+    rig.stop();
+}
+
+fn a_schema_that_had_faulted_comes_back_with_a_new_build(executor: Executor) {
+    let mut rig = start(executor);
+    let how = How {
+        probation: 0,
+        ..How::default()
+    };
+    reload(&mut rig, 3, how).expect("it fits");
+    // It may be restarted once, and fails again.
+    rig.until(|rig| rig.see("walker").faults == 2);
+    rig.until(|rig| rig.stage.count("walker 3 drop") == 2);
+    assert_eq!(rig.see("walker").state, State::Slept);
+    reload(&mut rig, 2, How::default()).expect("it fits");
+    rig.until_did("walker 2 step 1");
+    assert!(!matches!(rig.see("walker").health, Health::Faulted(_)));
+    rig.stop();
+}
+
+fn a_schema_that_is_unloaded_is_loaded_with_the_new_build(executor: Executor) {
+    let mut rig = start(executor);
+    let walker = rig.place("walker");
+    let operator = rig.operator();
+    operator.unload(walker).expect("a motor schema");
+    rig.until_did("walker 1 drop");
+    reload(&mut rig, 2, How::default()).expect("it fits");
+    assert!(rig.stage.lines().iter().all(|line| !line.starts_with("walker 2")));
+    operator.load(walker).expect("it is at rest");
+    rig.until_did("walker 2 step 1");
+    rig.stop();
+}
+
+/// A walker that leads the one of the test plugin.
+fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("father", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                io.wake("a");
+            }
+            // Whoever sleeps leads nobody.
+            Call::Sleep => {
+                io.child("a").sleep(io.cx());
+            }
+            Call::Awake | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    stage.drives("child", &Arc::new(true.into()), 0.5);
+    let mut rig = Rig::start(
+        executor,
+        &stage,
+        r#"
+        roots = ["father"]
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.father]
+        type = "test/motor"
+        children = { a = "child" }
+        [schemas.child]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+    "#,
+    );
+    rig.until_did("robot velocity 0.5");
+    let (father, child) = (rig.place("father"), rig.place("child"));
+    let plugin = crate::common::plugins();
+    let again = plugin.load("test", &[]).expect("it is linked in");
+    let order = rig
+        .operator()
+        .replace(father, &again, How::default())
+        .expect("it is the same");
+    outcome(&mut rig, &order).expect("it takes over");
+    let iterated = rig.stage.count("child iterate");
+    rig.until(|rig| rig.stage.count("child iterate") > iterated + 5);
+    assert_eq!(rig.stage.count("father awake"), 2);
+    assert_eq!(rig.stage.count("child awake"), 1);
+    let changed =
+        |event: &Event| matches!(event, Event::Changed { schema, to: State::Slept, .. } if *schema == child);
+    assert!(!rig.stage.told(changed));
+    assert!(!rig.stage.did("robot velocity 0"));
+    rig.stop();
+}
+
+fn what_cannot_be_saved_stays_where_it_is(executor: Executor) {
+    let mut rig = start_with(executor, CANNOT_SAVE, APP);
+    rig.until_did("walker 9 step 5");
+    let refused = reload(&mut rig, 2, How::default()).expect_err("it cannot be saved");
+    assert!(
+        refused.starts_with("the present build cannot save what it remembers: panicked"),
+        "{refused}"
+    );
+    assert_eq!(rig.see("walker").faults, 0);
+    let fresh = How {
+        fresh: true,
+        ..How::default()
+    };
+    reload(&mut rig, 2, fresh).expect("it begins anew");
+    rig.until_did("walker 2 step 1");
+    rig.stop();
+}
+
+fn fifty_builds_take_over_from_each_other_without_a_stop(executor: Executor) {
+    let mut rig = start(executor);
+    let before = rig.stage.events().len();
+    for round in 0..50 {
+        let number = 2 - round % 2;
+        let takeover = reload(&mut rig, number, How::default()).expect("it fits");
+        assert_eq!(
+            takeover.carried.map(|Carried { version, .. }| version),
+            Some(3 - number)
+        );
+        let lines = rig.stage.lines().len();
+        let step = format!("walker {number} step");
+        rig.until(|rig| {
+            rig.stage.lines()[lines..]
+                .iter()
+                .any(|line| line.starts_with(&step))
+        });
+    }
+    assert_eq!(
+        level_heard(&rig, before).len(),
+        0,
+        "{:#?}",
+        level_heard(&rig, before)
+    );
+    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+    let view = rig.see("walker").reload.expect("it was reloaded");
+    assert_eq!(view.reloads, 50);
+    // Every instance but the last two has ended: the one that runs, and the one to go back to.
+    let drops = rig.stage.count("walker 1 drop") + rig.stage.count("walker 2 drop");
+    assert_eq!(drops, 49);
+    let lines = rig.stage.lines().into_iter();
+    let walked: Vec<u32> = lines
+        .filter_map(|line| line.rsplit_once(" step ")?.1.parse().ok())
+        .collect();
+    assert_eq!(
+        walked,
+        (1..=walked.len() as u32).collect::<Vec<_>>(),
+        "it counts on"
+    );
+    rig.stop();
+}
+
+fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor) {
+    let mut rig = start(executor);
+    reload(&mut rig, 8, How::default()).expect("it fits");
+    rig.until_did("walker 8 hangs");
+    let walker = rig.place("walker");
+    // Its level selects again as ever.
+    rig.until(|rig| {
+        rig.stage.told(|event| {
+            matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
+        })
+    });
+    rig.until(|rig| !undone(rig).is_empty());
+    rig.stage.note(|| "let go".to_owned());
+    rig.until_did("walker 8 drop");
+    let lines = rig.stage.lines().len();
+    rig.until(|rig| {
+        rig.stage.lines()[lines..]
+            .iter()
+            .any(|line| line.starts_with("walker 1 step"))
+    });
+    rig.stop();
+}
