@@ -234,6 +234,16 @@ impl Application {
         self.instances.iter().position(|instance| instance.name == name)
     }
 
+    /// The schemas that have a panel of their own, by their places.
+    #[must_use]
+    pub fn panels(&self) -> Vec<usize> {
+        let instances = self.instances.iter().enumerate();
+        instances
+            .filter(|(_, instance)| instance.schema.panel)
+            .map(|(place, _)| place)
+            .collect()
+    }
+
     /// The full name, on the board, of what an import reads.
     #[must_use]
     pub fn source_name(&self, source: Source) -> String {

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
-use crate::app::{Application, Catalogue, Instance};
+use crate::app::Catalogue;
 
 use super::{Found, LoadError, Loaded, SearchPath};
 
@@ -192,21 +192,6 @@ impl Plugins {
             .chain(self.linked_in.values())
             .find(|plugin| Arc::ptr_eq(&plugin.description, description));
         found.cloned()
-    }
-
-    /// The schemas of an application that have a panel of their own, by their places; known before it starts, unlike
-    /// [`Handle::panels`](crate::Handle::panels).
-    #[must_use]
-    pub fn panels(&self, application: &Application) -> Vec<usize> {
-        let has_panel = |instance: &Instance| {
-            let table = crate::running::table(application, self, instance);
-            table.is_ok_and(|table| crate::instance::panel_of(table).is_some())
-        };
-        let instances = application.instances.iter().enumerate();
-        instances
-            .filter(|(_, instance)| has_panel(instance))
-            .map(|(place, _)| place)
-            .collect()
     }
 
     /// All there is along the search path and linked in, without loading any file.

@@ -117,7 +117,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     let recording = how
         .record
         .as_ref()
-        .map(|record| Recording::begin(record, &application, &plugins, how.lockstep))
+        .map(|record| Recording::begin(record, &application, how.lockstep))
         .transpose()?;
     let way = Way::prepare(&how.link, &application, how.lockstep, how.speed)?;
     let mut options = Options {

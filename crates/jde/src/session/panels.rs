@@ -5,7 +5,6 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 
 use jde_host::app::Application;
-use jde_host::plugin::Plugins;
 use jde_host::{Handle, Look, StartError};
 use jde_log::{Recorder, Selection, Stamps, Topic};
 
@@ -46,8 +45,8 @@ impl Panels {
     ///
     /// # Errors
     /// There is no such panel.
-    pub(super) fn of(&self, application: &Application, plugins: &Plugins) -> Result<Chosen, Failure> {
-        let places = plugins.panels(application);
+    pub(super) fn of(&self, application: &Application) -> Result<Chosen, Failure> {
+        let places = application.panels();
         let names = places
             .iter()
             .map(|place| application.instances[*place].name.clone());

@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::event::Observer;
-use jde_host::plugin::Plugins;
 use jde_host::turn::OnTurn;
 use jde_host::{BeforeStart, StartError};
 use jde_log::trigger::{Condition, Names, Triggers};
@@ -104,12 +103,7 @@ impl Recording {
     ///
     /// # Errors
     /// The file cannot be written, or a pattern fits no variable or no panel; then nothing is made or written over.
-    pub(crate) fn begin(
-        record: &Record,
-        application: &Application,
-        plugins: &Plugins,
-        lockstep: bool,
-    ) -> Result<Self, Failure> {
+    pub(crate) fn begin(record: &Record, application: &Application, lockstep: bool) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
         let selection = Selection::new(record.only.clone(), &names).map_err(|unknown| {
             Failure::usage(
@@ -118,7 +112,7 @@ impl Recording {
             )
         })?;
         let panels = record.panels.as_ref();
-        let panels = panels.map(|panels| panels.of(application, plugins)).transpose()?;
+        let panels = panels.map(|panels| panels.of(application)).transpose()?;
         let file = record.file.clone();
         let named = shown(&file);
         let options = Options {

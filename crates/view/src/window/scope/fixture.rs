@@ -100,6 +100,7 @@ pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Optio
         faults: 0,
         operator: None,
         panel: kind == Kind::Motor,
+        reload: None,
     }
 }
 
