@@ -36,10 +36,7 @@ impl core::error::Error for TooMany {}
 /// # Safety
 /// `schema` was read by [`crate::read::plugin`] and found right, and its functions follow the rules of [`raw`].
 pub unsafe fn of(schema: &raw::Schema) -> Result<Option<&'static raw::State>, &'static str> {
-    const ID: &CStr = match CStr::from_bytes_with_nul(b"jde.state\0") {
-        Ok(id) => id,
-        Err(_) => panic!("an id ends with its only NUL"),
-    };
+    const ID: &CStr = c"jde.state";
     let Some(ability) = schema.ability else {
         return Ok(None);
     };
