@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use jde_abi::raw;
 use jde_host::app::parse;
 use jde_host::plugin::{PluginError, Plugins, SearchPath};
 use jde_host::{Lockstep, Options};
@@ -241,24 +242,26 @@ fn a_symbol_of_that_name_that_is_no_plugin_is_refused() {
 #[test]
 fn an_older_and_a_newer_version_are_refused_with_both_numbers() {
     let folder = folder();
+    let ours = format!("this host's {}.{}", raw::ABI_MAJOR, raw::ABI_MINOR);
+    let newer = raw::ABI_MINOR + 1;
     let versions = [
         (
             "past",
             0,
             7,
-            "it was built for ABI 0.7, older than this host's 1.2; build it again with this host's SDK",
+            format!("it was built for ABI 0.7, older than {ours}; build it again with this host's SDK"),
         ),
         (
             "major",
             2,
             0,
-            "it was built for ABI 2.0, newer than this host's 1.2",
+            format!("it was built for ABI 2.0, newer than {ours}"),
         ),
         (
             "minor",
             1,
-            3,
-            "it was built for ABI 1.3, newer than this host's 1.2",
+            newer,
+            format!("it was built for ABI 1.{newer}, newer than {ours}"),
         ),
     ];
     for (name, major, minor, words) in versions {
@@ -267,7 +270,7 @@ fn an_older_and_a_newer_version_are_refused_with_both_numbers() {
             "#include \"jde.h\"\nconst struct {{ uint64_t magic; uint32_t major, minor; uint64_t rest[16]; }} jde_plugin = {{JDE_MAGIC, {major}, {minor}, {{0}}}};\n"
         )
         .replace("#include \"jde.h\"", "#include <stdint.h>\n#define JDE_MAGIC UINT64_C(0x3147554c5045444a)");
-        refused(&cc(folder.path(), name, &head), &[words]);
+        refused(&cc(folder.path(), name, &head), &[&words]);
     }
 }
 

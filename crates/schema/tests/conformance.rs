@@ -7,6 +7,7 @@ mod suite;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jde_abi::{raw, read};
 use jde_schema::bench::{Bench, Foreign, Remembered};
@@ -346,7 +347,10 @@ fn open(library: &Path) -> *const raw::Plugin {
 }
 
 fn compile(source: &Path, name: &str) -> PathBuf {
-    let library = output(&format!("lib{name}.so"));
+    // Tests run side by side, and two may want the same.
+    static COMPILED: AtomicUsize = AtomicUsize::new(0);
+    let number = COMPILED.fetch_add(1, Ordering::Relaxed);
+    let library = output(&format!("lib{name}-{number}.so"));
     let standard = [
         "-std=c99",
         "-Wall",
