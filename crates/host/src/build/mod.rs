@@ -10,10 +10,11 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use jde_abi::{describe, raw, state};
+use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
 use crate::history::Aligned;
+use crate::instance::memory_of;
 use crate::plugin::Loaded;
 pub(crate) use fit::{Fit, fit};
 pub(crate) use register::Register;
@@ -120,17 +121,6 @@ impl Build {
     pub(crate) fn roles(&self) -> usize {
         self.roles.len()
     }
-}
-
-/// How a type hands on what it remembers, if it does.
-///
-/// # Errors
-/// What is wrong with that.
-pub(crate) fn memory_of(table: &'static raw::Schema) -> Result<Option<&'static raw::State>, String> {
-    #[allow(unsafe_code, reason = "the plugin's own function, asked for a table")]
-    // SAFETY: the table was checked when its plugin was loaded.
-    let state = unsafe { state::of(table) };
-    state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
 }
 
 /// The place of a type in another build of its plugin.

@@ -81,7 +81,7 @@ impl Engine {
             return Err(wrong);
         };
         let table = with.schema(number);
-        let state = build::memory_of(table).unwrap_or_else(|error| {
+        let state = crate::instance::memory_of(table).unwrap_or_else(|error| {
             wrong.push(error);
             None
         });

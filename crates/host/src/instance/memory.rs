@@ -13,6 +13,16 @@ pub(crate) struct Remembered {
     pub(crate) bytes: Vec<u8>,
 }
 
+/// How a type hands on what it remembers, if it does.
+///
+/// # Errors
+/// What is wrong with that.
+pub(crate) fn memory_of(table: &'static raw::Schema) -> Result<Option<&'static raw::State>, String> {
+    // SAFETY: the table was checked when its plugin was loaded.
+    let state = unsafe { state::of(table) };
+    state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
+}
+
 impl Instance {
     /// What it remembers; none if its build hands nothing on.
     pub(crate) fn save(&mut self) -> Result<Option<Remembered>, String> {

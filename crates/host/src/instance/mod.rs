@@ -21,7 +21,7 @@ use crate::build;
 use crate::engine::Engine;
 use crate::turn::{self, Turn};
 use host_table::{Call, HOST, Leave};
-pub(crate) use memory::Remembered;
+pub(crate) use memory::{Remembered, memory_of};
 pub(crate) use ports::{Port, Ports, Shown};
 use scratch::Scratch;
 

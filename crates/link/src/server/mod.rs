@@ -2,6 +2,7 @@
 //! want. Nothing that clients do reaches the application's threads: whatever waits, waits on the link's own.
 
 mod bucket;
+mod described;
 mod door;
 mod events;
 mod hands;
@@ -21,9 +22,10 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+pub use described::schemas;
 pub use events::Events;
 pub(crate) use subject::no_panel;
-pub use subject::{Looking, News, Running, Subject, Title, schemas};
+pub use subject::{Looking, News, Running, Subject, Title};
 
 use jde_host::app::Remote;
 

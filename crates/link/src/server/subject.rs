@@ -2,19 +2,17 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Kind, Port, Role, Type};
+use jde_abi::describe::{Kind, Type};
 use jde_board::value::Value;
-use jde_board::{Access, Board, Nanos, Stamp, Variable};
-use jde_core::Policy;
-use jde_host::app::{Application, Binding, ChildTarget, Executor, Remote};
+use jde_board::{Board, Nanos, Stamp, Variable};
+use jde_host::app::{Application, Executor, Remote};
 use jde_host::plugin::Plugins;
 use jde_host::reload::{How, Reloaded, Reloader};
 use jde_host::snapshot::Snapshot;
 use jde_host::{Drawn, Handle, Look, Operating, period};
 
-use crate::message::{
-    Action, ChildInfo, GroupInfo, PortInfo, Range, Refusal, SchemaInfo, Schemas, VariableInfo,
-};
+use super::described::{limits, own_limits, schemas};
+use crate::message::{Action, Range, Refusal, Schemas};
 use crate::value;
 
 /// What is looked into and steered. Called from threads of the link only, at bounded rates.
@@ -386,153 +384,5 @@ fn unit(unit: &str) -> String {
     match unit {
         "" => String::new(),
         unit => format!(" {unit}"),
-    }
-}
-
-/// The schemas and groups of an application.
-#[must_use]
-pub fn schemas(application: &Application) -> Schemas {
-    let name = |place: usize| application.instances[place].name.clone();
-    let group = |place: usize| application.groups[place].name.clone();
-    let schemas = application.instances.iter().map(|instance| {
-        let roles = instance.schema.children.iter().zip(&instance.children);
-        let ports = instance.schema.ports.iter().zip(&instance.bindings);
-        SchemaInfo {
-            name: instance.name.clone(),
-            type_name: format!(
-                "{}/{}",
-                application.plugins[instance.plugin].name, instance.schema.name
-            ),
-            kind: instance.schema.kind.to_string(),
-            doc: if instance.doc.is_empty() {
-                instance.schema.doc.clone()
-            } else {
-                instance.doc.clone()
-            },
-            father: instance.father.map(name),
-            group: instance.group.map(group),
-            period_s: instance.period_ns as f64 / 1e9,
-            budget_s: instance.budget_ns as f64 / 1e9,
-            children: roles
-                .map(|(role, child)| ChildInfo {
-                    role: role.name.clone(),
-                    doc: role.doc.clone(),
-                    schema: child.map(name),
-                })
-                .collect(),
-            ports: ports
-                .map(|(port, binding)| port_info(application, &instance.name, port, binding))
-                .collect(),
-            // Known once it runs.
-            panel: false,
-        }
-    });
-    let groups = application.groups.iter().map(|group| GroupInfo {
-        name: group.name.clone(),
-        father: group.father.map(name),
-        members: group.members.iter().copied().map(name).collect(),
-        policy: policy(group.policy),
-    });
-    Schemas {
-        schemas: schemas.collect(),
-        groups: groups.collect(),
-    }
-}
-
-fn policy(policy: Policy) -> String {
-    jde_host::policy_name(policy).to_owned()
-}
-
-fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {
-    let (range, fixed) = limits(port);
-    let role = match port.role {
-        Role::Import { .. } => "import",
-        Role::Export => "export",
-        Role::Modulation { .. } => "modulation",
-        Role::Command { .. } => "command",
-        Role::Actuator => "actuator",
-        Role::ChildModulation { .. } => "child-modulation",
-    };
-    PortInfo {
-        name: port.name.clone(),
-        role: role.to_owned(),
-        type_name: port.value_type.name.clone(),
-        unit: port.unit.clone(),
-        doc: port.doc.clone(),
-        range,
-        fixed,
-        variable: variable(application, owner, port, binding),
-    }
-}
-
-/// The variable that a port reads or writes.
-fn variable(application: &Application, owner: &str, port: &Port, binding: &Binding) -> Option<String> {
-    let of = |(instance, place): (usize, usize)| {
-        let instance = &application.instances[instance];
-        format!("{}.{}", instance.name, instance.schema.ports[place].name)
-    };
-    match binding {
-        Binding::Export | Binding::Modulation { .. } | Binding::Command => {
-            Some(format!("{owner}.{}", port.name))
-        }
-        Binding::Import { source, .. } => source.map(|source| application.source_name(source)),
-        Binding::Actuator { target } => target.map(of),
-        Binding::ChildModulation { target } => target.map(|target| match target {
-            ChildTarget::Port(instance, place) => of((instance, place)),
-            ChildTarget::Period(instance) => format!("{}.period", application.instances[instance].name),
-        }),
-    }
-}
-
-/// Those of what every schema has.
-fn own_limits(name: &str) -> (Range, bool) {
-    let range = match name {
-        "period" => Range {
-            least: Some(period::SHORTEST as f64 / 1e9),
-            greatest: Some(period::LONGEST as f64 / 1e9),
-        },
-        _ => Range::default(),
-    };
-    (range, false)
-}
-
-fn limits(port: &Port) -> (Range, bool) {
-    match &port.role {
-        Role::Modulation { range, fixed, .. } => (
-            Range {
-                least: range.0,
-                greatest: range.1,
-            },
-            *fixed,
-        ),
-        Role::Import { .. }
-        | Role::Export
-        | Role::Command { .. }
-        | Role::Actuator
-        | Role::ChildModulation { .. } => (Range::default(), false),
-    }
-}
-
-/// What is said of a variable, but for how it is doing.
-pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> VariableInfo {
-    let declared = variable.describe();
-    let (range, fixed) = subject.limits(variable);
-    VariableInfo {
-        name: declared.full_name(),
-        owner: declared.owner.clone(),
-        variable: declared.name.clone(),
-        access: match declared.access {
-            Access::Export => "export",
-            Access::Modulation => "modulation",
-            Access::Command { .. } => "command",
-        }
-        .to_owned(),
-        type_name: jde_ros::definition::name(&declared.value_type),
-        definition: jde_ros::definition::definition(&declared.value_type),
-        unit: declared.unit.clone(),
-        doc: declared.doc.clone(),
-        range,
-        fixed,
-        status: None,
     }
 }

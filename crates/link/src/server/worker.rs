@@ -16,12 +16,13 @@ use zenoh::key_expr::KeyExpr;
 use zenoh::query::Query;
 
 use super::bucket::Bucket;
+use super::described::variable_info;
 use super::door::Door;
 use super::events::Chronicle;
 use super::hands::{Act, Done, Errand, Hands};
 use super::inbox::{Ask, Inbox, Origin};
 use super::leases::Leases;
-use super::subject::{Subject, variable_info};
+use super::subject::Subject;
 use super::value_lane;
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Fine, Network, Refusal, Request, VariableInfo};

@@ -1,5 +1,6 @@
 //! Other builds of schemas, taking over while they run: between two iterations (R10), as an operator's doing (R14), and never at
 //! the cost of the level.
+//! long because each rule is one story, told with the same few helpers.
 
 mod walker;
 
