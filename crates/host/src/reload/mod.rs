@@ -117,19 +117,22 @@ impl Takeover {
     /// It in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version 1); gap 31.2 ms".
     #[must_use]
     pub fn words(&self) -> String {
-        let carried = match self.carried {
-            Some(Carried { version, bytes: 1 }) => {
-                format!("1 byte of memory carried over (version {version})")
-            }
-            Some(Carried { version, bytes }) => {
-                format!("{bytes} bytes of memory carried over (version {version})")
-            }
-            None => "begins anew".to_owned(),
-        };
+        let carried = self
+            .carried
+            .map_or_else(|| "begins anew".to_owned(), |carried| carried.to_string());
         let gap = self
             .gap
             .map_or_else(String::new, |gap| format!("; gap {:.1} ms", gap as f64 / 1e6));
         format!("runs {}; {carried}{gap}", self.build)
+    }
+}
+
+/// "12 bytes of memory carried over (version 1)".
+impl fmt::Display for Carried {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { version, bytes } = self;
+        let unit = if *bytes == 1 { "byte" } else { "bytes" };
+        write!(f, "{bytes} {unit} of memory carried over (version {version})")
     }
 }
 

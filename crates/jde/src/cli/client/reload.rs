@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_host::reload::{Became, Carried, Reloaded, Takeover};
+use jde_host::reload::{Became, Reloaded, Takeover};
 use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
@@ -119,13 +119,9 @@ fn tell(reloaded: &Reloaded, words: &mut Words) -> io::Result<()> {
 }
 
 fn tell_takeover(schema: &str, takeover: &Takeover, words: &mut Words) -> io::Result<()> {
-    let carried = match takeover.carried {
-        Some(Carried { version, bytes: 1 }) => format!("1 byte of memory carried over (version {version})"),
-        Some(Carried { version, bytes }) => {
-            format!("{bytes} bytes of memory carried over (version {version})")
-        }
-        None => "it begins anew".to_owned(),
-    };
+    let carried = takeover
+        .carried
+        .map_or_else(|| "it begins anew".to_owned(), |carried| carried.to_string());
     let took = takeover.took as f64 / 1e6;
     let gap = match takeover.gap {
         Some(gap) => format!(

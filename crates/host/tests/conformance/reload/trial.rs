@@ -1,0 +1,139 @@
+//! Builds that fail: before they take over, on trial, and when that is over. The one before goes on without the level's knowing, or
+//! the level selects again as for any fault.
+
+use jde_core::Health;
+use jde_host::event::Event;
+use jde_host::reload::How;
+
+use super::walker::build;
+use super::{level_heard, outcome, reload, start, undone};
+use crate::common::{Executor, in_real_time, on_every_executor};
+
+on_every_executor!(
+    a_build_that_cannot_take_over_leaves_the_one_before_as_it_was,
+    a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault,
+    a_fault_after_the_trial_is_a_fault,
+);
+
+mod hanging {
+    use super::a_build_that_hangs_on_trial_is_given_up_for_the_one_before;
+    use super::in_real_time;
+
+    in_real_time!(a_build_that_hangs_on_trial_is_given_up_for_the_one_before);
+}
+
+fn a_build_that_cannot_take_over_leaves_the_one_before_as_it_was(executor: Executor) {
+    let mut rig = start(executor);
+    let before = rig.stage.events().len();
+    for (number, reason) in [
+        (4, "it refuses what was remembered: it knows better"),
+        (5, "it cannot be made: panicked"),
+        (7, "it does not get up"),
+    ] {
+        let refused = reload(&mut rig, number, How::default()).expect_err("it cannot");
+        assert!(refused.starts_with(reason), "{refused}");
+        let lines = rig.stage.lines().len();
+        rig.until(|rig| {
+            rig.stage.lines()[lines..]
+                .iter()
+                .any(|line| line.starts_with("walker 1 step"))
+        });
+        assert_eq!(undone(&rig).last(), Some(&refused));
+        let view = rig.see("walker").reload.expect("it was tried");
+        assert_eq!(
+            (view.reloads, view.on_trial, view.undone),
+            (0, false, Some(refused))
+        );
+    }
+    assert_eq!(
+        level_heard(&rig, before).len(),
+        0,
+        "{:#?}",
+        level_heard(&rig, before)
+    );
+    assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+    let walked = rig.stage.lines();
+    let mut walked: Vec<u32> = walked
+        .iter()
+        .filter_map(|line| line.strip_prefix("walker 1 step ")?.parse().ok())
+        .collect();
+    let count = walked.len();
+    walked.dedup();
+    assert_eq!(walked, (1..=count as u32).collect::<Vec<_>>(), "it counts on");
+    rig.stop();
+}
+
+fn a_build_that_fails_on_trial_gives_way_to_the_one_before_and_is_no_fault(executor: Executor) {
+    for number in [3, 6] {
+        let mut rig = start(executor);
+        let before = rig.stage.events().len();
+        // One that fails in its first turn is known to have failed by the answer.
+        let outcome = reload(&mut rig, number, How::default());
+        assert_eq!(outcome.is_ok(), number == 3, "{outcome:?}");
+        rig.until(|rig| !undone(rig).is_empty());
+        let lines = rig.stage.lines().len();
+        rig.until(|rig| {
+            rig.stage.lines()[lines..]
+                .iter()
+                .any(|line| line.starts_with("walker 1 step"))
+        });
+        assert_eq!(
+            level_heard(&rig, before).len(),
+            0,
+            "{:#?}",
+            level_heard(&rig, before)
+        );
+        assert!(!rig.stage.did("robot velocity 0"), "it never stopped");
+        assert_eq!(rig.see("walker").faults, 0);
+        let view = rig.see("walker").reload.expect("it was tried");
+        assert!(!view.on_trial && view.undone.is_some(), "{view:?}");
+        assert!(rig.stage.did(&format!("walker {number} drop")));
+        assert!(rig.stage.first("walker 1 sleep") < rig.stage.last("walker 1 awake"));
+        rig.stop();
+    }
+}
+
+fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
+    let mut rig = start(executor);
+    let how = How {
+        probation: 0,
+        ..How::default()
+    };
+    let takeover = reload(&mut rig, 3, how).expect("it fits");
+    assert_eq!(takeover.probation, 0);
+    rig.until_did("walker 1 drop");
+    let walker = rig.place("walker");
+    rig.until(|rig| {
+        rig.stage.told(|event| {
+            matches!(event, Event::Health { schema, health: Health::Faulted(reason), .. }
+                if *schema == walker && reason == "its third step is wrong")
+        })
+    });
+    assert_eq!(undone(&rig), [""; 0]);
+    // Its restart is of the build that runs.
+    rig.until(|rig| rig.stage.count("walker 3 awake") > 1);
+    rig.stop();
+}
+
+fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor) {
+    let mut rig = start(executor);
+    reload(&mut rig, 8, How::default()).expect("it fits");
+    rig.until_did("walker 8 hangs");
+    let walker = rig.place("walker");
+    // Its level selects again as ever.
+    rig.until(|rig| {
+        rig.stage.told(|event| {
+            matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
+        })
+    });
+    rig.until(|rig| !undone(rig).is_empty());
+    rig.stage.note(|| "let go".to_owned());
+    rig.until_did("walker 8 drop");
+    let lines = rig.stage.lines().len();
+    rig.until(|rig| {
+        rig.stage.lines()[lines..]
+            .iter()
+            .any(|line| line.starts_with("walker 1 step"))
+    });
+    rig.stop();
+}
