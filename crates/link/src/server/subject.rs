@@ -45,7 +45,7 @@ pub trait Subject: Send + Sync + 'static {
         Err(Refusal::new("nothing here can be reloaded"))
     }
     /// Has the panel of a schema be drawn, at most so often a second, until the answer is dropped; `news` is called after each
-    /// drawing, and must return at once. [`SchemaInfo::panel`] says which schemas have one.
+    /// drawing, and must return at once. [`SchemaInfo::panel`](crate::message::SchemaInfo::panel) says which schemas have one.
     ///
     /// # Errors
     /// Why not.
