@@ -5,8 +5,7 @@ use jde_core::Health;
 use jde_host::event::Event;
 use jde_host::reload::How;
 
-use super::walker::build;
-use super::{level_heard, outcome, reload, start, undone};
+use super::{level_heard, reload, start, undone};
 use crate::common::{Executor, in_real_time, on_every_executor};
 
 on_every_executor!(
