@@ -9,6 +9,7 @@ use std::thread;
 use eframe::egui;
 use jde_link::Client;
 
+use crate::brush;
 use crate::card::{self, Lost};
 use crate::desk::Desk;
 use crate::look::Look;
@@ -40,6 +41,7 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
         if let Some(card) = &context.wgpu_render_state {
             space::offer(&context.egui_ctx, card, Effort::of(card));
             watched.watch(&context.egui_ctx, card);
+            brush::take_over(&context.egui_ctx, card);
         }
         let mut app = App::new(&context.egui_ctx, opening, Drawer::of_user());
         app.lost = watched;

@@ -4,6 +4,7 @@
 //! It refuses to control: what a person does here becomes an operator's request (R14), and who is asked decides.
 
 mod app;
+mod brush;
 mod canvas;
 mod card;
 mod desk;
