@@ -66,6 +66,14 @@ pub enum Error {
         /// Who writes it.
         taken: Vec<String>,
     },
+    /// A loan cannot be left to somebody who was given up.
+    #[error("all {most} slots of `{variable}` that readers may hold are taken; wait until one lets go")]
+    Crowded {
+        /// The variable.
+        variable: String,
+        /// The slots.
+        most: usize,
+    },
     /// The Rust type does not fit the variable's.
     #[error(
         "`{variable}` is a `{value_type}` of {expected} bytes, and `{rust}` has {got}; open it with the type it was declared with"

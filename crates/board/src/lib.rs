@@ -50,5 +50,5 @@ pub use {
     reader::{Latched, Reader},
     variable::{Variable, VariableStatus},
     watch::Watch,
-    writer::Writer,
+    writer::{Parted, Writer},
 };

@@ -68,6 +68,12 @@ impl Reader {
         &self.variable
     }
 
+    /// Another reader of the variable, under the same name; it has latched nothing.
+    #[must_use]
+    pub fn another(&self) -> Self {
+        self.variable.reader(&self.variable.reader_name(self.ticket))
+    }
+
     /// The newest value at the first call; the same value, at the same address, until `release`. None if then nothing was
     /// published and there is no initial value: that, too, stays so until `release`.
     #[inline]

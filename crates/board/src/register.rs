@@ -43,6 +43,11 @@ impl Register {
         ticket
     }
 
+    /// Empty for a ticket that is nobody's.
+    pub(crate) fn reader_name(&self, ticket: usize) -> &str {
+        self.readers[ticket].as_deref().unwrap_or_default()
+    }
+
     pub(crate) fn close_reader(&mut self, ticket: usize) {
         self.readers[ticket] = None;
     }

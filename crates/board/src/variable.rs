@@ -291,6 +291,24 @@ impl Variable {
         published
     }
 
+    pub(crate) fn reader_name(&self, ticket: usize) -> String {
+        lock(&self.register).reader_name(ticket).to_owned()
+    }
+
+    /// A ticket for a slot of the cell, if readers may hold one more than they do.
+    pub(crate) fn open_slot(&self) -> Result<usize, Error> {
+        let mut register = lock(&self.register);
+        let ticket = register.open_reader("a call that was given up");
+        if ticket < self.declaration.readers {
+            return Ok(ticket);
+        }
+        register.close_reader(ticket);
+        Err(Error::Crowded {
+            variable: self.declaration.full_name(),
+            most: self.declaration.readers,
+        })
+    }
+
     pub(crate) fn close_writer(&self, seat: usize) {
         let mut register = lock(&self.register);
         register.close_writer(seat);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::cell::{Aligned, Claim};
 use crate::store::Cell;
-use crate::{Nanos, Refused, Variable};
+use crate::{Error, Nanos, Refused, Variable};
 
 /// Writes a variable. Its methods never block. Dropped, it makes room for another writer.
 pub struct Writer {
@@ -14,6 +14,16 @@ pub struct Writer {
     id: u32,
     seat: usize,
     room: Room,
+}
+
+/// Room that was loaned and is no longer its writer's: whoever got it may go on writing there, and nobody sees it. Dropped,
+/// it is given back.
+#[must_use = "dropped, the room is given to others"]
+pub struct Parted {
+    variable: Arc<Variable>,
+    room: Room,
+    /// A reader's, for the slot that it keeps from the cell's own.
+    ticket: Option<usize>,
 }
 
 /// Where the next value is made.
@@ -26,18 +36,11 @@ enum Room {
 
 impl Writer {
     pub(crate) fn new(variable: Arc<Variable>, id: u32, seat: usize) -> Self {
-        let room = match &variable.cell {
-            Cell::Ring(_) => Room::Beside {
-                bytes: Aligned::new(variable.bytes()),
-                loaned: false,
-            },
-            Cell::Pinned(_) => Room::Within { claim: None },
-        };
         Self {
+            room: Room::new(&variable),
             variable,
             id,
             seat,
-            room,
         }
     }
 
@@ -125,15 +128,69 @@ impl Writer {
         self.variable.retract();
     }
 
+    /// Parts with what was loaned, if anything was, so that the next loan is other room: for a loan to somebody who may write
+    /// there at any time, although it is given up. A slot of the cell then counts as one that a reader holds.
+    ///
+    /// # Errors
+    /// [`Error::Crowded`] while all slots that readers may hold are taken; nothing has changed then.
+    pub fn part(&mut self) -> Result<Option<Parted>, Error> {
+        let (fresh, ticket) = match &self.room {
+            Room::Beside { loaned: false, .. } | Room::Within { claim: None } => return Ok(None),
+            Room::Beside { .. } => (Room::new(&self.variable), None),
+            Room::Within { claim: Some(_) } => {
+                let ticket = self.variable.open_slot()?;
+                (Room::new(&self.variable), Some(ticket))
+            }
+        };
+        Ok(Some(Parted {
+            variable: self.variable.clone(),
+            room: std::mem::replace(&mut self.room, fresh),
+            ticket,
+        }))
+    }
+
     /// Gives back what was loaned, unpublished.
     pub fn discard(&mut self) {
-        match &mut self.room {
-            Room::Beside { loaned, .. } => *loaned = false,
-            Room::Within { claim } => {
-                if let (Some(claim), Cell::Pinned(pinned)) = (claim.take(), &self.variable.cell) {
+        self.room.discard(&self.variable);
+    }
+}
+
+impl Parted {
+    /// Bytes of a value.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.variable.bytes()
+    }
+}
+
+impl Room {
+    fn new(variable: &Variable) -> Self {
+        match &variable.cell {
+            Cell::Ring(_) => Self::Beside {
+                bytes: Aligned::new(variable.bytes()),
+                loaned: false,
+            },
+            Cell::Pinned(_) => Self::Within { claim: None },
+        }
+    }
+
+    fn discard(&mut self, variable: &Variable) {
+        match self {
+            Self::Beside { loaned, .. } => *loaned = false,
+            Self::Within { claim } => {
+                if let (Some(claim), Cell::Pinned(pinned)) = (claim.take(), &variable.cell) {
                     pinned.abandon(claim);
                 }
             }
+        }
+    }
+}
+
+impl Drop for Parted {
+    fn drop(&mut self) {
+        self.room.discard(&self.variable);
+        if let Some(ticket) = self.ticket {
+            self.variable.close_reader(ticket);
         }
     }
 }

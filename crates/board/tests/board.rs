@@ -430,3 +430,52 @@ fn modulations_and_commands_always_have_a_value() {
         assert_eq!(latch(&mut number.reader("child")).unwrap().0, 3.0);
     }
 }
+
+#[test]
+fn a_loan_that_was_parted_with_is_written_by_nobody_else_until_it_is_given_back() {
+    for variable in numbers() {
+        let mut writer = variable.writer(7, "writer").unwrap();
+        let left = writer.loan();
+        left.copy_from_slice(&1.0_f64.to_ne_bytes());
+        let left = left.as_mut_ptr();
+        let parted = writer.part().unwrap().expect("something was loaned");
+        assert_eq!(parted.bytes(), 8);
+        assert_eq!(writer.publish(1, 1), Err(Refused::NothingLoaned));
+        let mut reader = variable.reader("reader");
+        for sequence in 1..20 {
+            assert_ne!(writer.loan().as_mut_ptr(), left, "the room is still somebody's");
+            write(&mut writer, sequence as f64, sequence).unwrap();
+            reader.release();
+            assert_eq!(latch(&mut reader).unwrap().0, sequence as f64);
+        }
+        assert!(writer.part().unwrap().is_none(), "nothing is loaned now");
+        drop(parted);
+        let room: Vec<_> = (0..20)
+            .map(|time| {
+                let room = writer.loan().as_mut_ptr();
+                write(&mut writer, 0.0, time).unwrap();
+                room
+            })
+            .collect();
+        let slots = variable.describe().access != Access::Export;
+        assert_eq!(room.contains(&left), slots, "a slot comes back to its cell");
+    }
+}
+
+#[test]
+fn no_more_loans_are_parted_with_than_readers_may_hold_slots() {
+    let modulation = variable(&float64(), Access::Modulation);
+    let mut writer = modulation.writer(7, "writer").unwrap();
+    let mut parted = Vec::new();
+    for _ in 0..modulation.describe().readers {
+        writer.loan();
+        parted.extend(writer.part().unwrap());
+    }
+    writer.loan();
+    let crowded = writer.part().err().expect("every slot is taken").to_string();
+    assert!(crowded.starts_with("all "), "{crowded}");
+    write(&mut writer, 1.0, 1).expect("nothing has changed");
+    parted.pop();
+    writer.loan();
+    assert!(writer.part().is_ok_and(|parted| parted.is_some()));
+}
