@@ -41,7 +41,10 @@ extern "C" {
 #define JDE_OK 0
 /** Nothing has been published on this port yet. */
 #define JDE_NO_VALUE 1
-/** The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a fault. */
+/**
+ * The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a fault. Any function
+ * that shows or changes something answers so, uncounted, to a call that hung and was given up: it should return.
+ */
 #define JDE_REFUSED 2
 /** The value holds a NaN or an infinity where a finite number is required. Counted and shown; not a fault. */
 #define JDE_NOT_FINITE 3

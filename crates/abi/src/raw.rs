@@ -37,7 +37,8 @@ pub const PLUGIN_ABORTS: u32 = 1;
 pub const OK: i32 = 0;
 /// Nothing has been published on this port yet.
 pub const NO_VALUE: i32 = 1;
-/// The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a fault.
+/// The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a fault. Any function
+/// that shows or changes something answers so, uncounted, to a call that hung and was given up: it should return.
 pub const REFUSED: i32 = 2;
 /// The value holds a NaN or an infinity where a finite number is required. Counted and shown; not a fault.
 pub const NOT_FINITE: i32 = 3;

@@ -4,6 +4,7 @@ use jde_core::{Health, Nanos, Operator, Record, State};
 use jde_panel::Gesture;
 
 use crate::build::BuildName;
+use crate::footprint::Footprint;
 use crate::reload::Takeover;
 
 /// Something that happened. Schemas and groups are named by their place in the `Application`.
@@ -46,6 +47,43 @@ pub enum Event {
         /// The longest it may take by the contract of its group (R17).
         allowed: Nanos,
     },
+    /// A takeover took longer than the contract of its group allows (R17); the [`Event::Took`] of it came just before.
+    Late {
+        /// When.
+        time: Nanos,
+        /// In which group.
+        group: usize,
+        /// Number of the selection's record.
+        record: u64,
+        /// The winner.
+        schema: usize,
+        /// Time from the cause of the selection.
+        latency: Nanos,
+        /// The longest it may take.
+        allowed: Nanos,
+    },
+    /// A group began to chatter: see [`crate::chatter`].
+    Chatters {
+        /// When.
+        time: Nanos,
+        /// Which.
+        group: usize,
+        /// The two that alternate most; one may be nobody.
+        between: [Option<usize>; 2],
+        /// Switches within the last second.
+        switches: usize,
+    },
+    /// A group that chattered has calmed down.
+    Calmed {
+        /// When.
+        time: Nanos,
+        /// Which.
+        group: usize,
+        /// Since when it chattered.
+        since: Nanos,
+        /// Switches from then on.
+        switches: u64,
+    },
     /// A schema missed a deadline, or it or the drawing of its panel took longer than its budget; counted for each, told when it
     /// begins.
     Overrun {
@@ -66,6 +104,35 @@ pub enum Event {
         schema: usize,
         /// Since when the call runs.
         since: Nanos,
+    },
+    /// A call that hangs was given up: its thread is left behind, nothing it does counts any more, and the next awakening makes a
+    /// fresh instance.
+    LeftBehind {
+        /// When.
+        time: Nanos,
+        /// Whose.
+        schema: usize,
+        /// Since when the call runs.
+        since: Nanos,
+        /// Calls of this schema that were given up and have not returned, this one included.
+        left: u64,
+        /// Bytes of shared values that this one may still look at or write to, and that are kept for it.
+        kept: u64,
+        /// What the whole process holds now.
+        process: Footprint,
+    },
+    /// A call that was given up returned after all: its instance was ended.
+    CameBack {
+        /// When.
+        time: Nanos,
+        /// Whose.
+        schema: usize,
+        /// Since when the call ran.
+        since: Nanos,
+        /// Calls of this schema that were given up and have not returned.
+        left: u64,
+        /// What the whole process holds now.
+        process: Footprint,
     },
     /// A command or a wake was refused (R7), or a command was not finite; counted for each, told for the first of a row. So are
     /// gestures that were accepted and that their schema, which was gone too soon, did not take up.

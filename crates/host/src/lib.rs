@@ -3,11 +3,13 @@
 
 pub mod app;
 mod build;
+pub mod chatter;
 mod clock;
 pub mod decisions;
 mod engine;
 pub mod event;
 mod exec;
+mod footprint;
 mod history;
 mod inbox;
 mod instance;
@@ -27,6 +29,7 @@ pub mod turn;
 
 pub use build::BuildName;
 pub use engine::{decider_name, policy_name};
+pub use footprint::Footprint;
 pub use operating::Operating;
 pub use panels::{Drawn, Look, MOST_RATE, Refusal};
 pub use running::{BeforeStart, Handle, Hindrance, Lockstep, Options, Running, StartError};

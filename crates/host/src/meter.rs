@@ -14,6 +14,8 @@ pub(crate) struct Meter {
     pub(crate) overruns: AtomicU64,
     pub(crate) refused: AtomicU64,
     pub(crate) faults: AtomicU64,
+    /// Calls that were given up and have not returned.
+    pub(crate) left: AtomicU64,
     pub(crate) longest: AtomicU64,
     pub(crate) period: AtomicU64,
     /// An iteration went well.

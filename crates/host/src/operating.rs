@@ -99,6 +99,23 @@ impl Operating {
         self.hierarchy(schema, Operator::Release)
     }
 
+    /// Stops everything at once: every root sleeps, and with it all that acts, and every command is neutral. It stands until
+    /// [`Self::release_all`], or until somebody releases the roots one by one.
+    ///
+    /// # Errors
+    /// Who could not be stopped, and why; all others are, and commands are neutral all the same.
+    pub fn stop_all(&self) -> Result<(), String> {
+        self.engine.stop_all(&self.by)
+    }
+
+    /// Lets everything go on that was stopped at once: releases the roots that operators keep asleep, whoever they are.
+    ///
+    /// # Errors
+    /// Who could not be released, and why.
+    pub fn release_all(&self) -> Result<(), String> {
+        self.engine.release_all(&self.by)
+    }
+
     /// Undoes what this operator did to a schema and no other has done anew since: the end of a lease. What others hold stays.
     ///
     /// # Errors

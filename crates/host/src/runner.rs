@@ -3,6 +3,7 @@
 //! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
 
 mod again;
+mod line;
 mod panel;
 mod swap;
 mod time;
@@ -13,20 +14,22 @@ use std::sync::atomic::Ordering::Relaxed;
 use jde_abi::describe::Kind;
 use jde_core::{Answer, Check, GroupId, Level, Nanos};
 
-use crate::build::Build;
+use crate::build::{self, Build};
 use crate::engine::Engine;
 use crate::inbox::Inbox;
-use crate::instance::{self, Instance, Ports};
+use crate::instance::{self, Desk, Instance, Ports};
 use crate::panels::Pace;
 use crate::running::StartError;
 use crate::turn::{Journal, Turn};
-use swap::{Announced, Trial};
+pub(crate) use line::Line;
+use swap::Trial;
 
 /// An instance and where it is in its life.
 pub(crate) struct Runner {
     engine: Arc<Engine>,
     number: usize,
     kind: Kind,
+    desk: Arc<Desk>,
     life: Life,
     period: Nanos,
     /// When its last check was: a change of readiness came to be after that.
@@ -39,8 +42,8 @@ pub(crate) struct Runner {
     unloading: bool,
     /// The present build is on trial.
     trial: Option<Trial>,
-    /// A takeover of this turn.
-    announced: Option<Announced>,
+    /// A build took over in this turn, which is answered at its end.
+    announced: bool,
     /// Whoever took over in this turn has its next one at once.
     at_once: bool,
     /// When its last turn ended.
@@ -64,7 +67,7 @@ enum Leave {
 
 enum Life {
     /// There is no instance: not yet, or it faulted.
-    Absent(Ports),
+    Absent,
     Slept(Instance),
     Awake {
         instance: Instance,
@@ -75,14 +78,19 @@ enum Life {
 }
 
 impl Runner {
-    pub(crate) fn new(engine: &Arc<Engine>, number: usize, build: Build, mut ports: Ports) -> Self {
+    pub(crate) fn new(engine: &Arc<Engine>, number: usize, build: Build, ports: Ports) -> Self {
+        engine.builds.begin(number, Arc::new(build));
+        Self::with(engine, number, ports)
+    }
+
+    /// One of the build that is in force for the instance.
+    fn with(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
-        let panel = instance::panel_of(build.table);
+        let panel = instance::panel_of(engine.builds.of(number).table);
         engine
             .panels
             .declare(number, panel.map(|panel| panel.touch.is_some()));
-        engine.builds.begin(number, Arc::new(build));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {
             ports.follow(journal);
@@ -91,14 +99,15 @@ impl Runner {
             engine: Arc::clone(engine),
             number,
             kind,
-            life: Life::Absent(ports),
+            desk: Arc::new(Desk::new(ports)),
+            life: Life::Absent,
             period: about.period_ns,
             last_check: 0,
             last_iteration: 0,
             late: [false; 2],
             unloading: false,
             trial: None,
-            announced: None,
+            announced: false,
             at_once: false,
             last_turn: 0,
             pace: Pace::default(),
@@ -109,29 +118,20 @@ impl Runner {
 
     /// Makes the instance before the application starts, so that a plugin that cannot is known at once.
     pub(crate) fn create(&mut self) -> Result<(), String> {
-        match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Absent(ports) => match Instance::create(
-                &self.engine,
-                self.number,
-                &self.engine.builds.of(self.number),
-                ports,
-            ) {
-                Ok(instance) => {
-                    self.engine.panels.declare(self.number, instance.panel());
-                    self.life = Life::Slept(instance);
-                    self.engine.panels.came(self.number);
-                    Ok(())
-                }
-                Err((reason, ports)) => {
-                    self.life = Life::Absent(ports);
-                    Err(reason)
-                }
-            },
-            other => {
-                self.life = other;
-                Ok(())
-            }
+        if !matches!(self.life, Life::Absent) {
+            return Ok(());
         }
+        let instance = self.instance_of(&self.engine.builds.of(self.number))?;
+        self.engine.panels.declare(self.number, instance.panel());
+        self.life = Life::Slept(instance);
+        self.engine.panels.came(self.number);
+        Ok(())
+    }
+
+    /// An instance of that build, at this runner's desk.
+    fn instance_of(&self, build: &build::Shared) -> Result<Instance, String> {
+        self.engine.may_make(self.number)?;
+        Instance::create(&self.engine, self.number, build, &self.desk)
     }
 
     /// As [`Self::create`], with what there is to say of it.
@@ -199,8 +199,13 @@ impl Runner {
         match self.life {
             Life::Awake { due, .. } => Some(due),
             Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
-            Life::Absent(_) | Life::Slept(_) | Life::Changing => None,
+            Life::Absent | Life::Slept(_) | Life::Changing => None,
         }
+    }
+
+    /// What can be done about it while it is inside a call.
+    pub(crate) fn line(&self) -> Line {
+        Line::new(&self.engine, self.number, &self.desk)
     }
 
     /// Ends the instance for good.
@@ -475,7 +480,8 @@ impl Runner {
         let left = self.engine.panels.went(self.number, self.engine.clock.now());
         self.engine.untouched(self.number, left);
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Slept(instance) | Life::Awake { instance, .. } => Life::Absent(instance.destroy()),
+            // Dropped, it ends.
+            Life::Slept(_) | Life::Awake { .. } => Life::Absent,
             other => other,
         };
     }

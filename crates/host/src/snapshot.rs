@@ -56,6 +56,9 @@ pub struct SchemaView {
     pub refused: u64,
     /// Faults so far.
     pub faults: u64,
+    /// Calls of it that were given up and have not returned.
+    #[serde(default)]
+    pub left: u64,
     /// What an operator holds it to, and who.
     pub operator: Option<Hold>,
     /// Whether it has a panel of its own.
@@ -142,6 +145,23 @@ pub struct GroupView {
     pub worst: Nanos,
     /// The longest it may be by its contract (R17), ns.
     pub allowed: Nanos,
+    /// Takeovers so far that took longer.
+    #[serde(default)]
+    pub late: u64,
+    /// How it chatters, if it does.
+    #[serde(default)]
+    pub chatter: Option<Chattering>,
+}
+
+/// A group whose winner changes again and again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Chattering {
+    /// Since when, ns.
+    pub since: Nanos,
+    /// The two that alternate most; one may be nobody.
+    pub between: [Option<usize>; 2],
+    /// Switches within the last second.
+    pub switches: usize,
 }
 
 /// A change of winner.
@@ -214,6 +234,7 @@ mod tests {
             overruns: 0,
             refused: 0,
             faults: 1,
+            left: 0,
             operator,
             panel: true,
             reload: None,
@@ -250,6 +271,12 @@ mod tests {
                 }),
                 worst: 3,
                 allowed: 4,
+                late: 1,
+                chatter: Some(Chattering {
+                    since: 1,
+                    between: [None, Some(0)],
+                    switches: 6,
+                }),
             }],
         }
     }

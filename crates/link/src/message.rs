@@ -252,6 +252,10 @@ pub enum Action {
         /// Which.
         schema: String,
     },
+    /// Puts every root to sleep, and every command to its neutral value.
+    StopAll,
+    /// Releases the roots that operators keep asleep.
+    ReleaseAll,
     /// Undoes what this operator did to a schema; what others did stays.
     LetGo {
         /// Which.
@@ -329,7 +333,7 @@ pub struct Refusal {
 }
 
 impl Action {
-    /// The schema it is about.
+    /// The schema it is about; empty if that is all of them.
     #[must_use]
     pub fn schema(&self) -> &str {
         match self {
@@ -345,6 +349,7 @@ impl Action {
             | Self::Reload { schema, .. }
             | Self::Touch { schema, .. }
             | Self::Renew { schema } => schema,
+            Self::StopAll | Self::ReleaseAll => "",
         }
     }
 }

@@ -195,7 +195,7 @@ pub(crate) struct Unbound;
 /// The host broke the contract of the ABI; the panic makes the schema Faulted with these words.
 pub(crate) fn broken(name: &str, call: &str, code: i32) -> ! {
     if code == raw::REFUSED {
-        panic!("`{name}` cannot be written while a panel is drawn");
+        panic!("`{name}` is refused to this call: it draws a panel, or it hung and was given up");
     }
     panic!("the host answered {code} to `{call}` of `{name}`, which it never may")
 }

@@ -23,6 +23,7 @@ pub const RESERVED: &[&str] = &[
     "type",
     "period",
     "budget",
+    "hang",
     "imports",
     "actuators",
     "children",

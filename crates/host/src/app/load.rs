@@ -175,6 +175,7 @@ fn instance(
         number: found.number,
         period_ns: settings.period_ns,
         budget_ns: settings.budget_ns,
+        hang_ns: settings.hang_ns,
         restart: settings.restart,
         father: None,
         group: None,

@@ -20,6 +20,7 @@
 //! doc       = "From door to door."
 //! period    = "75ms"                  # or "10 Hz", or seconds; the type's if left out
 //! budget    = "5ms"                   # longest iteration; the type's if left out
+//! hang      = "200ms"                 # a call that takes longer is given up; ten budgets and at least 1 s if left out
 //! imports   = { laser = "robot.laser" }       # exports and modulations of any instance
 //! # or exports of another application: "robot2:pioneer.odometry", { from = "robot2:pioneer.odometry", stale = "300ms" }
 //! triggers  = ["laser"]               # R12; the type's if left out
@@ -129,6 +130,8 @@ pub struct Instance {
     pub period_ns: u64,
     /// Longest iteration, ns.
     pub budget_ns: u64,
+    /// How long a call may take before it counts as hung, ns; ten budgets and at least a second if left out. Real time only.
+    pub hang_ns: Option<u64>,
     /// What follows a fault.
     pub restart: Restart,
     /// The father in whose group it competes; none for roots, perceptive schemas and drivers.

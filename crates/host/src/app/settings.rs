@@ -21,6 +21,7 @@ pub(super) struct Settings {
     pub(super) doc: String,
     pub(super) period_ns: Nanos,
     pub(super) budget_ns: Nanos,
+    pub(super) hang_ns: Option<Nanos>,
     pub(super) restart: Restart,
 }
 
@@ -37,21 +38,40 @@ impl Settings {
             .get("budget")
             .and_then(|node| time::time(report, &section.key("budget"), node));
         refuse_isolation(report, section);
+        // A type that states no budget has its period's, whatever the period is here.
+        let budget_ns = budget_ns.unwrap_or(if type_budget == type_period {
+            period_ns
+        } else {
+            type_budget
+        });
         Self {
             doc: section
                 .text(report, "doc")
                 .map(|doc| doc.text.to_owned())
                 .unwrap_or_default(),
             period_ns,
-            // A type that states no budget has its period's, whatever the period is here.
-            budget_ns: budget_ns.unwrap_or(if type_budget == type_period {
-                period_ns
-            } else {
-                type_budget
-            }),
+            budget_ns,
+            hang_ns: hang(report, section, budget_ns),
             restart: restart(report, section),
         }
     }
+}
+
+/// How long a call may take before it counts as hung: longer than a budget, which may well be missed.
+fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nanos> {
+    let node = section.get("hang")?;
+    let what = section.key("hang");
+    let hang_ns = time::time(report, &what, node)?;
+    if hang_ns <= budget_ns {
+        let budget = budget_ns as f64 / 1e6;
+        report
+            .fault(
+                &node.span(),
+                format!("{what} is not longer than its budget, which is {budget} ms"),
+            )
+            .advise("give several budgets, or leave it out for ten of them and at least a second");
+    }
+    Some(hang_ns)
 }
 
 /// `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5 }`.

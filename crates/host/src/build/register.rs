@@ -1,9 +1,10 @@
 //! Which build each instance runs, and which it goes back to while the present one is on trial. Whoever makes an instance asks
 //! here, so that one that is made anew is of the right build wherever the one before it was left.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{BuildName, Shared};
+use crate::reload::{Order, Swap, Takeover};
 use crate::snapshot::ReloadView;
 
 /// The builds of an application, by instance.
@@ -17,11 +18,23 @@ struct Entry {
     present: Option<Shared>,
     /// The one before, while the present one is on trial.
     before: Option<Shared>,
-    /// A build waits for its turn to take over.
-    awaits: bool,
+    exchange: Exchange,
     reloads: u32,
     /// Why the last new build was given up, if it was.
     undone: Option<String>,
+}
+
+/// How far the exchange of builds is that somebody ordered and that is not answered yet.
+#[derive(Default)]
+enum Exchange {
+    #[default]
+    None,
+    /// A build waits for its turn to take over.
+    Awaited,
+    /// It is taking over.
+    UnderWay { build: BuildName, order: Arc<Order> },
+    /// It took over in the present turn.
+    Done { takeover: Takeover, order: Arc<Order> },
 }
 
 impl Register {
@@ -44,12 +57,49 @@ impl Register {
 
     /// A build is about to take over; false if another is already.
     pub(crate) fn await_turn(&self, instance: usize) -> bool {
-        !std::mem::replace(&mut self.lock()[instance].awaits, true)
+        let exchange = &mut self.lock()[instance].exchange;
+        let free = matches!(exchange, Exchange::None);
+        if free {
+            *exchange = Exchange::Awaited;
+        }
+        free
     }
 
-    /// It has had its turn, or never will.
-    pub(crate) fn had_turn(&self, instance: usize) {
-        self.lock()[instance].awaits = false;
+    /// It has its turn.
+    pub(crate) fn has_turn(&self, instance: usize, swap: &Swap) {
+        self.lock()[instance].exchange = Exchange::UnderWay {
+            build: swap.build.name.clone(),
+            order: Arc::clone(&swap.order),
+        };
+    }
+
+    /// It took over; that is answered when its turn is over.
+    pub(crate) fn announce(&self, instance: usize, takeover: Takeover) {
+        let exchange = &mut self.lock()[instance].exchange;
+        *exchange = match std::mem::take(exchange) {
+            Exchange::UnderWay { order, .. } => Exchange::Done { takeover, order },
+            other @ (Exchange::None | Exchange::Awaited | Exchange::Done { .. }) => other,
+        };
+    }
+
+    /// Answers whoever ordered the exchange whose turn it is. Another may be ordered from now on.
+    pub(crate) fn settle(&self, instance: usize, outcome: Result<(), String>) {
+        let exchange = &mut self.lock()[instance].exchange;
+        match (std::mem::take(exchange), outcome) {
+            (Exchange::Done { takeover, order }, Ok(())) => order.settle(Ok(takeover)),
+            (Exchange::Done { order, .. } | Exchange::UnderWay { order, .. }, Err(reason)) => {
+                order.settle(Err(reason));
+            }
+            (other, _) => *exchange = other,
+        }
+    }
+
+    /// The build that is taking over.
+    pub(crate) fn coming(&self, instance: usize) -> Option<BuildName> {
+        match &self.lock()[instance].exchange {
+            Exchange::UnderWay { build, .. } => Some(build.clone()),
+            Exchange::None | Exchange::Awaited | Exchange::Done { .. } => None,
+        }
     }
 
     /// A build took over, and is on trial if there is one to go back to.

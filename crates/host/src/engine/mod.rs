@@ -5,6 +5,8 @@
 //! threads do. The engine starts no thread and calls no plugin; it rings the [`Bells`] of whoever does.
 
 mod authority;
+mod halt;
+mod left;
 mod observe;
 mod operate;
 mod panels;
@@ -374,6 +376,9 @@ impl Engine {
         let order = journal.map_or(0, Journal::next);
         let time = if order > 0 { now } else { 0 };
         let moment = Moment { order, time };
+        for calmed in rules.groups.calmed(now) {
+            self.tell(&mut rules, &calmed);
+        }
         let mut effects = std::mem::take(&mut rules.effects);
         let result = change(&mut rules.hierarchy, now, &mut effects);
         for effect in effects.drain(..) {
@@ -447,8 +452,11 @@ impl Engine {
                 );
             }
             Effect::Decided(record) => {
-                rules.groups.decided(&record);
+                let more = rules.groups.decided(&record);
                 self.tell(rules, &Event::Decided(record));
+                if let Some(more) = more {
+                    self.tell(rules, &more);
+                }
             }
             Effect::Took {
                 group,

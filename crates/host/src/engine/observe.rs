@@ -5,12 +5,15 @@ use std::sync::atomic::Ordering::Relaxed;
 use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, SchemaId};
 
 use super::{Engine, Rules, schema};
+use crate::chatter::{self, Chatter};
 use crate::event::{Event, OperatorAction};
-use crate::snapshot::{GroupView, SchemaView, Snapshot, Switch};
+use crate::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
 
 /// What is remembered of every group.
 pub(crate) struct Groups {
     groups: Vec<Group>,
+    /// Those that chatter.
+    restless: Vec<usize>,
 }
 
 #[derive(Clone, Default)]
@@ -19,13 +22,18 @@ struct Group {
     worst: Nanos,
     /// Worst takeover by its contract (R17).
     allowed: Nanos,
+    late: u64,
     last: Option<(u64, Switch)>,
+    chatter: Chatter<[Option<usize>; 2]>,
+    /// When it began to chatter, and how many switches there had been then.
+    began: Option<(Nanos, u64)>,
 }
 
 impl Groups {
     pub(super) fn new(count: usize, hierarchy: &Hierarchy) -> Self {
         let mut groups = Self {
             groups: vec![Group::default(); count],
+            restless: Vec::new(),
         };
         groups.agree(hierarchy);
         groups
@@ -38,11 +46,13 @@ impl Groups {
         }
     }
 
-    pub(super) fn decided(&mut self, record: &Record) {
+    /// A selection; answers with what there is to tell of the group beyond that.
+    pub(super) fn decided(&mut self, record: &Record) -> Option<Event> {
         if !record.changed {
-            return;
+            return None;
         }
-        let group = &mut self.groups[record.group.index()];
+        let number = record.group.index();
+        let group = &mut self.groups[number];
         group.switches += 1;
         let switch = Switch {
             time: record.time,
@@ -53,11 +63,42 @@ impl Groups {
             latency: None,
         };
         group.last = Some((record.number, switch));
+        let between = chatter::pair(record)?;
+        let switches = group.chatter.switched(record.time, between)?;
+        group.began = Some((record.time, group.switches));
+        self.restless.push(number);
+        Some(Event::Chatters {
+            time: record.time,
+            group: number,
+            between: group.chatter.between().unwrap_or(between),
+            switches,
+        })
     }
 
-    fn took(&mut self, group: GroupId, record: u64, latency: Nanos) {
+    /// Time has passed: answers with the groups that have calmed down.
+    pub(super) fn calmed(&mut self, now: Nanos) -> Vec<Event> {
+        let groups = &mut self.groups;
+        let calmed = self
+            .restless
+            .extract_if(.., |number| groups[*number].chatter.calmed(now));
+        let calmed: Vec<usize> = calmed.collect();
+        let told = calmed.into_iter().filter_map(|number| {
+            let group = &mut groups[number];
+            let (since, before) = group.began.take()?;
+            Some(Event::Calmed {
+                time: now,
+                group: number,
+                since,
+                switches: group.switches - before,
+            })
+        });
+        told.collect()
+    }
+
+    fn took(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {
         let group = &mut self.groups[group.index()];
         group.worst = group.worst.max(latency);
+        group.late += u64::from(late);
         if let Some((_, switch)) = group.last.as_mut().filter(|(number, _)| *number == record) {
             switch.latency = Some(latency);
         }
@@ -74,9 +115,11 @@ impl Engine {
         id: SchemaId,
         latency: Nanos,
     ) {
-        rules.groups.took(group, record, latency);
         let allowed = rules.groups.groups[group.index()].allowed;
-        if latency > allowed && !self.clock.is_past() {
+        // What was late when it happened first was told then.
+        let late = latency > allowed && !self.clock.is_past();
+        rules.groups.took(group, record, latency, late);
+        if late {
             tracing::warn!(
                 group = self.application.groups[group.index()].name,
                 winner = self.name(id.index()),
@@ -94,6 +137,17 @@ impl Engine {
             allowed,
         };
         self.tell(rules, &event);
+        if late {
+            let event = Event::Late {
+                time: now,
+                group: group.index(),
+                record,
+                schema: id.index(),
+                latency,
+                allowed,
+            };
+            self.tell(rules, &event);
+        }
     }
 
     /// Tells those who watch what an operator did.
@@ -152,6 +206,7 @@ impl Engine {
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
+            left: meter.left.load(Relaxed),
             operator: self.hold(&rules.hierarchy, number),
             panel: self.panels.has(number),
             reload: self.builds.view(number),
@@ -172,6 +227,12 @@ impl Engine {
             last: kept.last.as_ref().map(|(_, switch)| switch.clone()),
             worst: kept.worst,
             allowed: kept.allowed,
+            late: kept.late,
+            chatter: kept.began.map(|(since, _)| Chattering {
+                since,
+                between: kept.chatter.between().unwrap_or_default(),
+                switches: kept.chatter.count(),
+            }),
         }
     }
 }

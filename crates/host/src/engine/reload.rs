@@ -119,11 +119,27 @@ impl Engine {
         self.undone(instance, build.clone(), reason);
     }
 
-    /// Goes back to the build before, if the present one is on trial.
-    pub(crate) fn give_up_build(&self, instance: usize, reason: &str) {
-        if let Some(build) = self.builds.go_back(instance, reason) {
+    /// Goes back to the build before, if the present one is on trial; answers whether it was.
+    pub(crate) fn give_up_build(&self, instance: usize, reason: &str) -> bool {
+        let given_up = self.builds.go_back(instance, reason);
+        let was = given_up.is_some();
+        if let Some(build) = given_up {
             self.undone(instance, build, reason);
         }
+        was
+    }
+
+    /// A call of an instance was given up: a build that was taking over in it or is on trial gives way.
+    pub(super) fn interrupted(&self, instance: usize, reason: &str) {
+        let outcome = if let Some(coming) = self.builds.coming(instance) {
+            self.not_reloaded(instance, &coming, reason);
+            Err(reason.to_owned())
+        } else if self.give_up_build(instance, reason) {
+            Err(reason.to_owned())
+        } else {
+            Ok(())
+        };
+        self.builds.settle(instance, outcome);
     }
 
     /// The code of a schema that had faulted is another: it wakes up if anybody wants it awake.

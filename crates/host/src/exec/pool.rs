@@ -1,7 +1,7 @@
 //! Few threads for all schemas: for applications with thousands of light ones, where a thread each would collapse.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use jde_core::Nanos;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
-use crate::runner::Runner;
+use crate::runner::{Line, Runner};
 
 /// Fewest workers: so that slow schemas leave some for the others. One that hangs is made up for.
 const FEWEST: usize = 4;
@@ -22,14 +22,28 @@ pub(crate) struct Pool {
     desk: Mutex<Desk>,
     work: Condvar,
     idle: Condvar,
-    runners: Vec<Mutex<Runner>>,
-    workers: Mutex<Vec<JoinHandle<()>>>,
+    holders: Vec<Mutex<Holder>>,
+    workers: Mutex<Workers>,
     alarm: Arc<Alarm>,
+}
+
+/// Who takes an instance's turns. Whoever hangs is replaced.
+struct Holder {
+    runner: Arc<Mutex<Runner>>,
+    line: Line,
+}
+
+/// Those who have not hung, by their numbers.
+#[derive(Default)]
+struct Workers {
+    threads: BTreeMap<usize, JoinHandle<()>>,
+    hired: usize,
 }
 
 struct Desk {
     inboxes: Vec<Inbox>,
-    busy: Vec<bool>,
+    /// The worker that is taking each one's turn.
+    busy: Vec<Option<usize>>,
     /// Instances with mail that nobody has taken up.
     ready: VecDeque<usize>,
     /// When instances are due, the earliest on top; outdated entries are passed over.
@@ -44,7 +58,7 @@ impl Bells for Pool {
         // Who has mail already is in the queue already.
         let first = desk.inboxes[instance].is_empty();
         desk.inboxes[instance].put(signal);
-        if first && !desk.busy[instance] {
+        if first && desk.busy[instance].is_none() {
             desk.ready.push_back(instance);
             self.work.notify_one();
         }
@@ -64,7 +78,7 @@ impl Pool {
         let count = runners.len();
         let desk = Desk {
             inboxes: (0..count).map(|_| Inbox::default()).collect(),
-            busy: vec![false; count],
+            busy: vec![None; count],
             ready: VecDeque::new(),
             calendar: BinaryHeap::new(),
             due: vec![None; count],
@@ -75,7 +89,7 @@ impl Pool {
             desk: Mutex::new(desk),
             work: Condvar::new(),
             idle: Condvar::new(),
-            runners: runners.into_iter().map(Mutex::new).collect(),
+            holders: runners.into_iter().map(Holder::new).map(Mutex::new).collect(),
             workers: Mutex::default(),
             alarm,
         });
@@ -96,33 +110,34 @@ impl Pool {
         let Some(own) = self.own.upgrade() else {
             return Ok(());
         };
-        let mut workers = self.workers.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut workers = lock(&self.workers);
+        let worker = workers.hired;
         let engine = Arc::clone(engine);
-        let worker = Builder::new().name(format!("worker-{}", workers.len()));
-        workers.push(worker.spawn(move || guarded(&engine, || own.run(&engine)))?);
+        let thread = Builder::new().name(format!("worker-{worker}"));
+        let thread = thread.spawn(move || guarded(&engine, || own.run(&engine, worker)))?;
+        workers.threads.insert(worker, thread);
+        workers.hired += 1;
         Ok(())
     }
 
-    fn run(&self, engine: &Engine) {
+    fn run(&self, engine: &Engine, worker: usize) {
         super::supervisor::sharpen_timers();
-        while let Some((number, inbox)) = self.next(engine) {
-            let due = self.runners[number]
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .turn(inbox);
+        while let Some((number, inbox)) = self.next(engine, worker) {
+            let runner = Arc::clone(&lock(&self.holders[number]).runner);
+            let due = lock(&runner).turn(inbox);
             self.put_back(number, due);
         }
     }
 
     /// Waits for an instance with mail, or one that is due; `None` to leave.
-    fn next(&self, engine: &Engine) -> Option<(usize, Inbox)> {
+    fn next(&self, engine: &Engine, worker: usize) -> Option<(usize, Inbox)> {
         let mut desk = self.lock();
         loop {
             if desk.leave {
                 return None;
             }
             if let Some(number) = desk.take(engine.clock.now()) {
-                desk.busy[number] = true;
+                desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
                 if !desk.ready.is_empty() || !desk.calendar.is_empty() {
                     // Whoever waited for the next deadline may be this worker, which is now gone for as long as a call takes.
@@ -148,7 +163,7 @@ impl Pool {
 
     fn put_back(&self, number: usize, due: Option<Nanos>) {
         let mut desk = self.lock();
-        desk.busy[number] = false;
+        desk.busy[number] = None;
         desk.due[number] = due;
         if let Some(due) = due {
             desk.calendar.push(Reverse((due, number)));
@@ -163,7 +178,16 @@ impl Pool {
     }
 
     fn lock(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.desk)
+    }
+}
+
+impl Holder {
+    fn new(runner: Runner) -> Self {
+        Self {
+            line: runner.line(),
+            runner: Arc::new(Mutex::new(runner)),
+        }
     }
 }
 
@@ -171,12 +195,12 @@ impl Desk {
     /// An instance to run now, mail before time.
     fn take(&mut self, now: Nanos) -> Option<usize> {
         while let Some(number) = self.ready.pop_front() {
-            if !self.busy[number] && !self.inboxes[number].is_empty() {
+            if self.busy[number].is_none() && !self.inboxes[number].is_empty() {
                 return Some(number);
             }
         }
         while let Some(Reverse((due, number))) = self.calendar.peek().copied() {
-            let current = !self.busy[number] && self.due[number] == Some(due);
+            let current = self.busy[number].is_none() && self.due[number] == Some(due);
             if current && due > now {
                 return None;
             }
@@ -191,7 +215,7 @@ impl Desk {
 
 impl Crew for Pool {
     fn settled(&self, instance: usize, within: Duration) -> bool {
-        let waiting = |desk: &mut Desk| desk.busy[instance] || !desk.inboxes[instance].is_empty();
+        let waiting = |desk: &mut Desk| desk.busy[instance].is_some() || !desk.inboxes[instance].is_empty();
         let desk = self.lock();
         let (mut desk, _) = self
             .idle
@@ -200,17 +224,36 @@ impl Crew for Pool {
         !waiting(&mut desk)
     }
 
-    fn relieve(&self, engine: &Arc<Engine>) {
-        if let Err(error) = self.hire(engine) {
-            tracing::error!("the system refuses a thread to make up for one that hangs: {error}");
+    /// The worker goes with the call, and another is hired for it.
+    fn relieve(
+        &self,
+        engine: &Arc<Engine>,
+        instance: usize,
+        since: Nanos,
+        tell: &mut dyn FnMut(u64),
+    ) -> bool {
+        let line = lock(&self.holders[instance]).line.clone();
+        let Some(runner) = line.give_up(since, tell) else {
+            return false;
+        };
+        *lock(&self.holders[instance]) = Holder::new(runner);
+        // Not waited for at the end; if the call ever returns, it ends what is left of it and goes.
+        if let Some(worker) = self.lock().busy[instance] {
+            drop(lock(&self.workers).threads.remove(&worker));
         }
+        self.put_back(instance, None);
+        if let Err(error) = self.hire(engine) {
+            tracing::error!("the system refuses a thread in place of one that hangs: {error}");
+        }
+        true
     }
 
     fn dismiss(&self) -> Vec<usize> {
         self.lock().leave = true;
         self.work.notify_all();
         let mut lost = Vec::new();
-        for (number, runner) in self.runners.iter().enumerate().rev() {
+        for (number, holder) in self.holders.iter().enumerate().rev() {
+            let runner = Arc::clone(&lock(holder).runner);
             match runner.try_lock() {
                 Ok(mut runner) => runner.destroy(),
                 Err(TryLockError::WouldBlock) => lost.push(number),
@@ -218,11 +261,16 @@ impl Crew for Pool {
             }
         }
         if lost.is_empty() {
-            for worker in std::mem::take(&mut *self.workers.lock().unwrap_or_else(PoisonError::into_inner)) {
+            let workers = std::mem::take(&mut *lock(&self.workers));
+            for worker in workers.threads.into_values() {
                 // Its panics were reported by `guarded`.
                 let _ = worker.join();
             }
         }
         lost
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -8,12 +8,13 @@ use jde_core::Nanos;
 
 use crate::engine::Engine;
 use crate::event::{Event, Outcome};
+use crate::instance::Left;
 
 /// A call that runs this many times its budget hangs, if it also takes
 const HUNG_BUDGETS: u64 = 10;
 /// this long: a loaded machine may well hold up a thread for some tenths of a second.
 const HUNG_LEAST: Duration = Duration::from_secs(1);
-/// How often calls are looked at: often enough to tell within a quarter of a second.
+/// How often calls are looked at at least: often enough to tell within a quarter of a second.
 const LOOK: Nanos = 250_000_000;
 /// How long an instance may take to go to sleep at the end before it is left behind.
 const REST: Duration = Duration::from_secs(1);
@@ -29,8 +30,15 @@ pub(crate) struct Alarm {
 pub(crate) trait Crew: Send + Sync {
     /// Waits until an instance has nothing to do; false if it still had after `within`.
     fn settled(&self, instance: usize, within: Duration) -> bool;
-    /// Makes up for an instance that hangs and holds a thread that others need.
-    fn relieve(&self, engine: &Arc<Engine>);
+    /// Gives up the call of an instance that runs since then: somebody else takes over, once `tell` is done, which is told the bytes
+    /// of shared values that the call keeps. False, and nothing told, if it cannot be given up now.
+    fn relieve(
+        &self,
+        engine: &Arc<Engine>,
+        instance: usize,
+        since: Nanos,
+        tell: &mut dyn FnMut(u64),
+    ) -> bool;
     /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
     fn dismiss(&self) -> Vec<usize>;
 }
@@ -60,6 +68,7 @@ impl Alarm {
 pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit: Option<Nanos>) {
     sharpen_timers();
     let mut reported = vec![None; engine.meters.len()];
+    let look = look(engine);
     loop {
         let now = engine.clock.now();
         if limit.is_some_and(|limit| now >= limit) {
@@ -74,7 +83,7 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
             return;
         }
         let ended = limit.filter(|limit| *limit > now);
-        let next = [state.0, ended, Some(now + LOOK)]
+        let next = [state.0, ended, Some(now + look)]
             .into_iter()
             .flatten()
             .min()
@@ -129,10 +138,15 @@ pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
     }
 }
 
-/// Runs a thread's body; a panic in it is the host's own: it brakes all actuators and ends the application.
+/// Runs a thread's body, and looks after a call that was given up in it. A panic in it is the host's own: it brakes all
+/// actuators and ends the application.
 pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
-    if catch_unwind(AssertUnwindSafe(body)).is_err() {
-        engine.panicked();
+    let Err(payload) = catch_unwind(AssertUnwindSafe(body)) else {
+        return;
+    };
+    match Left::of(payload) {
+        Ok(left) => engine.came_back(left),
+        Err(_) => engine.panicked(),
     }
 }
 
@@ -144,14 +158,12 @@ pub(crate) fn sharpen_timers() {
 }
 
 fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &mut [Option<Nanos>]) {
-    let least = engine.clock.of_machine(HUNG_LEAST);
     for (number, meter) in engine.meters.iter().enumerate() {
         let Some(since) = meter.running_since() else {
             continue;
         };
-        let budget = engine.application.instances[number].budget_ns;
         let took = now.saturating_sub(since);
-        if took <= budget.saturating_mul(HUNG_BUDGETS).max(least) {
+        if took <= patience(engine, number) {
             continue;
         }
         if reported[number].replace(since) != Some(since) {
@@ -160,9 +172,26 @@ fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &m
                 schema: number,
                 since,
             });
-            crew.relieve(engine);
         }
         let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
-        engine.hung(number, reason);
+        let mut tell = |kept| engine.left_behind(number, since, reason.clone(), kept);
+        // The level selects again also if that must wait.
+        if !crew.relieve(engine, number, since, &mut tell) {
+            engine.hung(number, reason);
+        }
     }
+}
+
+/// How long a call may take before it counts as hung, in the application's time.
+fn patience(engine: &Engine, number: usize) -> Nanos {
+    let instance = &engine.application.instances[number];
+    let least = || engine.clock.of_machine(HUNG_LEAST);
+    let by_budget = || instance.budget_ns.saturating_mul(HUNG_BUDGETS).max(least());
+    instance.hang_ns.unwrap_or_else(by_budget)
+}
+
+/// How often calls are looked at: four times in the shortest time that one may take.
+fn look(engine: &Engine) -> Nanos {
+    let patiences = (0..engine.meters.len()).map(|number| patience(engine, number));
+    patiences.min().map_or(LOOK, |least| (least / 4).min(LOOK))
 }

@@ -1,6 +1,6 @@
 //! A thread for each schema that has been awake; a sleeping one waits without a deadline and costs no processor time.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use jde_core::Nanos;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
-use crate::runner::Runner;
+use crate::runner::{Line, Runner};
 
 /// One mailbox and one thread an instance.
 pub(crate) struct Threads {
@@ -21,8 +21,14 @@ struct Seat {
     mail: Mutex<Mail>,
     news: Condvar,
     idle: Condvar,
-    runner: Mutex<Runner>,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    /// Who has the seat. Whoever hangs loses it to another.
+    holder: Mutex<Holder>,
+}
+
+struct Holder {
+    runner: Arc<Mutex<Runner>>,
+    line: Line,
+    thread: Option<JoinHandle<()>>,
 }
 
 #[derive(Default)]
@@ -56,11 +62,9 @@ impl Threads {
             alarm,
         });
         for (number, seat) in threads.seats.iter().enumerate() {
-            let (engine, own) = (Arc::clone(engine), Arc::clone(seat));
-            // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
-            let thread = Builder::new().name(engine.name(number).to_owned());
-            match thread.spawn(move || guarded(&engine, || own.run(&engine))) {
-                Ok(handle) => *lock(&seat.thread) = Some(handle),
+            let runner = Arc::clone(&lock(&seat.holder).runner);
+            match spawn(engine, number, seat, move || Some(runner)) {
+                Ok(thread) => lock(&seat.holder).thread = Some(thread),
                 Err(error) => {
                     threads.dismiss();
                     return Err(error);
@@ -83,8 +87,40 @@ impl Crew for Threads {
         !waiting(&mut mail)
     }
 
-    /// Everybody has a thread of its own.
-    fn relieve(&self, _: &Arc<Engine>) {}
+    /// The seat gets another thread, which is there before the call is given up: without one the schema stays as it is.
+    fn relieve(
+        &self,
+        engine: &Arc<Engine>,
+        instance: usize,
+        since: Nanos,
+        tell: &mut dyn FnMut(u64),
+    ) -> bool {
+        let seat = &self.seats[instance];
+        let (hand_over, takes) = mpsc::channel();
+        let thread = match spawn(engine, instance, seat, move || takes.recv().ok()) {
+            Ok(thread) => thread,
+            Err(error) => {
+                tracing::error!("the system refuses a thread in place of one that hangs: {error}");
+                return false;
+            }
+        };
+        let line = lock(&seat.holder).line.clone();
+        let Some(runner) = line.give_up(since, tell) else {
+            return false;
+        };
+        let line = runner.line();
+        let runner = Arc::new(Mutex::new(runner));
+        // What hangs is not waited for: if it ever returns, it ends what is left of it and goes.
+        *lock(&seat.holder) = Holder {
+            runner: Arc::clone(&runner),
+            line,
+            thread: Some(thread),
+        };
+        lock(&seat.mail).busy = false;
+        // It waits for this.
+        let _ = hand_over.send(runner);
+        true
+    }
 
     fn dismiss(&self) -> Vec<usize> {
         for seat in &self.seats {
@@ -93,11 +129,13 @@ impl Crew for Threads {
         }
         let mut lost = Vec::new();
         for (number, seat) in self.seats.iter().enumerate().rev() {
-            match seat.runner.try_lock() {
+            let runner = Arc::clone(&lock(&seat.holder).runner);
+            match runner.try_lock() {
                 Ok(mut runner) => {
                     runner.destroy();
                     drop(runner);
-                    if let Some(thread) = lock(&seat.thread).take() {
+                    let thread = lock(&seat.holder).thread.take();
+                    if let Some(thread) = thread {
                         // It only has to see `leave`; its panics were reported by `guarded`.
                         let _ = thread.join();
                     }
@@ -116,19 +154,22 @@ impl Seat {
             mail: Mutex::default(),
             news: Condvar::new(),
             idle: Condvar::new(),
-            runner: Mutex::new(runner),
-            thread: Mutex::new(None),
+            holder: Mutex::new(Holder {
+                line: runner.line(),
+                runner: Arc::new(Mutex::new(runner)),
+                thread: None,
+            }),
         }
     }
 
-    fn run(&self, engine: &Engine) {
+    fn run(&self, engine: &Engine, runner: &Mutex<Runner>) {
         super::supervisor::sharpen_timers();
         let mut due = None;
         loop {
             let Some(inbox) = self.next(engine, due) else {
                 return;
             };
-            due = lock(&self.runner).turn(inbox);
+            due = lock(runner).turn(inbox);
         }
     }
 
@@ -160,6 +201,25 @@ impl Seat {
         mail.busy = true;
         Some(std::mem::take(&mut mail.inbox))
     }
+}
+
+/// A thread for a seat, which runs what it is given, if it is given anything.
+fn spawn(
+    engine: &Arc<Engine>,
+    number: usize,
+    seat: &Arc<Seat>,
+    runner: impl FnOnce() -> Option<Arc<Mutex<Runner>>> + Send + 'static,
+) -> std::io::Result<JoinHandle<()>> {
+    let (engine, seat) = (Arc::clone(engine), Arc::clone(seat));
+    // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
+    let thread = Builder::new().name(engine.name(number).to_owned());
+    thread.spawn(move || {
+        guarded(&engine, || {
+            if let Some(runner) = runner() {
+                seat.run(&engine, &runner);
+            }
+        });
+    })
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -1,6 +1,9 @@
 //! The host's side of the ABI: the functions a plugin calls back, each within a call of its instance.
 //!
 //! No panic leaves through them: it would end the process. One that arises is the host's own, and ends the application.
+//!
+//! A call that was given up is refused whatever shows it something or changes anything. Its name, its seed and the time it is
+//! still told: it may wait for the last, and plugins do not expect the others to be missing.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,6 +14,7 @@ use std::sync::atomic::Ordering;
 use jde_abi::raw::{self, Context, Host};
 use jde_core::{Nanos, Policy};
 
+use super::desk::Desk;
 use super::ports::{PortError, Ports, View};
 use super::{Scratch, state_number};
 use crate::build::{Build, Way};
@@ -22,7 +26,7 @@ pub(super) struct Call<'a> {
     pub(super) number: usize,
     pub(super) name: &'a CStr,
     pub(super) build: &'a Build,
-    pub(super) ports: &'a mut Ports,
+    pub(super) desk: &'a Desk,
     pub(super) scratch: &'a mut Scratch,
     pub(super) failure: Option<String>,
     /// What it was told when it first asked for the time.
@@ -62,10 +66,10 @@ impl Call<'_> {
     /// Whether it may not write that port of the application.
     fn refuses_port(&mut self, port: usize) -> bool {
         let what = |call: &Self| format!("write `{}`", call.port_name(port));
-        if self.ports.is_wish(port) {
-            self.refuses(what)
-        } else {
-            self.refuses_all(what)
+        match self.desk.ports(|ports| ports.is_wish(port)) {
+            None => true,
+            Some(true) => self.refuses(what),
+            Some(false) => self.refuses_all(what),
         }
     }
 
@@ -82,20 +86,34 @@ impl Call<'_> {
             .ok_or(raw::UNBOUND)
     }
 
-    /// What a port shows.
-    fn view(&mut self, port: u32, now: Nanos) -> Result<View<'_>, PortError> {
-        match self.build.way(port) {
-            Some(Way::Bound(port)) => self.ports.read(*port, now),
-            Some(Way::Unbound) => Err(PortError::Unbound),
-            Some(Way::Fixed { value, neutral }) => Ok(View {
-                bytes: value.bytes(),
-                time: if *neutral { now } else { 0 },
-                sequence: 0,
-                writer: u32::MAX,
-                neutral: *neutral,
-            }),
-            Some(Way::Unheard(_)) | None => Err(PortError::WrongPort),
-        }
+    /// What comes of writing what nobody can see.
+    fn unheard(&self) -> i32 {
+        self.desk.ports(|_| raw::OK).unwrap_or(raw::REFUSED)
+    }
+
+    /// Asks the rules for something about a child; refused if the call was given up. It cannot be until that is done.
+    fn ask(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
+        let asked = self.desk.ports(|_| match self.role(child) {
+            Ok(role) => body(role),
+            Err(status) => status,
+        });
+        asked.unwrap_or(raw::REFUSED)
+    }
+}
+
+/// What a port shows.
+fn view<'a>(build: &'a Build, ports: &'a mut Ports, port: u32, now: Nanos) -> Result<View<'a>, PortError> {
+    match build.way(port) {
+        Some(Way::Bound(port)) => ports.read(*port, now),
+        Some(Way::Unbound) => Err(PortError::Unbound),
+        Some(Way::Fixed { value, neutral }) => Ok(View {
+            bytes: value.bytes(),
+            time: if *neutral { now } else { 0 },
+            sequence: 0,
+            writer: u32::MAX,
+            neutral: *neutral,
+        }),
+        Some(Way::Unheard(_)) | None => Err(PortError::WrongPort),
     }
 }
 
@@ -154,7 +172,7 @@ unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sampl
     unsafe {
         within(context, raw::FAILED, |call| {
             let now = call.engine.clock.now();
-            match call.view(port, now) {
+            let shown = call.desk.ports(|ports| match view(call.build, ports, port, now) {
                 Err(error) => status(&error),
                 Ok(view) => {
                     let fresh = if view.sequence == 0 {
@@ -172,7 +190,8 @@ unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sampl
                     });
                     raw::OK
                 }
-            }
+            });
+            shown.unwrap_or(raw::REFUSED)
         })
     }
 }
@@ -181,25 +200,28 @@ unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_voi
     // SAFETY: the plugin gives the context of this call and room for a pointer.
     unsafe {
         within(context, raw::FAILED, |call| {
-            let room = match call.build.way(port) {
-                Some(Way::Bound(port)) => {
-                    // Who may not command is told so when it publishes, as ever.
-                    if call.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
-                        return raw::REFUSED;
-                    }
-                    call.ports.loan(*port)
-                }
-                Some(Way::Unbound) => Err(PortError::Unbound),
-                Some(Way::Unheard(bytes)) => Ok(call.scratch.room(port, *bytes)),
-                Some(Way::Fixed { .. }) | None => Err(PortError::WrongPort),
-            };
-            match room {
-                Err(error) => status(&error),
-                Ok(bytes) => {
-                    out.write(bytes.as_mut_ptr().cast::<c_void>());
-                    raw::OK
+            if let Some(Way::Bound(port)) = call.build.way(port) {
+                // Who may not command is told so when it publishes, as ever.
+                if call.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
+                    return raw::REFUSED;
                 }
             }
+            let lent = call.desk.ports(|ports| {
+                let room = match call.build.way(port) {
+                    Some(Way::Bound(port)) => ports.loan(*port),
+                    Some(Way::Unbound) => Err(PortError::Unbound),
+                    Some(Way::Unheard(bytes)) => Ok(call.scratch.room(port, *bytes)),
+                    Some(Way::Fixed { .. }) | None => Err(PortError::WrongPort),
+                };
+                match room {
+                    Err(error) => status(&error),
+                    Ok(bytes) => {
+                        out.write(bytes.as_mut_ptr().cast::<c_void>());
+                        raw::OK
+                    }
+                }
+            });
+            lent.unwrap_or(raw::REFUSED)
         })
     }
 }
@@ -211,7 +233,7 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
             let port = match call.build.way(port) {
                 Some(Way::Bound(port)) => *port,
                 Some(Way::Unbound) => return raw::UNBOUND,
-                Some(Way::Unheard(_)) if call.scratch.has(port) => return raw::OK,
+                Some(Way::Unheard(_)) if call.scratch.has(port) => return call.unheard(),
                 Some(Way::Unheard(_) | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
             };
             if call.refuses_port(port) {
@@ -220,9 +242,10 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
             let now = call.engine.clock.now();
             let time = if time_ns == 0 { now } else { time_ns };
             let period = call.engine.meters[call.number].period.load(Ordering::Relaxed);
-            match call.ports.publish(port, time, now, period) {
-                Ok(()) => raw::OK,
-                Err(error) => {
+            match call.desk.ports(|ports| ports.publish(port, time, now, period)) {
+                None => raw::REFUSED,
+                Some(Ok(())) => raw::OK,
+                Some(Err(error)) => {
                     if let PortError::Refused { why, first } = &error {
                         call.engine.write_refused(call.number, port, why, *first);
                     }
@@ -240,10 +263,7 @@ unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
             if call.refuses(|_| String::from("wake a child")) {
                 return raw::REFUSED;
             }
-            match call.role(child) {
-                Ok(role) => call.engine.child_wakes(call.number, role, true),
-                Err(status) => status,
-            }
+            call.ask(child, |role| call.engine.child_wakes(call.number, role, true))
         })
     }
 }
@@ -255,10 +275,7 @@ unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
             if call.refuses(|_| String::from("put a child to sleep")) {
                 return raw::REFUSED;
             }
-            match call.role(child) {
-                Ok(role) => call.engine.child_wakes(call.number, role, false),
-                Err(status) => status,
-            }
+            call.ask(child, |role| call.engine.child_wakes(call.number, role, false))
         })
     }
 }
@@ -267,10 +284,7 @@ unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::Chi
     // SAFETY: the plugin gives the context of this call and room for a status.
     unsafe {
         within(context, raw::FAILED, |call| {
-            let known = call
-                .role(child)
-                .and_then(|role| call.engine.child(call.number, role));
-            match known {
+            call.ask(child, |role| match call.engine.child(call.number, role) {
                 Err(status) => status,
                 Ok((state, faulted)) => {
                     out.write(raw::ChildStatus {
@@ -281,7 +295,7 @@ unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::Chi
                     });
                     raw::OK
                 }
-            }
+            })
         })
     }
 }
@@ -310,10 +324,7 @@ unsafe extern "C" fn set_policy(
             if call.refuses(|_| String::from("change a policy")) {
                 return raw::REFUSED;
             }
-            match call.role(child) {
-                Ok(role) => call.engine.set_policy(call.number, role, policy),
-                Err(status) => status,
-            }
+            call.ask(child, |role| call.engine.set_policy(call.number, role, policy))
         })
     }
 }
@@ -348,8 +359,11 @@ unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char,
     // SAFETY: the plugin gives the context of this call and a text of that length.
     unsafe {
         within(context, (), |call| {
-            let text = text_of(text, length);
-            call.engine.log(call.number, level, &text);
+            // Whoever was given up speaks for nobody.
+            if !call.desk.is_closed() {
+                let text = text_of(text, length);
+                call.engine.log(call.number, level, &text);
+            }
         });
     }
 }
@@ -369,15 +383,16 @@ unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
         within(context, raw::FAILED, |call| {
             let port = match call.build.way(port) {
                 Some(Way::Bound(port)) => *port,
-                Some(Way::Unheard(_)) => return raw::OK,
+                Some(Way::Unheard(_)) => return call.unheard(),
                 Some(Way::Unbound | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
             };
             if call.refuses_all(|call| format!("take `{}` back", call.port_name(port))) {
                 return raw::REFUSED;
             }
-            match call.ports.retract(port) {
-                Ok(()) => raw::OK,
-                Err(error) => status(&error),
+            match call.desk.ports(|ports| ports.retract(port)) {
+                None => raw::REFUSED,
+                Some(Ok(())) => raw::OK,
+                Some(Err(error)) => status(&error),
             }
         })
     }

@@ -4,7 +4,7 @@
 use jde_abi::{raw, state};
 
 use super::host_table::Leave;
-use super::{Instance, Ports, outcome};
+use super::{Instance, outcome};
 
 /// What an instance has saved.
 #[derive(Clone, Debug)]
@@ -29,12 +29,12 @@ impl Instance {
         let Some((table, save)) = self.build.state.and_then(|table| Some((table, table.save?))) else {
             return Ok(None);
         };
-        self.ports.release();
+        self.release();
         let (done, kept) = state::lend(|saver| {
             // SAFETY: as in `awake`; the saver lives for the call.
             self.changing_nothing("save", |this, context| unsafe { save(this, context, saver) })
         });
-        self.ports.release();
+        self.release();
         done?;
         let bytes = kept.map_err(|too_many| too_many.to_string())?;
         Ok(Some(Remembered {
@@ -49,19 +49,19 @@ impl Instance {
             return Ok(false);
         };
         let Remembered { version, bytes } = remembered;
-        self.ports.release();
+        self.release();
         let done = self.changing_nothing("restore", |this, context| {
             let (data, length) = (bytes.as_ptr().cast(), bytes.len() as u64);
             // SAFETY: as in `awake`; the bytes live for the call.
             unsafe { restore(this, context, *version, data, length) }
         });
-        self.ports.release();
+        self.release();
         done.map(|()| true)
     }
 
     /// Wakes it up in the place of another.
     pub(crate) fn rise(&mut self) -> Result<(), String> {
-        self.ports.release();
+        self.release();
         let result = match self.table.awake {
             Some(awake) => {
                 // SAFETY: as in `awake`.
@@ -71,13 +71,13 @@ impl Instance {
             }
             None => Ok(()),
         };
-        self.ports.release();
+        self.release();
         result
     }
 
     /// Puts it to sleep, for another to take its place.
     pub(crate) fn recline(&mut self) -> Result<(), String> {
-        self.ports.release();
+        self.release();
         let failure = match self.table.sleep {
             Some(sleep) => {
                 // SAFETY: as in `awake`.
@@ -87,19 +87,8 @@ impl Instance {
             }
             None => None,
         };
-        self.ports.release();
+        self.release();
         failure.map_or(Ok(()), Err)
-    }
-
-    /// Lends its ports to another; it must not be called before it has them back.
-    pub(crate) fn lend_ports(&mut self) -> Ports {
-        self.ports.release();
-        std::mem::take(&mut self.ports)
-    }
-
-    /// Gives it its ports.
-    pub(crate) fn take_ports(&mut self, ports: Ports) {
-        self.ports = ports;
     }
 
     /// The build it is of.

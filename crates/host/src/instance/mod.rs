@@ -4,7 +4,9 @@
 
 #![allow(unsafe_code)]
 
+mod desk;
 mod host_table;
+mod left;
 mod memory;
 mod ports;
 mod scratch;
@@ -20,12 +22,14 @@ use jde_panel::{Gesture, List};
 use crate::build;
 use crate::engine::Engine;
 use crate::turn::{self, Turn};
+pub(crate) use desk::Desk;
 use host_table::{Call, HOST, Leave};
+pub(crate) use left::Left;
 pub(crate) use memory::{Remembered, memory_of};
 pub(crate) use ports::{Port, Ports, Shown};
 use scratch::Scratch;
 
-/// An instance that was made, and the ports through which it sees the world.
+/// An instance that was made, and the desk at which it finds its ports.
 pub(crate) struct Instance {
     number: usize,
     name: CString,
@@ -33,7 +37,7 @@ pub(crate) struct Instance {
     table: &'static raw::Schema,
     panel: Option<&'static raw::Panel>,
     this: *mut c_void,
-    ports: Ports,
+    desk: Arc<Desk>,
     scratch: Scratch,
     engine: Arc<Engine>,
     /// The last call, for those who want to know.
@@ -55,13 +59,13 @@ pub(crate) struct Answer {
 }
 
 impl Instance {
-    /// Makes an instance of `build`, SLEPT.
+    /// Makes an instance of `build`, SLEPT. At one desk only one instance is called at a time.
     pub(crate) fn create(
         engine: &Arc<Engine>,
         number: usize,
         build: &build::Shared,
-        ports: Ports,
-    ) -> Result<Self, (String, Ports)> {
+        desk: &Arc<Desk>,
+    ) -> Result<Self, String> {
         let table = build.table;
         let name =
             CString::new(engine.application.instances[number].name.replace('\0', "")).unwrap_or_default();
@@ -72,7 +76,7 @@ impl Instance {
             table,
             panel: panel_of(table),
             this: null_mut(),
-            ports,
+            desk: Arc::clone(desk),
             scratch: Scratch::default(),
             engine: Arc::clone(engine),
             called: turn::Call::default(),
@@ -80,36 +84,30 @@ impl Instance {
         };
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the table was checked; the context lives for the call.
-        let (this, failure) = instance.call(|_, context| unsafe { create(table, &raw const HOST, context) });
-        if this.is_null() {
-            let reason = failure.unwrap_or_else(|| String::from("its create returned null without a reason"));
+        let made =
+            |this: &mut *mut c_void, context| *this = unsafe { create(table, &raw const HOST, context) };
+        let ((), failure, _) = instance.enter(Leave::All, made);
+        if instance.this.is_null() {
             // The drop of an instance without `this` calls nothing.
-            return Err((reason, std::mem::take(&mut instance.ports)));
+            return Err(failure.unwrap_or_else(|| String::from("its create returned null without a reason")));
         }
-        instance.this = this;
         Ok(instance)
     }
 
-    /// Ends it, and gives back its ports for the next one.
-    pub(crate) fn destroy(mut self) -> Ports {
-        self.end();
-        std::mem::take(&mut self.ports)
-    }
-
     pub(crate) fn awake(&mut self) -> Result<(), String> {
-        self.ports.release();
+        self.release();
         let result = match self.table.awake {
             // SAFETY: `this` came from this table's create; the context lives for the call.
             Some(awake) => self.result("awake", |this, context| unsafe { awake(this, context) }),
             None => Ok(()),
         };
-        self.ports.release();
+        self.release();
         result
     }
 
     /// Evaluates the precondition over fresh values, which stay for the iteration that follows (R8).
     pub(crate) fn check(&mut self) -> Result<Answer, String> {
-        self.ports.release();
+        self.release();
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
             ready: 1,
@@ -124,7 +122,7 @@ impl Instance {
         Ok(Answer {
             ready: out.ready != 0,
             urgency: out.urgency,
-            newest: self.ports.newest(),
+            newest: self.desk.ports(|ports| ports.newest()).unwrap_or_default(),
         })
     }
 
@@ -159,12 +157,12 @@ impl Instance {
         let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
             return Ok(());
         };
-        self.ports.release();
+        self.release();
         let result = jde_panel::lend_gesture(by, gesture, |gesture| {
             // SAFETY: as in `awake`; the gesture lives for the call.
             self.result("touch", |this, context| unsafe { touch(this, context, gesture) })
         });
-        self.ports.release();
+        self.release();
         result
     }
 
@@ -173,7 +171,7 @@ impl Instance {
         let Some(arbitrate) = self.table.arbitrate else {
             return Err(String::from("it has no arbitration of its own"));
         };
-        self.ports.release();
+        self.release();
         let engine = Arc::clone(&self.engine);
         let roles = &engine.application.instances[self.number].children;
         let build = Arc::clone(&self.build);
@@ -217,7 +215,7 @@ impl Instance {
         let answer = self.result("arbitrate", |this, context| unsafe {
             arbitrate(this, context, &raw const level, &raw mut verdict)
         });
-        self.ports.release();
+        self.release();
         answer?;
         let reason = text_within(&verdict.reason);
         let Ok(role) = u32::try_from(verdict.child) else {
@@ -231,13 +229,13 @@ impl Instance {
     }
 
     pub(crate) fn sleep(&mut self) -> Result<(), String> {
-        self.ports.release();
+        self.release();
         let (_, failure) = match self.table.sleep {
             // SAFETY: as in `awake`.
             Some(sleep) => self.call(|this, context| unsafe { sleep(this, context) }),
             None => ((), None),
         };
-        self.ports.release();
+        self.release();
         failure.map_or(Ok(()), Err)
     }
 
@@ -248,18 +246,17 @@ impl Instance {
         self.called
     }
 
-    /// What its ports show, and may be let to show: see `replay`.
-    pub(crate) fn ports(&mut self) -> &mut Ports {
-        &mut self.ports
-    }
-
     /// Lets go of the values it looked at: after its turn, so that its panel shows what its iteration saw.
     pub(crate) fn rest(&mut self) {
-        self.ports.release();
+        self.release();
+    }
+
+    fn release(&mut self) {
+        self.desk.ports(Ports::release);
     }
 
     fn end(&mut self) {
-        self.ports.release();
+        self.release();
         let this = std::mem::replace(&mut self.this, null_mut());
         if let (false, Some(destroy)) = (this.is_null(), self.table.destroy) {
             // SAFETY: `this` came from this table's create and is given back once, since it was taken out.
@@ -288,6 +285,16 @@ impl Instance {
         leave: Leave,
         call: impl FnOnce(*mut c_void, *mut raw::Context) -> R,
     ) -> (R, Option<String>, Leave) {
+        self.enter(leave, |this, context| call(*this, context))
+    }
+
+    /// The same for a call that may make the instance. Does not return if the call was given up: then nothing that would follow
+    /// from it may, and the thread goes back to where [`Left`] is looked after.
+    fn enter<R>(
+        &mut self,
+        leave: Leave,
+        call: impl FnOnce(&mut *mut c_void, *mut raw::Context) -> R,
+    ) -> (R, Option<String>, Leave) {
         let engine = Arc::clone(&self.engine);
         let meter = &engine.meters[self.number];
         let mut context = Call {
@@ -295,28 +302,34 @@ impl Instance {
             number: self.number,
             name: &self.name,
             build: &self.build,
-            ports: &mut self.ports,
+            desk: &self.desk,
             scratch: &mut self.scratch,
             failure: None,
             told: None,
             leave,
         };
         let start = engine.clock.now();
-        let after = context.ports.enter();
+        let after = context.desk.enter(start, Ports::enter).flatten();
         meter.enter(start);
-        let result = call(self.this, (&raw mut context).cast::<raw::Context>());
+        let result = call(&mut self.this, (&raw mut context).cast::<raw::Context>());
         let failure = context.failure.take();
         let told = context.told;
         let leave = context.leave;
-        meter.leave();
-        self.ports.discard_loans();
-        self.scratch.discard();
-        if let (Some(after), Some(looks)) = (after, self.ports.looks()) {
-            let (after, time) = looks.last.unwrap_or((after, start));
-            let clock = told.unwrap_or(start);
-            self.called = turn::Call { after, time, clock };
-            self.inputs.clone_from(&looks.inputs);
+        let returned = self.desk.leave(|ports| {
+            ports.discard_loans();
+            if let (Some(after), Some(looks)) = (after, ports.looks()) {
+                let (after, time) = looks.last.unwrap_or((after, start));
+                let clock = told.unwrap_or(start);
+                self.called = turn::Call { after, time, clock };
+                self.inputs.clone_from(&looks.inputs);
+            }
+        });
+        if returned.is_none() {
+            let this = std::mem::replace(&mut self.this, null_mut());
+            Left::new(self.number, start, &self.build, this, &self.desk).leave();
         }
+        meter.leave();
+        self.scratch.discard();
         (result, failure, leave)
     }
 }

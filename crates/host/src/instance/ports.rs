@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_board::{Reader, Refused, Writer};
+use jde_board::{Error, Parted, Reader, Refused, Writer};
 use jde_core::Nanos;
 
 use crate::history::{Aligned, History, Old};
@@ -14,6 +14,8 @@ pub(crate) struct Ports {
     ports: Vec<Port>,
     /// Kept only for those who want to know of turns.
     looks: Option<Looks>,
+    /// Rooms that a call which is about to be given up may still write to.
+    loaned: Vec<Parted>,
 }
 
 /// What was looked at since the last release.
@@ -59,6 +61,12 @@ pub(crate) struct Again {
     held: Option<Option<Arc<Old>>>,
 }
 
+/// What a call that was given up may still look at or write to. It must outlive that call.
+pub(crate) struct Remains {
+    looked_at: Vec<Port>,
+    loaned: Vec<Parted>,
+}
+
 /// What an input has shown since the last release.
 #[derive(Clone)]
 pub(crate) enum Shown {
@@ -90,7 +98,11 @@ pub(crate) enum PortError {
 
 impl Ports {
     pub(crate) fn new(ports: Vec<Port>) -> Self {
-        Self { ports, looks: None }
+        Self {
+            ports,
+            looks: None,
+            loaned: Vec::new(),
+        }
     }
 
     /// Has every look be known from now on.
@@ -287,12 +299,41 @@ impl Ports {
 
     /// Forgets loans that were not published.
     pub(crate) fn discard_loans(&mut self) {
+        self.loaned.clear();
         for port in &mut self.ports {
             match port {
                 Port::Output(writer) | Port::Wish { writer, .. } => writer.discard(),
                 Port::Unbound | Port::Input(_) | Port::Again(_) | Port::Command { .. } => {}
             }
         }
+    }
+
+    /// The same ports for a successor, unfollowed, and what these showed or lent since the last release, which stays where it is.
+    ///
+    /// # Errors
+    /// A loan cannot be left to whoever got it; then these go on as they are.
+    pub(crate) fn hand_on(&mut self) -> Result<(Self, Remains), Error> {
+        let mut loaned = Vec::new();
+        let mut parted = Ok(());
+        for port in &mut self.ports {
+            if let Port::Output(writer) | Port::Wish { writer, .. } = port {
+                match writer.part() {
+                    Ok(room) => loaned.extend(room),
+                    Err(error) => parted = Err(error),
+                }
+            }
+        }
+        self.loaned.extend(loaned);
+        parted?;
+        let mut looked_at = Vec::new();
+        let ports = self.ports.iter_mut().map(|port| {
+            let (successor, remains) = std::mem::replace(port, Port::Unbound).hand_on();
+            looked_at.extend(remains);
+            successor
+        });
+        let successor = Self::new(ports.collect());
+        let loaned = std::mem::take(&mut self.loaned);
+        Ok((successor, Remains { looked_at, loaned }))
     }
 
     /// Time of the newest value read since the last release.
@@ -305,6 +346,66 @@ impl Ports {
             Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
+    }
+}
+
+impl Port {
+    /// The port for a successor; and itself, if somebody may still look at what it shows.
+    fn hand_on(self) -> (Self, Option<Self>) {
+        match self {
+            Self::Input(reader) if reader.latched().is_some() => {
+                (Self::Input(reader.another()), Some(Self::Input(reader)))
+            }
+            Self::Command {
+                reader,
+                neutral,
+                in_force,
+            } => {
+                let successor = Self::Command {
+                    reader: reader.another(),
+                    neutral: Aligned::new(neutral.bytes()),
+                    in_force: None,
+                };
+                let remains = Self::Command {
+                    reader,
+                    neutral,
+                    in_force,
+                };
+                (successor, Some(remains))
+            }
+            Self::Again(Again {
+                history,
+                wanted,
+                held,
+            }) => {
+                let successor = Again {
+                    history: Arc::clone(&history),
+                    wanted,
+                    held: None,
+                };
+                let remains = Again {
+                    history,
+                    wanted,
+                    held,
+                };
+                (Self::Again(successor), Some(Self::Again(remains)))
+            }
+            port @ (Self::Unbound | Self::Input(_) | Self::Output(_) | Self::Wish { .. }) => (port, None),
+        }
+    }
+}
+
+impl Remains {
+    /// Bytes of the values that are kept.
+    pub(crate) fn bytes(&self) -> usize {
+        let loaned: usize = self.loaned.iter().map(Parted::bytes).sum();
+        let looked_at = self.looked_at.iter().filter_map(|port| match port {
+            Port::Input(reader) | Port::Command { reader, .. } => {
+                reader.latched().map(|latched| latched.bytes.len())
+            }
+            Port::Unbound | Port::Again(_) | Port::Output(_) | Port::Wish { .. } => None,
+        });
+        loaned + looked_at.sum::<usize>()
     }
 }
 

@@ -8,22 +8,18 @@ use jde_panel::Gesture;
 
 use super::{Life, Runner};
 use crate::history::History;
-use crate::instance::{self, Ports, Shown};
+use crate::instance::{self, Shown};
 use crate::turn::Turn;
 
 impl Runner {
     /// Lets its inputs show values of the past.
     pub(crate) fn look_back(&mut self, history: impl FnMut(&Reader) -> Arc<History>) {
-        if let Some(ports) = self.ports() {
-            ports.look_back(history);
-        }
+        self.desk.ports(|ports| ports.look_back(history));
     }
 
     /// Has its inputs show what they showed in that turn; the newest if there is none.
     pub(crate) fn recall(&mut self, turn: Option<&Turn>) {
-        if let Some(ports) = self.ports() {
-            ports.recall(turn);
-        }
+        self.desk.ports(|ports| ports.recall(turn));
     }
 
     pub(crate) fn is_awake(&self) -> bool {
@@ -34,13 +30,13 @@ impl Runner {
     pub(crate) fn look_again(&mut self) -> Option<Result<instance::Answer, String>> {
         match &mut self.life {
             Life::Awake { instance, .. } => Some(instance.check()),
-            Life::Absent(_) | Life::Slept(_) | Life::Changing => None,
+            Life::Absent | Life::Slept(_) | Life::Changing => None,
         }
     }
 
     /// What its inputs show.
     pub(crate) fn shown(&mut self) -> Vec<Shown> {
-        self.ports().map(|ports| ports.shown()).unwrap_or_default()
+        self.desk.ports(|ports| ports.shown()).unwrap_or_default()
     }
 
     /// Tells the rules what that check found.
@@ -71,7 +67,7 @@ impl Runner {
     pub(crate) fn touch_again(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         match &mut self.life {
             Life::Slept(instance) | Life::Awake { instance, .. } => instance.touch(by, gesture),
-            Life::Absent(_) | Life::Changing => Ok(()),
+            Life::Absent | Life::Changing => Ok(()),
         }
     }
 
@@ -121,14 +117,6 @@ impl Runner {
     pub(crate) fn go_on(&mut self, now: Nanos) {
         if let Life::Awake { due, .. } = &mut self.life {
             *due = now;
-        }
-    }
-
-    fn ports(&mut self) -> Option<&mut Ports> {
-        match &mut self.life {
-            Life::Absent(ports) => Some(ports),
-            Life::Slept(instance) | Life::Awake { instance, .. } => Some(instance.ports()),
-            Life::Changing => None,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Another build takes over from the instance that runs, and gives way to it again if it fails on trial.
 //!
 //! The build before is put to sleep, never ended, until the trial is over: going back is then waking it up, which cannot fail for
-//! lack of anything. Ports go from hand to hand, so that at no time two can write what belongs to one.
+//! lack of anything. Both are at one desk, and called one after the other on one thread, so that at no time two can write what
+//! belongs to one.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,23 +12,17 @@ use jde_core::Nanos;
 use super::{Life, Runner};
 use crate::build;
 use crate::instance::{Instance, Remembered};
-use crate::reload::{Carried, LEAST_TURNS, Order, Swap, Takeover};
+use crate::reload::{Carried, LEAST_TURNS, Swap, Takeover};
 use crate::turn::{Call, Turn};
 
 /// A build on trial: what there is to go back to.
 pub(super) struct Trial {
     before: build::Shared,
-    /// The instance that ran, asleep and without ports; none if it failed on its way there.
+    /// The instance that ran, asleep; none if it failed on its way there.
     kept: Option<Instance>,
     remembered: Option<Remembered>,
     until: Nanos,
     turns: u32,
-}
-
-/// A takeover that is answered at the end of the turn in which it happens.
-pub(super) struct Announced {
-    order: Arc<Order>,
-    takeover: Takeover,
 }
 
 /// Why a build could not take over.
@@ -51,10 +46,10 @@ impl Runner {
     pub(super) fn swap(&mut self, swap: &Swap) {
         // Whoever was on trial is what to go back to from now on.
         self.pass();
+        self.engine.builds.has_turn(self.number, swap);
         let start = Instant::now();
         let result = self.exchange(swap);
         let took = start.elapsed().as_nanos().try_into().unwrap_or(Nanos::MAX);
-        self.engine.builds.had_turn(self.number);
         match result {
             Ok(carried) => {
                 let now = self.engine.clock.now();
@@ -73,14 +68,12 @@ impl Runner {
                 };
                 self.tell_swap(Turn::TOOK_OVER);
                 self.engine.reloaded(self.number, &takeover);
-                self.announced = Some(Announced {
-                    order: Arc::clone(&swap.order),
-                    takeover,
-                });
+                self.engine.builds.announce(self.number, takeover);
+                self.announced = true;
             }
             Err(reason) => {
                 self.engine.not_reloaded(self.number, &swap.build.name, &reason);
-                swap.order.settle(Err(reason));
+                self.engine.builds.settle(self.number, Err(reason));
             }
         }
     }
@@ -90,14 +83,14 @@ impl Runner {
         let Some(trial) = self.trial.take() else {
             return false;
         };
-        if let Some(announced) = self.announced.take() {
-            announced.order.settle(Err(reason.to_owned()));
+        if std::mem::take(&mut self.announced) {
+            self.engine.builds.settle(self.number, Err(reason.to_owned()));
         }
         self.engine.give_up_build(self.number, reason);
         let (mut failed, awake) = match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(instance) => (instance, false),
             Life::Awake { instance, .. } => (instance, true),
-            other @ (Life::Absent(_) | Life::Changing) => {
+            other @ (Life::Absent | Life::Changing) => {
                 self.life = other;
                 return false;
             }
@@ -105,19 +98,14 @@ impl Runner {
         if awake {
             self.lay_down(&mut failed);
         }
-        let ports = failed.lend_ports();
         drop(failed);
-        let before = match trial.kept {
-            Some(mut kept) => {
-                kept.take_ports(ports);
-                Ok(kept)
-            }
-            None => Instance::create(&self.engine, self.number, &trial.before, ports),
-        };
+        let before = trial
+            .kept
+            .map_or_else(|| self.instance_of(&trial.before), Ok);
         let mut before = match before {
             Ok(before) => before,
-            Err((reason, ports)) => {
-                self.life = Life::Absent(ports);
+            Err(reason) => {
+                self.life = Life::Absent;
                 return self.is_lost(&reason);
             }
         };
@@ -135,8 +123,8 @@ impl Runner {
         if looked {
             self.last_turn = self.engine.clock.now();
         }
-        if let Some(Announced { order, takeover }) = self.announced.take() {
-            order.settle(Ok(takeover));
+        if std::mem::take(&mut self.announced) {
+            self.engine.builds.settle(self.number, Ok(()));
         }
         if std::mem::take(&mut self.at_once)
             && let Life::Awake { due, .. } = &mut self.life
@@ -162,8 +150,8 @@ impl Runner {
         let (mut before, due) = match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(before) => (before, None),
             Life::Awake { instance, due } => (instance, Some(due)),
-            Life::Absent(ports) => {
-                self.life = Life::Absent(ports);
+            Life::Absent => {
+                self.life = Life::Absent;
                 return self.begin_with(swap).map(|()| None);
             }
             Life::Changing => return Err("it is between two states of its life".to_owned()),
@@ -224,17 +212,10 @@ impl Runner {
             };
             before.save().map_err(cannot)?
         };
-        let created = Instance::create(&self.engine, self.number, &swap.build, before.lend_ports());
-        let mut heir = created.map_err(|(reason, ports)| {
-            before.take_ports(ports);
-            refused(format!("it cannot be made: {reason}"))
-        })?;
-        let mut kept = true;
-        if awake {
-            before.take_ports(heir.lend_ports());
-            kept = self.lay_down(before);
-            heir.take_ports(before.lend_ports());
-        }
+        let mut heir = self
+            .instance_of(&swap.build)
+            .map_err(|reason| refused(format!("it cannot be made: {reason}")))?;
+        let kept = !awake || self.lay_down(before);
         match resume(&mut heir, awake, remembered.as_ref()) {
             Ok(carried) => Ok(Heir {
                 instance: heir,
@@ -246,7 +227,7 @@ impl Runner {
                 if awake {
                     self.lay_down(&mut heir);
                 }
-                before.take_ports(heir.lend_ports());
+                drop(heir);
                 let fault = awake.then(|| resume(before, awake, remembered.as_ref()).err());
                 Err(Refused {
                     reason,
@@ -264,23 +245,15 @@ impl Runner {
                 .took_over(self.number, Arc::clone(&swap.build), None);
             return Ok(());
         }
-        let Life::Absent(ports) = std::mem::replace(&mut self.life, Life::Changing) else {
-            unreachable!("only one that is absent begins")
-        };
-        match Instance::create(&self.engine, self.number, &swap.build, ports) {
-            Ok(instance) => {
-                self.engine
-                    .builds
-                    .took_over(self.number, Arc::clone(&swap.build), None);
-                self.seat(instance, false);
-                self.engine.restored(self.number);
-                Ok(())
-            }
-            Err((reason, ports)) => {
-                self.life = Life::Absent(ports);
-                Err(format!("it cannot be made: {reason}"))
-            }
-        }
+        let instance = self
+            .instance_of(&swap.build)
+            .map_err(|reason| format!("it cannot be made: {reason}"))?;
+        self.engine
+            .builds
+            .took_over(self.number, Arc::clone(&swap.build), None);
+        self.seat(instance, false);
+        self.engine.restored(self.number);
+        Ok(())
     }
 
     /// Lets an instance be the schema, with a turn at once if it is awake.

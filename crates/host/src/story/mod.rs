@@ -36,6 +36,7 @@ pub enum Kind {
 /// Turns events into messages.
 pub struct Story {
     schemas: Vec<String>,
+    groups: Vec<String>,
     decided: Decided,
     /// Tells also of drags that go on.
     whole: bool,
@@ -75,6 +76,11 @@ impl Story {
                 .instances
                 .iter()
                 .map(|instance| instance.name.clone())
+                .collect(),
+            groups: application
+                .groups
+                .iter()
+                .map(|group| group.name.clone())
                 .collect(),
             decided: Decided::new(application),
             whole: false,
@@ -144,6 +150,78 @@ impl Story {
                     ms(time.saturating_sub(*since))
                 );
                 happening(*time, "hung", name(schema), text)
+            }
+            Event::LeftBehind {
+                time,
+                schema,
+                since,
+                left,
+                kept,
+                process,
+            } => {
+                let text = format!(
+                    "the call that began {:.3} s ago is left behind, {left} in all; it keeps {kept} bytes of shared values; the process \
+                     has {process}",
+                    seconds(time.saturating_sub(*since)),
+                );
+                happening(*time, "left-behind", name(schema), text)
+            }
+            Event::CameBack {
+                time,
+                schema,
+                since,
+                left,
+                process,
+            } => {
+                let text = format!(
+                    "a call that was left behind returned after {:.3} s, and its instance ended; {left} have not returned; the process \
+                     has {process}",
+                    seconds(time.saturating_sub(*since)),
+                );
+                happening(*time, "came-back", name(schema), text)
+            }
+            Event::Late {
+                time,
+                group,
+                schema,
+                latency,
+                allowed,
+                ..
+            } => {
+                let text = format!(
+                    "took over in {} after {:.3} ms, and its contract allows {:.3} ms",
+                    self.groups[*group],
+                    ms(*latency),
+                    ms(*allowed)
+                );
+                happening(*time, "late", name(schema), text)
+            }
+            Event::Chatters {
+                time,
+                group,
+                between,
+                switches,
+            } => {
+                let [one, other] =
+                    between.map(|schema| schema.map_or("nobody", |schema| self.schemas[schema].as_str()));
+                let text = format!(
+                    "{} chatters between {one} and {other}: {switches} switches within a second",
+                    self.groups[*group]
+                );
+                happening(*time, "chatters", None, text)
+            }
+            Event::Calmed {
+                time,
+                group,
+                since,
+                switches,
+            } => {
+                let text = format!(
+                    "{} has calmed down after {:.1} s and {switches} more switches",
+                    self.groups[*group],
+                    seconds(time.saturating_sub(*since))
+                );
+                happening(*time, "calmed", None, text)
             }
             Event::Refused { time, schema, what } => happening(*time, "refused", name(schema), what.clone()),
             Event::Operator { time, by, action } => {

@@ -28,7 +28,11 @@ pub(crate) struct Io<'a> {
     inner: Option<Inner<'a>>,
     answer: Precondition,
     verdict: Option<Verdict>,
+    then: Option<Then>,
 }
+
+/// What is done when the part has been played.
+type Then = Box<dyn FnOnce(&mut Io<'_>)>;
 
 struct Inner<'a> {
     cx: &'a Context<'a>,
@@ -191,6 +195,7 @@ impl Drop for Own {
             inner: None,
             answer: false.into(),
             verdict: None,
+            then: None,
         };
         // There is nobody to tell an error to; a panic goes on to the boundary.
         let _ = io.perform(Call::Drop);
@@ -217,6 +222,7 @@ impl Motor {
             }),
             answer: false.into(),
             verdict: None,
+            then: None,
         };
         io.perform(call)?;
         Ok((io.answer, io.verdict))
@@ -282,6 +288,7 @@ impl Eye {
             }),
             answer: false.into(),
             verdict: None,
+            then: None,
         };
         io.perform(call)
     }
@@ -318,6 +325,7 @@ impl Robot {
             }),
             answer: false.into(),
             verdict: None,
+            then: None,
         };
         io.perform(call)
     }
@@ -370,10 +378,19 @@ impl<'a> Io<'a> {
             }
             Call::Check | Call::Drop => {}
         }
-        match self.stage.part(self.name) {
+        let result = match self.stage.part(self.name) {
             Some(part) => lock(&part)(call, self),
             None => Ok(()),
+        };
+        if let Some(then) = self.then.take() {
+            then(self);
         }
+        result
+    }
+
+    /// Does something more in this call, while other instances can play the part: for those who hang.
+    pub(crate) fn then(&mut self, then: impl FnOnce(&mut Io<'_>) + 'static) {
+        self.then = Some(Box::new(then));
     }
 
     fn inner(&self) -> &Inner<'a> {

@@ -12,7 +12,9 @@ use crate::common::{Call, Executor, Rig, Stage, in_real_time};
 in_real_time!(
     r1_a_loser_that_hangs_loses_its_authority_after_patience,
     a_winner_that_hangs_is_faulted_and_its_sibling_takes_over,
-    a_schema_that_comes_back_from_a_hang_runs_again,
+    a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs,
+    nobody_sees_what_a_call_publishes_that_was_given_up,
+    who_always_hangs_is_left_behind_four_times_and_stays_down,
     many_that_hang_leave_the_others_running,
     a_driver_that_hangs_while_it_starts_ends_the_application,
     the_end_comes_although_a_call_never_returns,
@@ -118,35 +120,165 @@ fn a_winner_that_hangs_is_faulted_and_its_sibling_takes_over(executor: Executor)
     rig.stop();
 }
 
-fn a_schema_that_comes_back_from_a_hang_runs_again(executor: Executor) {
+fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs(executor: Executor) {
     let stage = Stage::new();
     let (release, hang) = hook();
-    let mut hung_once = false;
+    let mut hang = Some(hang);
+    stage.play("low", move |call, io| {
+        match (call, hang.is_some()) {
+            (Call::Check, _) => io.ready(true),
+            (Call::Iterate, true) => {
+                io.command(0.1);
+                let hang = hang.take().expect("it is there");
+                io.then(move |io| {
+                    hang();
+                    io.say("back");
+                    // By name it is who has authority now.
+                    io.command(9.9);
+                    io.say("went on");
+                });
+            }
+            (Call::Iterate, false) => {
+                io.command(0.2);
+            }
+            (Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop, _) => {}
+        }
+        Ok(())
+    });
+    let mut rig = Rig::start(
+        executor,
+        &stage,
+        &PAIR.replace("limit = 5 }", "limit = 5 }\nhang = \"250ms\""),
+    );
+    let low = rig.place("low");
+    rig.until_did("robot velocity 0.1");
+    rig.until_did("robot velocity 0.2");
+    assert!(stage.told(|event| hung(event, low)));
+    assert!(stage.told(
+        |event| matches!(event, Event::LeftBehind { schema, left: 1, kept, process, .. }
+        if *schema == low && *kept > 0 && process.files > 0)
+    ));
+    rig.until(|rig| rig.see("low").health == Health::Ok);
+    assert_eq!(rig.see("low").left, 1);
+    assert!(!stage.did("low drop"), "what may still run is not ended");
+    release.send(()).expect("it hangs");
+    rig.until(|rig| rig.see("low").left == 0);
+    rig.until(|rig| {
+        let came_back =
+            |event: &Event| matches!(event, Event::CameBack { schema, left: 0, .. } if *schema == low);
+        rig.stage.told(came_back)
+    });
+    assert_eq!(stage.count("low drop"), 1, "it ends when it returns, and once");
+    assert!(stage.did("low back"));
+    assert!(!stage.did("low went on"), "whatever it asks for ends it");
+    let before = stage.count("low iterate");
+    rig.until(|rig| rig.stage.count("low iterate") > before + 3);
+    assert!(!stage.did("robot velocity 9.9"), "R7");
+    assert_eq!(rig.see("low").faults, 1);
+    rig.stop();
+    assert_eq!(stage.count("low drop"), 2);
+}
+
+fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
+    let stage = Stage::new();
+    let (release, hang) = hook();
+    let mut hang = Some(hang);
+    let mut value = 10.0;
+    stage.play("eye", move |call, io| {
+        if call == Call::Iterate {
+            value += 1.0;
+            match hang.take() {
+                Some(hang) => {
+                    io.publish(1.0);
+                    io.then(move |io| {
+                        hang();
+                        io.say("back");
+                        io.publish(99.0);
+                    });
+                }
+                None => io.publish(value),
+            }
+        }
+        Ok(())
+    });
+    stage.play("low", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => io.say(format!("saw {:?}", io.input().map(|(value, _)| value))),
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["low"]
+        [schemas.eye]
+        type = "test/eye"
+        restart = { back-off = "200ms", limit = 5 }
+        hang = "250ms"
+        [schemas.low]
+        type = "test/motor"
+        imports = { input = "eye.out" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("low saw Some(1.0)");
+    // Nobody vouches for it while it hangs.
+    rig.until(|rig| rig.stage.lines().iter().any(|line| line == "low saw None"));
+    rig.until(|rig| {
+        rig.stage
+            .lines()
+            .iter()
+            .any(|line| line.starts_with("low saw Some(2"))
+    });
+    release.send(()).expect("it hangs");
+    rig.until(|rig| rig.stage.count("eye drop") == 1);
+    let before = stage.count("eye iterate");
+    rig.until(|rig| rig.stage.count("eye iterate") > before + 3);
+    assert!(stage.did("eye back"));
+    assert!(!stage.did("low saw Some(99.0)"));
+    rig.stop();
+}
+
+fn who_always_hangs_is_left_behind_four_times_and_stays_down(executor: Executor) {
+    let stage = Stage::new();
+    let (release, held) = mpsc::channel::<()>();
+    let held = Arc::new(Mutex::new(held));
     stage.play("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
-            Call::Iterate if !hung_once => {
-                hung_once = true;
-                hang();
-            }
             Call::Iterate => {
-                io.command(0.1);
+                let held = Arc::clone(&held);
+                io.then(move |_| {
+                    // An error says that the other end was dropped.
+                    let _ = held.lock().unwrap().recv();
+                });
             }
             Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
         }
         Ok(())
     });
-    let mut rig = Rig::start(executor, &stage, PAIR);
+    let ready = Arc::new(true.into());
+    let body = PAIR
+        .replace("limit = 5 }", "limit = 5 }\nhang = \"100ms\"")
+        .replace("[\"high\", \"low\"]", "[\"low\", \"high\"]");
+    stage.drives("high", &ready, 0.3);
+    let mut rig = Rig::start(executor, &stage, &body);
     let low = rig.place("low");
-    rig.until(|rig| rig.stage.told(|event| hung(event, low)));
-    release.send(()).expect("it hangs");
-    rig.until_did("robot velocity 0.1");
-    rig.until(|rig| rig.see("low").health == Health::Ok);
-    assert!(stage.first("low sleep") < stage.last("low awake"));
-    assert!(
-        stage.first("low drop") < stage.last("low awake"),
-        "what hung is not trusted again"
-    );
+    let down = "4 calls of it were given up and never returned; it gets no other instance until one does";
+    rig.until(|rig| matches!(rig.see("low").health, Health::Faulted(reason) if reason == down));
+    // Four hangs, and two restarts for which no instance was made.
+    rig.until(|rig| rig.see("low").faults == 6);
+    assert_eq!(rig.see("low").left, 4);
+    assert_eq!(stage.count("low iterate"), 4);
+    let left = stage.events().into_iter().filter_map(|event| match event {
+        Event::LeftBehind { schema, left, .. } if schema == low => Some(left),
+        _ => None,
+    });
+    assert_eq!(left.collect::<Vec<_>>(), [1, 2, 3, 4]);
+    let before = stage.count("high iterate");
+    rig.until(|rig| rig.stage.count("high iterate") > before + 3);
+    drop(release);
+    rig.until(|rig| rig.see("low").left == 0);
+    assert_eq!(stage.count("low drop"), 4);
     rig.stop();
 }
 

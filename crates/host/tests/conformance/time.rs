@@ -16,6 +16,8 @@ on_every_executor!(
     r12_a_trigger_makes_no_winner_iterate_out_of_turn,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
+    r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down,
+    r4_turns_and_operators_are_no_chattering,
     a_schema_knows_whether_time_is_everybodys,
 );
 
@@ -23,12 +25,14 @@ mod real_time {
     use super::{
         a_shorter_period_is_no_missed_deadline, overruns_are_counted_and_shown_and_pass,
         r11_a_late_schema_skips_and_does_not_pile_up,
+        r17_a_takeover_beyond_its_contract_is_an_event_of_its_own,
     };
 
     crate::common::in_real_time!(
         r11_a_late_schema_skips_and_does_not_pile_up,
         overruns_are_counted_and_shown_and_pass,
         a_shorter_period_is_no_missed_deadline,
+        r17_a_takeover_beyond_its_contract_is_an_event_of_its_own,
     );
 }
 
@@ -362,6 +366,98 @@ fn r17_the_contract_follows_the_period(executor: Executor) {
         .expect("a period");
     rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5) * MS);
     rig.stop();
+}
+
+fn r17_a_takeover_beyond_its_contract_is_an_event_of_its_own(executor: Executor) {
+    let stage = Stage::new();
+    let (release, held) = mpsc::channel::<()>();
+    let held = Mutex::new(Some(held));
+    stage.play("high", move |call, io| {
+        if call == Call::Check {
+            io.ready(true);
+            if let Some(held) = held.lock().unwrap().take() {
+                io.say("looks");
+                // An error says that the other end was dropped.
+                let _ = held.recv();
+            }
+        }
+        Ok(())
+    });
+    acts(&stage, "low", |_| {});
+    let mut rig = Rig::start(executor, &stage, TWO);
+    rig.until_did("high looks");
+    let contract = rig.group("roots").allowed;
+    let then = rig.handle.now() + 2 * contract;
+    rig.until(|rig| rig.handle.now() > then);
+    drop(release);
+    let high = rig.place("high");
+    let late = |event: &Event| {
+        matches!(event, Event::Late { group: 0, schema, latency, allowed, .. }
+            if *schema == high && *allowed == contract && latency > allowed)
+    };
+    rig.until(|rig| rig.stage.told(late));
+    assert!(rig.group("roots").late >= 1);
+    rig.stop();
+}
+
+fn chattering(event: &Event) -> bool {
+    matches!(event, Event::Chatters { .. } | Event::Calmed { .. })
+}
+
+fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor: Executor) {
+    let stage = Stage::new();
+    let mut looks = 0_u64;
+    stage.play("high", move |call, io| {
+        if call == Call::Check {
+            looks += 1;
+            // To and fro every third check, and then never again.
+            io.ready(looks < 60 && looks % 6 < 3);
+        }
+        Ok(())
+    });
+    acts(&stage, "low", |_| {});
+    let mut rig = Rig::start(executor, &stage, TWO);
+    rig.until(|rig| rig.group("roots").chatter.is_some());
+    let (high, low) = (rig.place("high"), rig.place("low"));
+    rig.until(|rig| rig.group("roots").chatter.is_none());
+    let switch = |event: &Event| matches!(event, Event::Decided(record) if record.changed);
+    let all = stage.count_events(switch) as u64;
+    let told: Vec<_> = stage.events().into_iter().filter(chattering).collect();
+    let [
+        Event::Chatters {
+            time: since,
+            group: 0,
+            between,
+            switches: 5,
+        },
+        Event::Calmed {
+            group: 0,
+            since: same,
+            switches,
+            ..
+        },
+    ] = told.as_slice()
+    else {
+        panic!("{told:?}");
+    };
+    assert_eq!((*between, since), ([Some(high), Some(low)], same));
+    assert_eq!(all, *switches + 5);
+    rig.stop();
+}
+
+fn r4_turns_and_operators_are_no_chattering(executor: Executor) {
+    let stage = Stage::new();
+    for name in ["high", "low"] {
+        acts(&stage, name, |_| {});
+    }
+    let body = TWO.replace(
+        "[schemas.high]",
+        "root = { policy = \"round-robin\", turn = \"20ms\" }\n[schemas.high]",
+    );
+    let mut rig = Rig::start(executor, &stage, &body);
+    rig.until(|rig| rig.group("roots").switches > 20);
+    rig.stop();
+    assert!(!stage.told(chattering));
 }
 
 fn a_schema_knows_whether_time_is_everybodys(executor: Executor) {

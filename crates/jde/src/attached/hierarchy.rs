@@ -38,6 +38,10 @@ pub(crate) fn tell(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()>
                 table.row([
                     Cell::from(format!("{branch}[{}]", group.name)).styled(TITLE),
                     Cell::from(format!("{} → {winner}", group.policy)).styled(FAINT),
+                    match group.chatter {
+                        Some(_) => Cell::from("chatters").styled(WARN),
+                        None => Cell::from(""),
+                    },
                 ]);
             }
             Row::Schema { branch, schema } => table.row(cells(&branch, &snapshot.schemas[schema])),
@@ -54,11 +58,15 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         State::Checking => ("CHECKING", TITLE),
         State::Slept => ("SLEPT", FAINT),
     };
-    let health = match &view.health {
-        Health::Ok => Cell::from("ok").styled(FAINT),
-        Health::Overrun => Cell::from("overrun").styled(WARN),
-        Health::ArbitrationFailed(_) => Cell::from("arbitration failed").styled(WARN),
-        Health::Faulted(_) => Cell::from("faulted").styled(BAD),
+    let (health, of_health) = match &view.health {
+        Health::Ok => ("ok", FAINT),
+        Health::Overrun => ("overrun", WARN),
+        Health::ArbitrationFailed(_) => ("arbitration failed", WARN),
+        Health::Faulted(_) => ("faulted", BAD),
+    };
+    let health = match view.left {
+        0 => Cell::from(health).styled(of_health),
+        left => Cell::from(format!("{health}, {left} left behind")).styled(BAD),
     };
     let bad = |count: u64| match count {
         0 => Cell::from(0).styled(FAINT),

@@ -138,6 +138,8 @@ impl Application for Live {
                 schema: name(place),
                 period_s: period as f64 / 1e9,
             },
+            Action::StopAll => Deed::StopAll,
+            Action::ReleaseAll => Deed::ReleaseAll,
         };
         let request = Request {
             by: jde_link::operator(),

@@ -24,6 +24,8 @@ use crate::terminal::{self, FAINT, TITLE};
 
 /// Lines of history that are kept.
 const HISTORY: usize = 5000;
+/// What the key Ctrl-X does, whatever has been typed so far.
+const STOP: &str = "stop --all";
 /// Name of the menu of completions.
 const MENU: &str = "completions";
 
@@ -48,7 +50,7 @@ pub(super) struct Shell {
     disable_version_flag = true,
     arg_required_else_help = true,
     subcommand_required = true,
-    help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-D leaves; `help VERB` says more.\n"
+    help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-X stops everything, Ctrl-D leaves; `help VERB` says more.\n"
 )]
 struct Line {
     #[command(subcommand)]
@@ -154,6 +156,11 @@ fn interactive(context: &Context) -> Result<(), Failure> {
         ]),
     );
     keys.add_binding(KeyModifiers::SHIFT, KeyCode::BackTab, ReedlineEvent::MenuPrevious);
+    keys.add_binding(
+        KeyModifiers::CONTROL,
+        KeyCode::Char('x'),
+        ReedlineEvent::ExecuteHostCommand(STOP.to_owned()),
+    );
     let mut editor = Reedline::create()
         .with_completer(Box::new(Names))
         .with_menu(ReedlineMenu::EngineCompleter(Box::new(
@@ -171,7 +178,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     }
     writeln!(
         terminal::out(),
-        "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-D leaves{FAINT:#}"
+        "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-X stops everything, Ctrl-D leaves{FAINT:#}"
     )?;
     loop {
         let prompt = Application(context.target.borrow().app.clone());

@@ -78,6 +78,8 @@ impl Hierarchy {
             last: None,
             worst: 0,
             allowed: 0,
+            late: 0,
+            chatter: None,
         });
         Self {
             snapshot: Snapshot {
@@ -275,6 +277,7 @@ fn blank(name: &str, type_name: &str) -> SchemaView {
         overruns: 0,
         refused: 0,
         faults: 0,
+        left: 0,
         operator: None,
         panel: false,
         reload: None,

@@ -223,6 +223,9 @@ impl Subject for Playing {
             Action::Touch { schema, .. } => Err(refusal(format!(
                 "this is a recording: what the panel of `{schema}` showed can be looked at, and not touched"
             ))),
+            Action::StopAll | Action::ReleaseAll => {
+                Err(refusal("this is a recording: nothing moves".to_owned()))
+            }
             other => Err(refusal(format!(
                 "this is a recording, and what `{}` did cannot be changed; `jde set {STEERING}.paused true` and the other modulations of `{STEERING}` steer how it is played",
                 other.schema()

@@ -51,6 +51,8 @@ impl Application for Live<'_> {
             Action::Force(schema) => self.operator.force(schema),
             Action::Release(schema) => self.operator.release(schema),
             Action::Period(schema, period) => self.operator.set_period(schema, period),
+            Action::StopAll => self.operator.stop_all(),
+            Action::ReleaseAll => self.operator.release_all(),
         }
     }
 

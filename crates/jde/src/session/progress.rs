@@ -107,6 +107,55 @@ impl Progress {
                 );
                 self.line(*time, &text)
             }
+            Event::LeftBehind {
+                time, schema, left, ..
+            } => {
+                let text = format!(
+                    "{WARN}the call of {} is left behind{WARN:#}, {left} in all; its next awakening makes a fresh instance",
+                    name(*schema)
+                );
+                self.line(*time, &text)
+            }
+            Event::CameBack {
+                time,
+                schema,
+                since,
+                left,
+                ..
+            } => {
+                let long = time.saturating_sub(*since) as f64 / 1e9;
+                let text = format!(
+                    "a call of {} that was left behind returned after {long:.1} s; {left} have not",
+                    name(*schema)
+                );
+                self.line(*time, &text)
+            }
+            Event::Chatters {
+                time,
+                group,
+                between,
+                switches,
+            } => {
+                let [one, other] = between.map(|schema| schema.map_or("nobody", |schema| name(schema).as_str()));
+                let text = format!(
+                    "{WARN}{} chatters{WARN:#} between {one} and {other}: {switches} switches within a second",
+                    self.groups[*group]
+                );
+                self.line(*time, &text)
+            }
+            Event::Calmed {
+                time,
+                group,
+                since,
+                switches,
+            } => {
+                let text = format!(
+                    "{} has calmed down after {:.1} s and {switches} more switches",
+                    self.groups[*group],
+                    time.saturating_sub(*since) as f64 / 1e9
+                );
+                self.line(*time, &text)
+            }
             Event::Reloaded {
                 time,
                 schema,
@@ -138,6 +187,8 @@ impl Progress {
             }
             | Event::Decided(_)
             | Event::Took { .. }
+            // Takeovers are told with what they may take.
+            | Event::Late { .. }
             | Event::Overrun { .. }
             | Event::Refused { .. }
             | Event::Ended { .. } => Ok(()),

@@ -128,6 +128,11 @@ impl Tally {
             | Event::Health { .. }
             | Event::Overrun { .. }
             | Event::Hung { .. }
+            | Event::LeftBehind { .. }
+            | Event::Late { .. }
+            | Event::Chatters { .. }
+            | Event::Calmed { .. }
+            | Event::CameBack { .. }
             | Event::Refused { .. }
             | Event::Operator { .. }
             | Event::Reloaded { .. }

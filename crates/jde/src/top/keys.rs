@@ -43,6 +43,9 @@ impl Screen {
             KeyCode::Char('[') => self.time_base = self.time_base.saturating_sub(1),
             KeyCode::Char(']') => self.time_base = (self.time_base + 1).min(TIME_BASES.len() - 1),
             KeyCode::Char('?') => self.mode = Mode::Help,
+            // The key that is found at once, and that never does the opposite of what it did before.
+            KeyCode::Char(' ') => self.act(app, Action::StopAll),
+            KeyCode::Char('g') => self.act(app, Action::ReleaseAll),
             KeyCode::Char(letter) => self.operate(app, letter),
             _ => {}
         }
@@ -54,10 +57,10 @@ impl Screen {
         let Some(view) = self.selection() else { return };
         let (period, held) = (view.period, view.operator.as_ref().map(|hold| hold.kind));
         match letter {
-            'p' | ' ' if view.state == State::Slept || held == Some(HoldKind::Stopped) => {
+            'p' if view.state == State::Slept || held == Some(HoldKind::Stopped) => {
                 self.act(app, Action::Play(schema));
             }
-            'p' | ' ' => self.act(app, Action::Stop(schema)),
+            'p' => self.act(app, Action::Stop(schema)),
             'f' if held == Some(HoldKind::Forced) => self.act(app, Action::Release(schema)),
             'f' => self.act(app, Action::Force(schema)),
             'r' => self.act(app, Action::Release(schema)),
@@ -107,6 +110,8 @@ impl Screen {
             Action::Period(schema, period) => {
                 format!("{} now runs every {}", name(schema), text::setting(period))
             }
+            Action::StopAll => "everything is stopped; g lets it go on".to_owned(),
+            Action::ReleaseAll => "everything goes on as the hierarchy decides".to_owned(),
         };
         self.status = Some(match app.act(action) {
             Ok(()) => Status::Done(done),

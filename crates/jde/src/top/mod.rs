@@ -61,6 +61,10 @@ pub(crate) enum Action {
     Release(usize),
     /// Gives a schema a new period, ns.
     Period(usize, Nanos),
+    /// Stops everything at once.
+    StopAll,
+    /// Lets everything go on that was stopped at once.
+    ReleaseAll,
 }
 
 /// Where a robot is and where it goes, in metres and radians in the frame of its odometry.

@@ -35,6 +35,7 @@ pub(super) fn schema(name: &str) -> SchemaView {
         overruns: 0,
         refused: 0,
         faults: 0,
+        left: 0,
         operator: None,
         panel: false,
         reload: None,
@@ -57,6 +58,8 @@ pub(super) fn group(name: &str) -> GroupView {
         last: None,
         worst: 0,
         allowed: 0,
+        late: 0,
+        chatter: None,
     }
 }
 
@@ -303,7 +306,7 @@ fn an_empty_application_is_drawn_and_takes_keys() {
     let app = Fixed::new();
     *app.snapshot.borrow_mut() = snapshot(0, vec![], vec![]);
     let mut screen = app.screen();
-    press(&mut screen, &app, &typed("jkpfr+-t "));
+    press(&mut screen, &app, &typed("jkpfr+-t"));
     drawn(&mut screen, 80, 24);
     assert!(app.acts.borrow().is_empty());
 }
@@ -360,7 +363,7 @@ fn the_strip_shows_the_past() {
 fn keys_become_actions_on_the_selected_schema() {
     let app = Fixed::new();
     let mut screen = app.screen();
-    press(&mut screen, &app, &typed("jj fr+-"));
+    press(&mut screen, &app, &typed("jjpfr+-"));
     let expected = [
         Action::Stop(2),
         Action::Force(2),
@@ -372,6 +375,17 @@ fn keys_become_actions_on_the_selected_schema() {
     assert_eq!(
         line(&lines(&mut screen, 80, 24), "now runs"),
         "goon now runs every 68.182 ms"
+    );
+}
+
+#[test]
+fn r14_space_stops_everything_and_never_lets_it_go_on() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    press(&mut screen, &app, &typed("  g"));
+    assert_eq!(
+        *app.acts.borrow(),
+        [Action::StopAll, Action::StopAll, Action::ReleaseAll]
     );
 }
 

@@ -136,6 +136,49 @@ pub(crate) fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {
 }
 
 #[test]
+fn r14_everything_is_stopped_at_once_in_all_applications_and_let_go_on() {
+    let place = Place::new();
+    let none = place.says(&["stop", "--all"]);
+    assert_eq!(none.status, Some(1), "{none:?}");
+    let _navigation = navigation(&place);
+    let other = place.start(&pair(), &[]);
+    let winners = |app: &str| -> Vec<Value> {
+        let groups = place.json(&["ps", "--app", app]);
+        let groups = groups["groups"].as_array().expect("groups").iter();
+        groups.map(|group| group["winner"].clone()).collect()
+    };
+    while winners("safe-navigation").iter().any(Value::is_null) {}
+    let said = place.told(&["stop", "--all"]);
+    assert!(
+        said.contains("safe-navigation: teleop, example stopped, every command is neutral"),
+        "{said}"
+    );
+    assert!(said.contains("pair: "), "{said}");
+    assert!(winners("safe-navigation").iter().all(Value::is_null));
+    assert!(winners("pair").iter().all(Value::is_null));
+    let twist = place.json(&["get", "--app", "safe-navigation", "pioneer.velocity"]);
+    assert!(!twist.to_string().contains("0.4"), "{twist}");
+    let said = place.told(&["release", "--all", "--app", "safe-navigation"]);
+    assert!(
+        said.contains("safe-navigation: teleop, example released"),
+        "{said}"
+    );
+    while winners("safe-navigation").iter().any(Value::is_null) {}
+    assert!(winners("pair").iter().all(Value::is_null), "only what was named");
+    // One that does not answer is named, and keeps nobody else from being stopped.
+    other.signal("STOP");
+    let said = place.says(&["stop", "--all"]);
+    assert_eq!(said.status, Some(1), "{said:?}");
+    assert!(said.err.contains("pair did not do it"), "{said:?}");
+    assert!(
+        said.out.contains("safe-navigation: teleop, example stopped"),
+        "{said:?}"
+    );
+    let slip = place.says(&["stop", "--all", "--for", "1s"]);
+    assert_eq!(slip.status, Some(2), "{slip:?}");
+}
+
+#[test]
 fn what_runs_is_listed_and_looked_into() {
     let place = Place::new();
     assert!(place.told(&["apps"]).contains("no application runs"));

@@ -34,8 +34,16 @@ impl Leases {
                 _ => Ok(()),
             };
         };
-        if let Action::Touch { .. } = request.action {
-            return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
+        match request.action {
+            Action::Touch { .. } => {
+                return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
+            }
+            Action::StopAll | Action::ReleaseAll => {
+                return Err(Refusal::new(
+                    "to stop everything is held by no lease: it must not end by itself",
+                ));
+            }
+            _ => {}
         }
         if let Action::Reload { .. } = request.action {
             return Err(Refusal::new("a reload is done at once, and is held by no lease"));

@@ -246,31 +246,33 @@ impl Subject for Running {
             }
             _ => {}
         }
-        let schema = self.place(action.schema())?;
         let operator = self.handle.operator(by);
+        let schema = || self.place(action.schema());
         match action {
-            Action::Play { .. } => operator.play(schema),
-            Action::Stop { .. } => operator.hold_asleep(schema),
-            Action::Force { .. } => operator.force(schema),
-            Action::Release { .. } => operator.release(schema),
-            Action::LetGo { .. } => operator.let_go(schema),
+            Action::StopAll => operator.stop_all(),
+            Action::ReleaseAll => operator.release_all(),
+            Action::Play { .. } => operator.play(schema()?),
+            Action::Stop { .. } => operator.hold_asleep(schema()?),
+            Action::Force { .. } => operator.force(schema()?),
+            Action::Release { .. } => operator.release(schema()?),
+            Action::LetGo { .. } => operator.let_go(schema()?),
             Action::Period { period_s, .. } => match period::of_seconds(*period_s) {
-                Ok(period) => operator.set_period(schema, period),
+                Ok(period) => operator.set_period(schema()?, period),
                 Err(error) => Err(error.to_string()),
             },
             Action::Modulate {
                 schema: owner,
                 variable,
                 value,
-            } => return self.modulate(&operator, schema, owner, variable, value),
-            Action::Unload { .. } => operator.unload(schema),
-            Action::Load { .. } => operator.load(schema),
+            } => return self.modulate(&operator, schema()?, owner, variable, value),
+            Action::Unload { .. } => operator.unload(schema()?),
+            Action::Load { .. } => operator.load(schema()?),
             Action::Reload { .. } => unreachable!("it was carried out above"),
             Action::Touch { gesture, .. } => self
                 .handle
-                .touch(by, schema, gesture.clone())
+                .touch(by, schema()?, gesture.clone())
                 .map_err(|refusal| refusal.to_string()),
-            Action::Renew { .. } => Ok(()),
+            Action::Renew { .. } => schema().map(drop).map_err(|refusal| refusal.error),
         }
         .map_err(Refusal::new)
     }

@@ -47,6 +47,9 @@ const ACTS: f64 = 100.0;
 /// that no panel uses up what it takes to stop a robot.
 const TOUCHES: f64 = 100.0;
 
+/// Requests to stop everything in a second, likewise: nothing else uses them up.
+const STOPS: f64 = 10.0;
+
 /// What the thread works with.
 pub(super) struct Worker {
     pub(super) subject: Arc<dyn Subject>,
@@ -60,6 +63,8 @@ pub(super) struct Worker {
     leases: Leases,
     /// Of each origin its own, so that none uses up another's.
     acts: [Bucket; 2],
+    /// Those to stop everything: whoever asks for much keeps nobody from that.
+    stops: [Bucket; 2],
     touches: [Bucket; 2],
     about: Answer,
     network: Network,
@@ -105,6 +110,7 @@ impl Worker {
             about: json(about),
             network: about.network,
             acts: std::array::from_fn(|_| Bucket::new(ACTS, Instant::now())),
+            stops: std::array::from_fn(|_| Bucket::new(STOPS, Instant::now())),
             touches: std::array::from_fn(|_| Bucket::new(TOUCHES, Instant::now())),
             subject,
             inbox,
@@ -352,6 +358,7 @@ impl Worker {
         let busy = Refusal::new("too much is asked of the application at once; try again");
         let bucket = match request.action {
             Action::Touch { .. } => &mut self.touches[origin as usize],
+            Action::StopAll => &mut self.stops[origin as usize],
             _ => &mut self.acts[origin as usize],
         };
         if !bucket.take(Instant::now()) {

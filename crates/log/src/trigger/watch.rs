@@ -1,16 +1,15 @@
 //! One condition and where it stands: whether it was true when it was last looked at, and of whom.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
 use jde_board::Nanos;
+use jde_host::chatter::Chatter;
 
 use super::Condition;
 use super::condition::What;
 use super::expression::Expression;
 use super::facts::Fact;
 
-/// The time over which switches count as chattering.
-const CHATTER: Nanos = 1_000_000_000;
 /// The least time between two looks at an expression.
 const BETWEEN: Nanos = 10_000_000;
 
@@ -24,7 +23,7 @@ pub(super) enum State {
     /// Of which groups or schemas it is true now.
     Of(BTreeSet<String>),
     /// The last switches of every group, and whether they are too many.
-    Switches(BTreeMap<String, (VecDeque<Nanos>, bool)>),
+    Switches(BTreeMap<String, Chatter<()>>),
     /// An expression's values.
     Values(Box<Looked>),
 }
@@ -92,14 +91,12 @@ impl Trigger {
                     ..
                 },
             ) if fits(only, group) => {
-                let (switches, chatters) = groups.entry((*group).to_owned()).or_default();
-                while switches.pop_front_if(|then| *then + CHATTER <= time).is_some() {}
                 // A pause in between is a new beginning.
-                *chatters &= switches.len() > *more_than;
-                switches.push_back(time);
-                let count = switches.len();
-                (count > *more_than && !std::mem::replace(chatters, true))
-                    .then(|| format!("chattering: {count} switches within a second in {group}"))
+                let chatter = groups
+                    .entry((*group).to_owned())
+                    .or_insert_with(|| Chatter::new(*more_than, *more_than));
+                let count = chatter.switched(time, ())?;
+                Some(format!("chattering: {count} switches within a second in {group}"))
             }
             (What::Overrun(only), State::Of(of), Fact::Health { schema, overrun, .. })
                 if fits(only, schema) =>

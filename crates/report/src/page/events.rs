@@ -42,5 +42,5 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
 }
 
 fn is_bad(kind: &str) -> bool {
-    matches!(kind, "faulted" | "hung" | "arbitration-failed")
+    matches!(kind, "faulted" | "hung" | "left-behind" | "arbitration-failed")
 }

@@ -1,10 +1,11 @@
 //! The groups of a page: how often their winners changed, how long takeovers took, and who alternates with whom.
 
+use jde_host::chatter::MANY;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
 use crate::chart;
-use crate::tale::{Contest, Row};
+use crate::tale::{Contest, Restless, Row};
 
 /// Pairs that are told of a group.
 const PAIRS: usize = 5;
@@ -72,6 +73,9 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
             }
             td.n { (time(contract)) }
         }
+        @if contest.restless.spells > 0 {
+            tr { td {} td colspan="9" { (chattered(page, &contest.restless)) } }
+        }
         @let pairs = contest.pairs();
         @if !pairs.is_empty() {
             tr {
@@ -89,6 +93,50 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
             }
         }
     }
+}
+
+/// That it chattered, and what would have kept it from that.
+fn chattered(page: &Page<'_>, restless: &Restless) -> Markup {
+    let spells = match restless.spells {
+        1 => String::from("once"),
+        many => format!("{many} times"),
+    };
+    html! {
+        span.bad { "chattered " (spells) }
+        @if let Some((one, other)) = restless.between() {
+            ", most between " (page.choice(one)) " and " (page.choice(other))
+        }
+        ": " (counted(restless.switches, "switch").replace("switchs", "switches")) " at more than " (MANY) " a second, "
+        (restless.collisions) " of them where several were ready. "
+        @if restless.is_for_a_policy() {
+            @if let Some(dwell) = restless.dwell() {
+                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most))
+                "; twice that is " code { "policy = \"sticky\", dwell = \"" (milliseconds(dwell.value)) "\"" }
+                ", with which it changes " (format!("{:.1}", 1.0 / dwell.value)) " times a second at most. "
+            }
+            @if let Some(hysteresis) = restless.hysteresis() {
+                "Nine in ten of " (counted(hysteresis.count, "takeover")) " were won by an urgency no more than "
+                (format!("{:.3}", hysteresis.most)) " greater: " code { "hysteresis = " (short(hysteresis.value)) } " would have refused them. "
+            }
+        } @else {
+            "Where one alone is ready no policy is asked (R4): let its precondition begin and end at different values, by "
+            code { "Hysteresis" } " of the SDK. "
+            @if let Some(dwell) = restless.dwell() {
+                "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most)) "."
+            }
+        }
+    }
+}
+
+/// Whole milliseconds, as application files have them.
+fn milliseconds(seconds: f64) -> String {
+    format!("{}ms", (seconds * 1e3).ceil())
+}
+
+/// A number of two digits, without the noise of its last bits.
+fn short(value: f64) -> String {
+    let text = format!("{value:.9}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// In which cases (R3) it selected.

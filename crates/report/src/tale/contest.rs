@@ -8,6 +8,7 @@ use jde_host::story::Decision;
 
 use super::columns::Columns;
 use super::durations::Durations;
+use super::restless::Restless;
 
 /// The stretch in which switches are counted for the busiest one.
 const BUSY: Nanos = 1_000_000_000;
@@ -34,6 +35,8 @@ pub(crate) struct Contest {
     pub(crate) busiest: Option<(usize, Nanos)>,
     /// Selections by case.
     pub(crate) cases: BTreeMap<String, u64>,
+    /// What came of it while it chattered.
+    pub(crate) restless: Restless,
     pairs: BTreeMap<(String, String), u64>,
     recent: VecDeque<Nanos>,
 }
@@ -66,6 +69,7 @@ impl Contest {
             worst: None,
             busiest: None,
             cases: BTreeMap::new(),
+            restless: Restless::default(),
             pairs: BTreeMap::new(),
             recent: VecDeque::new(),
         }
@@ -83,6 +87,7 @@ impl Contest {
             return;
         }
         self.switches += 1;
+        self.restless.switched(time, decision);
         self.marks[columns.column(time)] += 1;
         if let (Some(us), Some(choice)) = (decision.takeover_us, &decision.choice)
             && us >= 0.0

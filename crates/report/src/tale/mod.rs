@@ -8,6 +8,7 @@ mod course;
 mod durations;
 mod events;
 mod hierarchy;
+mod restless;
 mod thinned;
 mod trace;
 mod work;
@@ -28,6 +29,7 @@ pub(crate) use contest::{Contest, Switches};
 pub(crate) use course::Ending;
 pub(crate) use events::Events;
 pub(crate) use hierarchy::{Hierarchy, Row};
+pub(crate) use restless::Restless;
 pub(crate) use trace::{Cell, Trace};
 pub(crate) use work::Work;
 

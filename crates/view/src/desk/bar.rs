@@ -140,8 +140,11 @@ impl Desk {
         if self.session.is_recording() || self.session.is_gone() {
             return;
         }
-        let roots: Vec<_> = self.session.roots().map(str::to_owned).collect();
-        let held = roots.iter().all(|root| self.session.is_stopped(root));
+        // In text fields too, and whatever window has the focus.
+        if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
+            self.session.act(Action::StopAll);
+        }
+        let held = self.session.roots().all(|root| self.session.is_stopped(root));
         let stop = egui::RichText::new("Stop everything").strong();
         if held {
             let go = ui.button("Let it go on");
@@ -149,9 +152,7 @@ impl Desk {
                 .on_hover_text("Releases the roots: the hierarchy decides again.")
                 .clicked()
             {
-                for schema in roots {
-                    self.session.act(Action::Release { schema });
-                }
+                self.session.act(Action::ReleaseAll);
             }
             ui.colored_label(ui.visuals().warn_fg_color, "stopped");
         } else if ui
@@ -160,13 +161,11 @@ impl Desk {
                     .fill(egui::Color32::from_rgb(176, 32, 32)),
             )
             .on_hover_text(
-                "Puts every root to sleep, and with it all that acts; the actuators brake. Nothing is lost.",
+                "Ctrl+Space. Puts every root to sleep, and with it all that acts; the actuators brake. Nothing is lost.",
             )
             .clicked()
         {
-            for schema in roots {
-                self.session.act(Action::Stop { schema });
-            }
+            self.session.act(Action::StopAll);
         }
     }
 }

@@ -141,8 +141,8 @@ impl Orders {
         }
     }
 
-    /// The next schema to be stopped; none once nobody gives any more.
-    fn next_stop(&self) -> Option<(String, Outcome)> {
+    /// The next order to stop; none once nobody gives any more.
+    fn next_stop(&self) -> Option<(Action, Outcome)> {
         let mut state = lock(&self.state);
         loop {
             if let Some(stop) = state.queue.next_stop() {
@@ -171,8 +171,8 @@ enum Came {
 
 /// Carries orders to stop.
 fn stop(orders: &Orders, voice: &Voice) {
-    while let Some((schema, outcome)) = orders.next_stop() {
-        voice.act(Action::Stop { schema }, &outcome);
+    while let Some((stop, outcome)) = orders.next_stop() {
+        voice.act(stop, &outcome);
         orders.stopped();
     }
 }
@@ -265,10 +265,12 @@ impl Worker {
 
     /// Says that an order was not carried.
     fn give_up(&self, action: &Action, outcome: &Outcome) {
-        let text = format!(
-            "an order for {} was given up: the application was too slow to take it; give it again",
-            action.schema()
-        );
+        let what = match action.schema() {
+            "" => "to let everything go on".to_owned(),
+            schema => format!("for {schema}"),
+        };
+        let text =
+            format!("an order {what} was given up: the application was too slow to take it; give it again");
         outcome.set(Err(text.clone()));
         self.voice.note(text);
     }

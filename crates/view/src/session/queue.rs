@@ -42,10 +42,10 @@ pub(super) enum Next {
 #[derive(Debug, Default)]
 pub(super) struct Queue {
     orders: VecDeque<(Order, Instant)>,
-    /// To stop: apart, for they are carried by hands of their own.
-    stops: VecDeque<(String, Outcome)>,
-    /// The schema that is being stopped.
-    stopping: Option<String>,
+    /// To stop a schema or everything: apart, for they are carried by hands of their own.
+    stops: VecDeque<(Action, Outcome)>,
+    /// The one that is being carried.
+    stopping: Option<Action>,
     /// When a modulation was written last, by its schema and name.
     written: HashMap<(String, String), Instant>,
 }
@@ -54,10 +54,15 @@ impl Queue {
     /// Takes an order up.
     pub(super) fn push(&mut self, order: Order, now: Instant) {
         match order {
-            Order::Act(Action::Stop { schema }, outcome) => {
+            Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
                 // What was to wake it is taken back by this.
-                self.orders.retain(|(waiting, _)| !wakes(waiting, &schema));
-                self.stops.push_back((schema, outcome));
+                self.orders
+                    .retain(|(waiting, _)| !(wakes(waiting) && holds_up(&stop, waiting)));
+                if matches!(stop, Action::StopAll) {
+                    self.stops.push_front((stop, outcome));
+                } else {
+                    self.stops.push_back((stop, outcome));
+                }
             }
             Order::Act(action, outcome) => {
                 self.leave_out_before(&action);
@@ -98,11 +103,11 @@ impl Queue {
         }
     }
 
-    /// The next schema to be stopped. Nothing else of it is carried until [`Self::stopped`].
-    pub(super) fn next_stop(&mut self) -> Option<(String, Outcome)> {
-        let (schema, outcome) = self.stops.pop_front()?;
-        self.stopping = Some(schema.clone());
-        Some((schema, outcome))
+    /// The next order to stop. Nothing else of what it stops is carried until [`Self::stopped`].
+    pub(super) fn next_stop(&mut self) -> Option<(Action, Outcome)> {
+        let (stop, outcome) = self.stops.pop_front()?;
+        self.stopping = Some(stop.clone());
+        Some((stop, outcome))
     }
 
     /// What [`Self::next_stop`] gave was carried.
@@ -118,11 +123,11 @@ impl Queue {
     /// The place of the first that nothing keeps from being carried; without one, when that may be so.
     fn first_free(&self) -> (Option<usize>, Option<Instant>) {
         let mut soonest: Option<Instant> = None;
+        let stops = || self.stops.iter().map(|(stop, _)| stop).chain(&self.stopping);
         // What comes later for a schema does not overtake what waits for it.
-        let mut later: HashSet<&str> = self.stops.iter().map(|(schema, _)| schema.as_str()).collect();
-        later.extend(self.stopping.as_deref());
+        let mut later = HashSet::new();
         for (place, (order, _)) in self.orders.iter().enumerate() {
-            if later.contains(order.schema()) {
+            if later.contains(order.schema()) || stops().any(|stop| holds_up(stop, order)) {
                 continue;
             }
             match order.modulation().and_then(|which| self.written.get(&which)) {
@@ -176,19 +181,28 @@ impl Order {
     }
 }
 
-/// Whether an order would wake a schema, or undo that it is stopped.
-fn wakes(order: &Order, schema: &str) -> bool {
+/// Whether an order would wake somebody, or undo that it is stopped.
+fn wakes(order: &Order) -> bool {
     match order {
-        Order::Act(
-            Action::Play { schema: of }
-            | Action::Force { schema: of }
-            | Action::Release { schema: of }
-            | Action::LetGo { schema: of }
-            | Action::Load { schema: of },
-            _,
-        ) => of == schema,
-        Order::Hold(action) => action.schema() == schema,
-        Order::Act(..) | Order::LetGo(_) => false,
+        Order::Act(action, _) => matches!(
+            action,
+            Action::Play { .. }
+                | Action::Force { .. }
+                | Action::Release { .. }
+                | Action::ReleaseAll
+                | Action::LetGo { .. }
+                | Action::Load { .. }
+        ),
+        Order::Hold(_) => true,
+        Order::LetGo(_) => false,
+    }
+}
+
+/// Whether an order is about what is to be stopped.
+fn holds_up(stop: &Action, order: &Order) -> bool {
+    match (stop, order) {
+        (Action::StopAll, _) | (_, Order::Act(Action::ReleaseAll, _)) => true,
+        _ => stop.schema() == order.schema(),
     }
 }
 
@@ -371,12 +385,28 @@ mod tests {
     fn to_stop_waits_for_nobody_and_what_would_wake_is_left_out() {
         let now = Instant::now();
         let mut queue = queue([play("goon"), play("vff"), hold("goon", 1.0), stop("goon")], now);
-        let (schema, _) = queue.next_stop().expect("it is to be stopped");
-        assert_eq!(schema, "goon");
+        let (stop, _) = queue.next_stop().expect("it is to be stopped");
+        assert_eq!(stop.schema(), "goon");
         queue.push(play("goon"), now);
         assert_eq!(carried(&mut queue, now), ["act vff"], "the rest of goon waits");
         queue.stopped();
         assert_eq!(carried(&mut queue, now), ["act goon"]);
+    }
+
+    #[test]
+    fn to_stop_everything_comes_before_other_stops_and_holds_up_all_else() {
+        let now = Instant::now();
+        let set = act(modulate("vff", "speed", json!(1)));
+        let orders = [play("goon"), hold("base", 1.0), set, stop("goon"), act(Action::StopAll)];
+        let mut queue = queue(orders, now);
+        assert!(matches!(queue.next_stop(), Some((Action::StopAll, _))));
+        queue.push(act(Action::ReleaseAll), now);
+        assert_eq!(carried(&mut queue, now), Vec::<String>::new());
+        queue.stopped();
+        assert_eq!(carried(&mut queue, now), ["set vff 1"], "goon is still to be stopped");
+        assert!(matches!(queue.next_stop(), Some((Action::Stop { .. }, _))));
+        queue.stopped();
+        assert_eq!(carried(&mut queue, now), ["act "], "then all go on");
     }
 
     #[test]

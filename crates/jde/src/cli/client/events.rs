@@ -160,7 +160,7 @@ impl Events {
             )?,
             Line::Happening(happening) => {
                 let style = match happening.kind.as_str() {
-                    "faulted" | "hung" => BAD,
+                    "faulted" | "hung" | "left-behind" | "late" | "chatters" => BAD,
                     "ok" | "ended" => GOOD,
                     _ => WARN,
                 };

@@ -2,6 +2,7 @@
 //!
 //! A verb here reads its options, asks, and tells the answer; how it looks is `attached`'s business.
 
+mod all;
 mod apps;
 mod events;
 mod get;

@@ -10,7 +10,7 @@ use jde_core::Nanos;
 use jde_link::Remote;
 use jde_link::message::{Action, Request};
 
-use super::{Context, Target};
+use super::{Context, Target, all};
 use crate::attached::name::split_application;
 use crate::cli::quantity;
 use crate::failure::Failure;
@@ -76,25 +76,55 @@ verbs! {
   jde play robot2:goon --for 10s")]
     Play, |schema| Action::Play { schema }, "is kept awake";
 
-    /// Keep a schema asleep.
-    #[command(after_help = "Examples:
-  jde stop goon
-  jde stop goon --for 10s")]
-    Stop, |schema| Action::Stop { schema }, "is stopped";
-
     /// Make a motor schema the winner of its group while it is awake.
     #[command(after_help = "Examples:
   jde force stop --for 5s")]
     Force, |schema| Action::Force { schema }, "is forced to win";
 }
 
-/// Let go of a schema: undo what operators did to it, whoever they are.
+/// One schema, or everything.
+#[derive(Args)]
+struct Whom {
+    /// The schema; APP:SCHEMA names the application too.
+    #[arg(
+        value_name = "SCHEMA",
+        required_unless_present = "all",
+        conflicts_with = "all",
+        add = ArgValueCompleter::new(complete::schemas)
+    )]
+    schema: Option<String>,
+    /// All roots of all applications, or of the one that --app names.
+    #[arg(long)]
+    all: bool,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Keep a schema asleep, or stop everything at once.
+///
+/// With --all every root sleeps, and with it all that acts, and every command of every driver is neutral: nothing is ended, and
+/// `jde release --all` lets it go on. The exit status is 0 only if everything was stopped.
 #[derive(Args)]
 #[command(after_help = "Examples:
-  jde release goon")]
+  jde stop goon
+  jde stop goon --for 10s
+  jde stop --all
+  jde stop --all --app robot2 --at tls/robot2:7447")]
+pub(crate) struct Stop {
+    #[command(flatten)]
+    whom: Whom,
+    #[command(flatten)]
+    lasting: Lasting,
+}
+
+/// Let go of a schema: undo what operators did to it, whoever they are. With --all, let everything go on that was stopped at once.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde release goon
+  jde release --all")]
 pub(crate) struct Release {
     #[command(flatten)]
-    schema: Schema,
+    whom: Whom,
 }
 
 /// Give a schema another period.
@@ -132,11 +162,47 @@ pub(crate) struct Load {
     schema: Schema,
 }
 
+impl Stop {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        match self.whom.one() {
+            Ok(schema) => schema.act(
+                context,
+                |schema| Action::Stop { schema },
+                &self.lasting,
+                "is stopped",
+            ),
+            Err(_) if self.lasting.time.is_some() => Err(Failure::usage(
+                "to stop everything must not end by itself",
+                "leave --for out, and let it go on with `jde release --all`",
+            )),
+            Err(target) => all::stop(context, &target),
+        }
+    }
+}
+
 impl Release {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let action = |schema| Action::Release { schema };
-        self.schema
-            .act(context, action, &Lasting { time: None }, "is released")
+        let lasting = Lasting { time: None };
+        match self.whom.one() {
+            Ok(schema) => schema.act(
+                context,
+                |schema| Action::Release { schema },
+                &lasting,
+                "is released",
+            ),
+            Err(target) => all::release(context, &target),
+        }
+    }
+}
+
+impl Whom {
+    /// The one, or where all are looked for.
+    fn one(self) -> Result<Schema, Target> {
+        let Self { schema, target, .. } = self;
+        match schema {
+            Some(schema) => Ok(Schema { schema, target }),
+            None => Err(target),
+        }
     }
 }
 

@@ -77,6 +77,11 @@ impl Context {
         Ok(Client::connect(&reach(&at, key.as_deref())?)?)
     }
 
+    /// The application that is named, if one is.
+    pub(crate) fn named(&self, target: &Target) -> Option<String> {
+        self.asked(target, None).0
+    }
+
     /// Where applications are looked for.
     #[cfg(feature = "view")]
     pub(crate) fn reach(&self, target: &Target) -> Result<Reach, Failure> {

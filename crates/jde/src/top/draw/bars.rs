@@ -9,9 +9,10 @@ use crate::top::screen::{Mode, Screen, Status, ending};
 use crate::top::text;
 
 /// The keys with what they do, the ones that a newcomer needs first at the left.
-const KEYS: [(&str, &str); 8] = [
+const KEYS: [(&str, &str); 9] = [
     ("q", "quit"),
     ("?", "help"),
+    ("space", "STOP ALL"),
     ("↑↓", "select"),
     ("p", "play/stop"),
     ("f", "force"),

@@ -7,9 +7,11 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use crate::top::paint::Paint;
 
-const TEXT: [&str; 20] = [
+const TEXT: [&str; 22] = [
     "↑ ↓  j k     select a schema",
-    "p  space     play it if it sleeps, stop it if it is awake",
+    "space        STOP EVERYTHING: all roots sleep, all actuators brake",
+    "g            let everything go on that space stopped",
+    "p            play it if it sleeps, stop it if it is awake",
     "f            force it to win, or let it go",
     "r            release it: the hierarchy decides again",
     "+  -         a longer or shorter period, by a tenth",

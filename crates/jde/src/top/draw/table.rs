@@ -136,14 +136,25 @@ fn group_line(screen: &Screen, branch: &str, group: &GroupView, name: usize, wid
         (worst, 0) => format!("worst {}", text::span(worst)),
         (worst, allowed) => format!("worst {} of {}", text::span(worst), text::setting(allowed)),
     };
+    let chatters = group.chatter.as_ref().map(|chatter| {
+        let [one, other] = chatter
+            .between
+            .map(|schema| schema.map_or("nobody", |schema| screen.name(schema)));
+        let text = format!("chatters: {one} ⇄ {other} {} a second", chatter.switches);
+        Span::styled(text, paint.bad())
+    });
     let pieces = [
-        winner,
-        Span::raw(group.policy.clone()),
-        Span::raw(format!("{} {switches}", group.switches)),
-        Span::styled(worst, if late { paint.bad() } else { paint.faint() }),
+        Some(winner),
+        chatters,
+        Some(Span::raw(group.policy.clone())),
+        Some(Span::raw(format!("{} {switches}", group.switches))),
+        Some(Span::styled(
+            worst,
+            if late { paint.bad() } else { paint.faint() },
+        )),
     ];
     let mut line = Line::from(Span::styled(text::fit(&title, name), paint.strong()));
-    for (nth, piece) in pieces.into_iter().enumerate() {
+    for (nth, piece) in pieces.into_iter().flatten().enumerate() {
         let gap = if nth == 0 { " " } else { "  " };
         if line.width() + gap.len() + piece.width() > width {
             break;

@@ -98,6 +98,7 @@ pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Optio
         overruns: 0,
         refused: 0,
         faults: 0,
+        left: 0,
         operator: None,
         panel: kind == Kind::Motor,
         reload: None,
@@ -115,6 +116,8 @@ pub(crate) fn group(name: &str, father: Option<usize>, members: &[usize]) -> Gro
         last: None,
         worst: 1_240_000,
         allowed: 85_000_000,
+        late: 0,
+        chatter: None,
     }
 }
 

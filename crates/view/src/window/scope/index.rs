@@ -124,7 +124,7 @@ impl Index {
             "operator" => Sign::Operator,
             "refused" => Sign::Refused,
             "overrun" | "arbitration-failed" => Sign::Overrun,
-            "faulted" | "hung" => Sign::Fault,
+            "faulted" | "hung" | "left-behind" => Sign::Fault,
             _ => return,
         };
         let first = past

@@ -1,0 +1,226 @@
+//! Where a group chattered: how often, between whom, and what would have kept it from that, with the sums it comes from.
+
+use std::collections::BTreeMap;
+
+use jde_core::Nanos;
+use jde_host::chatter::Chatter;
+use jde_host::story::Decision;
+
+use super::durations::Durations;
+
+/// Pairs that are told apart.
+const MOST_PAIRS: usize = 1000;
+/// Urgencies are kept as whole billionths.
+const FINE: f64 = 1e9;
+/// A dwell of so many times what nine in ten winners stayed: one of those could not have switched there and back.
+const TIMES: f64 = 2.0;
+
+/// Who took over from whom, in the order of their names; either may be nobody.
+type Pair = (Option<String>, Option<String>);
+
+/// What came of a group while it chattered.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Restless {
+    chatter: Chatter<Pair>,
+    last: Option<Nanos>,
+    /// How often it began to chatter.
+    pub(crate) spells: u64,
+    /// Switches while it did.
+    pub(crate) switches: u64,
+    /// Those in which two or more were ready.
+    pub(crate) collisions: u64,
+    /// How long winners stayed.
+    stays: Durations,
+    /// By how much the urgency of the new winner was the greater, billionths.
+    margins: Durations,
+    pairs: BTreeMap<Pair, u64>,
+}
+
+/// A value of a sticky policy, and what it comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Advice {
+    /// What to write: s, or an urgency.
+    pub(crate) value: f64,
+    /// What nine in ten did not exceed.
+    pub(crate) most: f64,
+    /// Of how many.
+    pub(crate) count: u64,
+}
+
+impl Restless {
+    /// A switch of the group.
+    pub(crate) fn switched(&mut self, time: Nanos, decision: &Decision) {
+        // Whoever takes turns, or was told to switch, does not chatter.
+        if matches!(decision.decider.as_str(), "round-robin" | "operator") {
+            return;
+        }
+        let mut pair = (decision.before.clone(), decision.choice.clone());
+        if pair.1 < pair.0 {
+            pair = (pair.1, pair.0);
+        }
+        let stay = self.last.replace(time).map(|last| time.saturating_sub(last));
+        self.spells += u64::from(self.chatter.switched(time, pair.clone()).is_some());
+        if !self.chatter.is_on() {
+            return;
+        }
+        self.switches += 1;
+        self.collisions += u64::from(decision.case == "collision");
+        if let Some(stay) = stay {
+            self.stays.add(stay);
+        }
+        if let Some(margin) = margin(decision) {
+            self.margins.add((margin * FINE) as Nanos);
+        }
+        if self.pairs.len() < MOST_PAIRS || self.pairs.contains_key(&pair) {
+            *self.pairs.entry(pair).or_default() += 1;
+        }
+    }
+
+    /// Between whom most switches were.
+    pub(crate) fn between(&self) -> Option<(Option<&str>, Option<&str>)> {
+        let (pair, _) = self.pairs.iter().max_by_key(|(_, count)| **count)?;
+        Some((pair.0.as_deref(), pair.1.as_deref()))
+    }
+
+    /// Whether a policy would have helped: it settles collisions, and nothing else (R4).
+    pub(crate) fn is_for_a_policy(&self) -> bool {
+        2 * self.collisions >= self.switches
+    }
+
+    /// How long a winner ought to stay, s.
+    pub(crate) fn dwell(&self) -> Option<Advice> {
+        let most = self.stays.quantile(0.9)? / 1e9;
+        Some(Advice {
+            value: rounded_up(TIMES * most),
+            most,
+            count: self.stays.count(),
+        })
+    }
+
+    /// By how much a rival's urgency ought to be the greater. None if nobody won by that.
+    pub(crate) fn hysteresis(&self) -> Option<Advice> {
+        let most = self.margins.quantile(0.9)? / FINE;
+        Some(Advice {
+            value: rounded_up(most),
+            most,
+            count: self.margins.count(),
+        })
+    }
+}
+
+/// By how much the new winner's urgency was above that of the old one, which was ready too.
+fn margin(decision: &Decision) -> Option<f64> {
+    let urgency = |name: &Option<String>| {
+        let of = |name: &String| {
+            decision
+                .candidates
+                .iter()
+                .find(|candidate| candidate.name == *name)
+        };
+        name.as_ref()
+            .and_then(of)
+            .filter(|candidate| candidate.ready)?
+            .urgency
+    };
+    let margin = urgency(&decision.choice)? - urgency(&decision.before)?;
+    Some(margin).filter(|margin| *margin > 0.0 && *margin < 1e9)
+}
+
+/// To two digits, so that it can be typed.
+fn rounded_up(value: f64) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    let unit = 10_f64.powf(value.log10().floor() - 1.0);
+    // What is whole already but for the last bit of its sum stays.
+    (value / unit - 1e-9).ceil() * unit
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::story::Candidate;
+
+    use super::*;
+
+    const MS: Nanos = 1_000_000;
+
+    fn switch(to_vff: bool, case: &str, urgencies: Option<(f64, f64)>) -> Decision {
+        let (before, choice) = if to_vff { ("goon", "vff") } else { ("vff", "goon") };
+        let candidate = |name: &str, urgency: f64| Candidate {
+            name: name.to_owned(),
+            state: "ready".to_owned(),
+            ready: true,
+            urgency: Some(urgency),
+        };
+        Decision {
+            number: 1,
+            time_s: 0.0,
+            group: "roots".to_owned(),
+            case: case.to_owned(),
+            candidates: urgencies.map_or(Vec::new(), |(old, new)| {
+                vec![candidate(before, old), candidate(choice, new)]
+            }),
+            before: Some(before.to_owned()),
+            choice: Some(choice.to_owned()),
+            decider: "urgency".to_owned(),
+            reason: String::new(),
+            cause: String::new(),
+            changed: true,
+            takeover_us: None,
+        }
+    }
+
+    #[test]
+    fn a_collision_that_goes_to_and_fro_is_advised_a_dwell_and_a_hysteresis() {
+        let mut restless = Restless::default();
+        for turn in 0..50_u64 {
+            let decision = switch(turn % 2 == 0, "collision", Some((0.50, 0.58)));
+            restless.switched(turn * 120 * MS, &decision);
+        }
+        assert_eq!(
+            (restless.spells, restless.switches),
+            (1, 46),
+            "the fifth begins it"
+        );
+        assert_eq!(restless.between(), Some((Some("goon"), Some("vff"))));
+        assert!(restless.is_for_a_policy());
+        let dwell = restless.dwell().expect("it has stays");
+        assert!(
+            (dwell.most - 0.12).abs() < 0.003 && (0.23..=0.25).contains(&dwell.value),
+            "{dwell:?}"
+        );
+        let hysteresis = restless.hysteresis().expect("urgencies decided");
+        assert!((0.079..0.083).contains(&hysteresis.value), "{hysteresis:?}");
+    }
+
+    #[test]
+    fn who_is_alone_each_time_is_helped_by_no_policy() {
+        let mut restless = Restless::default();
+        for turn in 0..20_u64 {
+            restless.switched(turn * 100 * MS, &switch(turn % 2 == 0, "alone", None));
+        }
+        assert!(!restless.is_for_a_policy());
+        assert_eq!(restless.hysteresis(), None);
+    }
+
+    #[test]
+    fn four_switches_a_second_are_no_chattering_and_turns_are_none() {
+        let mut restless = Restless::default();
+        for turn in 0..40_u64 {
+            restless.switched(turn * 250 * MS, &switch(turn % 2 == 0, "collision", None));
+            let mut turns = switch(turn % 2 == 0, "collision", None);
+            turns.decider = "round-robin".to_owned();
+            restless.switched(turn * 250 * MS, &turns);
+        }
+        assert_eq!(restless.spells, 0);
+        assert_eq!(restless.dwell(), None);
+    }
+
+    #[test]
+    fn values_are_rounded_up_to_two_digits() {
+        let rounded = [0.2341, 12.01, 0.24, 0.0].map(rounded_up);
+        for (is, ought) in rounded.into_iter().zip([0.24, 13.0, 0.24, 0.0]) {
+            assert!((is - ought).abs() < 1e-9, "{is}");
+        }
+    }
+}
