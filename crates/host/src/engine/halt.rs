@@ -55,11 +55,11 @@ impl Engine {
         roots
     }
 
-    /// Sends every command its neutral value.
+    /// Sends every command its neutral value, which nobody may write over: also not whoever is still in an iteration.
     fn neutral(&self) {
-        let rules = self.lock();
+        let mut rules = self.lock();
         let now = self.clock.now();
-        for driver in rules.commands.neutral(now) {
+        for driver in rules.commands.brake_all(now) {
             self.ring(driver, Signal::Triggered);
         }
     }
