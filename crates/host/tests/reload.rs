@@ -5,7 +5,6 @@ mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use jde_core::State;
@@ -35,21 +34,8 @@ const APP: &str = r#"
 fn library(plugin: &str, schema: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     let to = folder.path().join("it.so");
-    let root = env!("CARGO_MANIFEST_DIR");
-    let done = Command::new("cc")
-        .args([
-            "-shared",
-            "-fPIC",
-            "-std=c11",
-            "-I",
-            &format!("{root}/../../include"),
-        ])
-        .args([format!("-DPLUGIN=\"{plugin}\""), format!("-DTYPE=\"{schema}\"")])
-        .arg("-o")
-        .args([&to, &PathBuf::from(format!("{root}/tests/c/walker.c"))])
-        .output()
-        .expect("a C compiler named cc is installed");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let macros = [format!("-DPLUGIN=\"{plugin}\""), format!("-DTYPE=\"{schema}\"")];
+    common::c::make("walker.c", &macros, &to);
     fs::read(&to).expect("it was made")
 }
 

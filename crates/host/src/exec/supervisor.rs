@@ -32,13 +32,8 @@ pub(crate) trait Crew: Send + Sync {
     fn settled(&self, instance: usize, within: Duration) -> bool;
     /// Gives up the call of an instance that runs since then: somebody else takes over, once `tell` is done, which is told the bytes
     /// of shared values that the call keeps. False, and nothing told, if it cannot be given up now.
-    fn relieve(
-        &self,
-        engine: &Arc<Engine>,
-        instance: usize,
-        since: Nanos,
-        tell: &mut dyn FnMut(u64),
-    ) -> bool;
+    fn relieve(&self, engine: &Arc<Engine>, instance: usize, since: Nanos, tell: &mut dyn FnMut(u64))
+    -> bool;
     /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
     fn dismiss(&self) -> Vec<usize>;
 }

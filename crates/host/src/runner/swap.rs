@@ -99,9 +99,7 @@ impl Runner {
             self.lay_down(&mut failed);
         }
         drop(failed);
-        let before = trial
-            .kept
-            .map_or_else(|| self.instance_of(&trial.before), Ok);
+        let before = trial.kept.map_or_else(|| self.instance_of(&trial.before), Ok);
         let mut before = match before {
             Ok(before) => before,
             Err(reason) => {

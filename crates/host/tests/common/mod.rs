@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub(crate) mod c;
 mod easel;
 mod rig;
 mod schemas;

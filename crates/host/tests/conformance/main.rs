@@ -7,6 +7,7 @@ mod arbitration;
 mod faults;
 mod gestures;
 mod hangs;
+mod hangs_in_c;
 mod operators;
 mod panels;
 mod panels_in_time;

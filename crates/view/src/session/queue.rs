@@ -397,13 +397,23 @@ mod tests {
     fn to_stop_everything_comes_before_other_stops_and_holds_up_all_else() {
         let now = Instant::now();
         let set = act(modulate("vff", "speed", json!(1)));
-        let orders = [play("goon"), hold("base", 1.0), set, stop("goon"), act(Action::StopAll)];
+        let orders = [
+            play("goon"),
+            hold("base", 1.0),
+            set,
+            stop("goon"),
+            act(Action::StopAll),
+        ];
         let mut queue = queue(orders, now);
         assert!(matches!(queue.next_stop(), Some((Action::StopAll, _))));
         queue.push(act(Action::ReleaseAll), now);
         assert_eq!(carried(&mut queue, now), Vec::<String>::new());
         queue.stopped();
-        assert_eq!(carried(&mut queue, now), ["set vff 1"], "goon is still to be stopped");
+        assert_eq!(
+            carried(&mut queue, now),
+            ["set vff 1"],
+            "goon is still to be stopped"
+        );
         assert!(matches!(queue.next_stop(), Some((Action::Stop { .. }, _))));
         queue.stopped();
         assert_eq!(carried(&mut queue, now), ["act "], "then all go on");

@@ -6,7 +6,7 @@ use jde_host::event::Event;
 use jde_host::reload::How;
 
 use super::{level_heard, reload, start, undone};
-use crate::common::{Executor, in_real_time, on_every_executor};
+use crate::common::{Executor, Rig, in_real_time, on_every_executor};
 
 on_every_executor!(
     a_build_that_cannot_take_over_leaves_the_one_before_as_it_was,
@@ -15,10 +15,13 @@ on_every_executor!(
 );
 
 mod hanging {
-    use super::a_build_that_hangs_on_trial_is_given_up_for_the_one_before;
-    use super::in_real_time;
+    use super::*;
 
-    in_real_time!(a_build_that_hangs_on_trial_is_given_up_for_the_one_before);
+    in_real_time!(
+        a_build_that_hangs_on_trial_is_given_up_for_the_one_before,
+        a_build_that_hangs_while_it_takes_over_is_given_up_too,
+        a_hang_after_the_trial_is_followed_by_the_build_that_runs,
+    );
 }
 
 fn a_build_that_cannot_take_over_leaves_the_one_before_as_it_was(executor: Executor) {
@@ -114,25 +117,90 @@ fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
     rig.stop();
 }
 
+/// Goes on until an instance of that build, made since those many lines, walks.
+fn until_walks(rig: &mut Rig, build: u32, since: usize) {
+    rig.until(|rig| {
+        let lines = rig.stage.lines().split_off(since);
+        let made = lines
+            .iter()
+            .position(|line| *line == format!("walker {build} awake"));
+        made.is_some_and(|made| {
+            let step = format!("walker {build} step");
+            lines[made..].iter().any(|line| line.starts_with(&step))
+        })
+    });
+}
+
+/// What hangs returns, and is ended.
+fn let_go(rig: &mut Rig, build: u32) {
+    assert_eq!(rig.see("walker").left, 1);
+    assert!(!rig.stage.did(&format!("walker {build} drop")));
+    rig.stage.note(|| "let go".to_owned());
+    rig.until(|rig| rig.see("walker").left == 0);
+    rig.until_did(&format!("walker {build} drop"));
+}
+
 fn a_build_that_hangs_on_trial_is_given_up_for_the_one_before(executor: Executor) {
     let mut rig = start(executor);
     reload(&mut rig, 8, How::default()).expect("it fits");
     rig.until_did("walker 8 hangs");
     let walker = rig.place("walker");
-    // Its level selects again as ever.
-    rig.until(|rig| {
-        rig.stage.told(|event| {
-            matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
-        })
-    });
-    rig.until(|rig| !undone(rig).is_empty());
+    let since = rig.stage.lines().len();
+    until_walks(&mut rig, 1, since);
+    // Its level selected again as ever.
+    assert!(rig.stage.told(|event| {
+        matches!(event, Event::Health { schema, health: Health::Faulted(_), .. } if *schema == walker)
+    }));
+    let reason = undone(&rig).pop().expect("it was undone");
+    assert!(
+        reason.starts_with("has not returned from a call for "),
+        "{reason}"
+    );
+    let view = rig.see("walker").reload.expect("it was reloaded");
+    assert!(!view.on_trial && view.undone.is_some(), "{view:?}");
+    assert!(
+        !rig.stage.did("walker 1 drop"),
+        "the one that was kept is with the call"
+    );
+    let_go(&mut rig, 8);
+    rig.until_did("walker 1 drop");
+    // Another may take over now.
+    reload(&mut rig, 2, How::default()).expect("it fits");
+    rig.until_did("walker 2 awake");
+    rig.stop();
+}
+
+fn a_build_that_hangs_while_it_takes_over_is_given_up_too(executor: Executor) {
+    for number in [15, 16] {
+        let mut rig = start(executor);
+        let since = rig.stage.lines().len();
+        let refused = reload(&mut rig, number, How::default()).expect_err("it never has a turn");
+        assert!(
+            refused.starts_with("has not returned from a call for "),
+            "{refused}"
+        );
+        assert!(rig.stage.did(&format!("walker {number} hangs")));
+        until_walks(&mut rig, 1, since);
+        assert_eq!(undone(&rig), [refused]);
+        assert_eq!(rig.see("walker").faults, 1);
+        let_go(&mut rig, number);
+        reload(&mut rig, 2, How::default()).expect("it fits");
+        rig.until_did("walker 2 awake");
+        rig.stop();
+    }
+}
+
+fn a_hang_after_the_trial_is_followed_by_the_build_that_runs(executor: Executor) {
+    let mut rig = start(executor);
+    let how = How {
+        probation: 0,
+        ..How::default()
+    };
+    reload(&mut rig, 8, how).expect("it fits");
+    rig.until_did("walker 8 hangs");
+    let since = rig.stage.lines().len();
+    until_walks(&mut rig, 8, since);
+    assert_eq!(undone(&rig), [""; 0]);
     rig.stage.note(|| "let go".to_owned());
-    rig.until_did("walker 8 drop");
-    let lines = rig.stage.lines().len();
-    rig.until(|rig| {
-        rig.stage.lines()[lines..]
-            .iter()
-            .any(|line| line.starts_with("walker 1 step"))
-    });
     rig.stop();
 }

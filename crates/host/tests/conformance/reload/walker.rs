@@ -48,13 +48,9 @@ impl Own {
             (4, Call::Restore) => Err("it knows better".into()),
             (6, Call::Check) => panic!("it looked"),
             (7, Call::Awake) => Err("it does not get up".into()),
-            (8, Call::Iterate) if self.own_steps == 2 => {
-                self.say("hangs".to_owned());
-                let stage = Stage::of(stage);
-                stage.wait_until(|| stage.did("let go"));
-                Ok(())
-            }
+            (8, Call::Iterate) if self.own_steps == 2 => self.hang(stage),
             (9, Call::Save) => panic!("it forgot"),
+            (15, Call::Restore) | (16, Call::Check) => self.hang(stage),
             (_, Call::Check) => Ok(()),
             (_, Call::Iterate) => {
                 self.say(format!("step {}", self.steps));
@@ -74,6 +70,14 @@ impl Own {
         // It is not this one that ends.
         own.stage = None;
         saved
+    }
+
+    /// Does not return before it is let go.
+    fn hang(&self, stage: u32) -> Result {
+        self.say("hangs".to_owned());
+        let stage = Stage::of(stage);
+        stage.wait_until(|| stage.did("let go"));
+        Ok(())
     }
 
     fn say(&self, what: String) {
@@ -210,6 +214,8 @@ build!(11: FORGETFUL, Forgetful, "walker", {
 });
 build!(12: OTHER, Other, "runner", {});
 build!(14: BARE, Bare, "walker", {});
+build!(15: HANGS_AT_ONCE, HangsAtOnce);
+build!(16: HANGS_FIRST, HangsFirst);
 
 /// The same in another order and with more, which is all optional; it says what it sees.
 #[derive(Describe)]
@@ -278,6 +284,8 @@ pub(super) fn build(number: u32) -> Loaded {
         12 => &OTHER,
         13 => &REORDERED,
         14 => &BARE,
+        15 => &HANGS_AT_ONCE,
+        16 => &HANGS_FIRST,
         other => panic!("there is no build {other}"),
     };
     Loaded::linked_in(table).expect("its tables are right")

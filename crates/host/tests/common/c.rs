@@ -1,0 +1,23 @@
+//! Plugins in C, made by cc.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Makes a library from a file of `tests/c`, with these macros.
+pub(crate) fn make(source: &str, macros: &[String], to: &Path) {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let done = Command::new("cc")
+        .args([
+            "-shared",
+            "-fPIC",
+            "-std=c11",
+            "-I",
+            &format!("{root}/../../include"),
+        ])
+        .args(macros)
+        .arg("-o")
+        .args([to, &PathBuf::from(format!("{root}/tests/c/{source}"))])
+        .output()
+        .expect("a C compiler named cc is installed");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
