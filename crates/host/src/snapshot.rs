@@ -1,11 +1,14 @@
 //! What every schema and group is doing at one instant: what the oscilloscope shows. As JSON it reads like its fields, with
 //! enumerations as words: `"winner"`, `"motor"`, `"ok"` or `{"faulted": "why"}`; times are ns. Data only.
 
+mod names;
+
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
 use crate::build::BuildName;
+use names::{HealthName, KindName, StateName};
 
 /// The whole application at one instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -179,35 +182,6 @@ pub struct Switch {
     pub reason: String,
     /// Time from its cause to the winner's first iteration, ns.
     pub latency: Option<Nanos>,
-}
-
-/// [`Kind`] in words.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Kind", rename_all = "kebab-case")]
-enum KindName {
-    Perceptive,
-    Motor,
-    Driver,
-}
-
-/// [`State`] in words.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "State", rename_all = "kebab-case")]
-enum StateName {
-    Slept,
-    Checking,
-    Ready,
-    Winner,
-}
-
-/// [`Health`] in words.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Health", rename_all = "kebab-case")]
-enum HealthName {
-    Ok,
-    Overrun,
-    ArbitrationFailed(String),
-    Faulted(String),
 }
 
 #[cfg(test)]

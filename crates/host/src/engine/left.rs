@@ -1,13 +1,14 @@
-//! Calls that were given up: they may run on for ever, but nothing they do counts, and how many there are is bounded and known.
+//! Calls that do not return. Those that were given up may run on for ever, but nothing they do counts, and how many there are is bounded and known.
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use jde_core::Nanos;
+use jde_core::{Health, Nanos};
 
-use super::{Engine, schema};
+use super::{Engine, Signal, schema};
 use crate::event::Event;
 use crate::footprint::Footprint;
 use crate::instance::Left;
+use crate::turn::Turn;
 
 /// Calls of one schema that may have been given up and not have returned: each keeps a thread, its stack and whatever the
 /// schema had allocated and opened. Who hangs once in a while is helped by a few; who always does must not eat the machine.
@@ -26,6 +27,19 @@ impl Engine {
         Err(format!(
             "{left} calls of it were given up and never returned; it gets no other instance until one does"
         ))
+    }
+
+    /// A call does not return: the level selects again as if it had failed. A restart that finds it there still, because it could
+    /// not be given up, fails too.
+    pub(crate) fn hung(&self, instance: usize, reason: String) {
+        let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
+        if !known {
+            self.ring(instance, Signal::Replaced);
+            let moment = self.faulted(instance, reason.clone());
+            self.tell_turn(Turn::GIVEN_UP, instance, 0, moment);
+            // Whoever makes it anew finds the build before.
+            self.give_up_build(instance, &reason);
+        }
     }
 
     /// The call of an instance that has run since then was given up for that reason, and keeps so many bytes of shared values.

@@ -21,7 +21,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
 use jde_board::{Board, Watch};
-use jde_core::{Answer, Check, Effect, GroupId, Health, Hierarchy, Level, Nanos, SchemaId};
+use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId};
 
 use crate::app::Application;
 use crate::build;
@@ -258,18 +258,6 @@ impl Engine {
         .1
     }
 
-    /// A call does not return: the level selects again as if it had failed. A restart that finds it there still fails too.
-    pub(crate) fn hung(&self, instance: usize, reason: String) {
-        let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
-        if !known {
-            self.ring(instance, Signal::Replaced);
-            let moment = self.faulted(instance, reason.clone());
-            self.tell_turn(Turn::GIVEN_UP, instance, 0, moment);
-            // Whoever makes it anew finds the build before.
-            self.give_up_build(instance, &reason);
-        }
-    }
-
     /// The host itself panicked: brakes all actuators and ends the application.
     pub(crate) fn panicked(&self) {
         self.brake_all();
@@ -419,15 +407,14 @@ impl Engine {
                     self.ring(father, Signal::Asked { group, ticket, level });
                 }
             }
-            Effect::Brake { group } => {
+            Effect::Hold { group, until } if !self.is_halted(&rules.hierarchy) => {
+                let below = self.below(&rules.hierarchy, group);
+                rules.commands.hold(&below, now, until);
+            }
+            Effect::Brake { group } | Effect::Hold { group, .. } => {
                 for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
                     self.ring(driver, Signal::Triggered);
                 }
-            }
-            Effect::Hold { group, until } => {
-                rules
-                    .commands
-                    .hold(&self.below(&rules.hierarchy, group), now, until)
             }
             Effect::Changed { id, from, to } => {
                 tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);

@@ -8,7 +8,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use jde_core::Nanos;
 
-use super::ports::{Ports, Remains};
+use super::ports::Ports;
+use super::remains::Remains;
 
 /// The ports of an instance, for as long as its calls are not given up.
 pub(crate) struct Desk {

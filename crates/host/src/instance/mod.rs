@@ -9,6 +9,7 @@ mod host_table;
 mod left;
 mod memory;
 mod ports;
+mod remains;
 mod scratch;
 
 use std::ffi::{CStr, CString, c_char, c_void};

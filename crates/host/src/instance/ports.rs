@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_board::{Error, Parted, Reader, Refused, Writer};
+use jde_board::{Parted, Reader, Refused, Writer};
 use jde_core::Nanos;
 
 use crate::history::{Aligned, History, Old};
@@ -11,11 +11,11 @@ use crate::turn::{INPUTS, Journal, Turn};
 /// All ports of an instance, by number.
 #[derive(Default)]
 pub(crate) struct Ports {
-    ports: Vec<Port>,
+    pub(super) ports: Vec<Port>,
     /// Kept only for those who want to know of turns.
     looks: Option<Looks>,
     /// Rooms that a call which is about to be given up may still write to.
-    loaned: Vec<Parted>,
+    pub(super) loaned: Vec<Parted>,
 }
 
 /// What was looked at since the last release.
@@ -54,17 +54,11 @@ pub(crate) enum Port {
 
 /// An input that shows what it showed before.
 pub(crate) struct Again {
-    history: Arc<History>,
+    pub(super) history: Arc<History>,
     /// The number of the value, as turns tell it.
-    wanted: u32,
+    pub(super) wanted: u32,
     /// Its answer since the last release.
-    held: Option<Option<Arc<Old>>>,
-}
-
-/// What a call that was given up may still look at or write to. It must outlive that call.
-pub(crate) struct Remains {
-    looked_at: Vec<Port>,
-    loaned: Vec<Parted>,
+    pub(super) held: Option<Option<Arc<Old>>>,
 }
 
 /// What an input has shown since the last release.
@@ -308,34 +302,6 @@ impl Ports {
         }
     }
 
-    /// The same ports for a successor, unfollowed, and what these showed or lent since the last release, which stays where it is.
-    ///
-    /// # Errors
-    /// A loan cannot be left to whoever got it; then these go on as they are.
-    pub(crate) fn hand_on(&mut self) -> Result<(Self, Remains), Error> {
-        let mut loaned = Vec::new();
-        let mut parted = Ok(());
-        for port in &mut self.ports {
-            if let Port::Output(writer) | Port::Wish { writer, .. } = port {
-                match writer.part() {
-                    Ok(room) => loaned.extend(room),
-                    Err(error) => parted = Err(error),
-                }
-            }
-        }
-        self.loaned.extend(loaned);
-        parted?;
-        let mut looked_at = Vec::new();
-        let ports = self.ports.iter_mut().map(|port| {
-            let (successor, remains) = std::mem::replace(port, Port::Unbound).hand_on();
-            looked_at.extend(remains);
-            successor
-        });
-        let successor = Self::new(ports.collect());
-        let loaned = std::mem::take(&mut self.loaned);
-        Ok((successor, Remains { looked_at, loaned }))
-    }
-
     /// Time of the newest value read since the last release.
     pub(crate) fn newest(&self) -> Nanos {
         let times = self.ports.iter().filter_map(|port| match port {
@@ -346,66 +312,6 @@ impl Ports {
             Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
-    }
-}
-
-impl Port {
-    /// The port for a successor; and itself, if somebody may still look at what it shows.
-    fn hand_on(self) -> (Self, Option<Self>) {
-        match self {
-            Self::Input(reader) if reader.latched().is_some() => {
-                (Self::Input(reader.another()), Some(Self::Input(reader)))
-            }
-            Self::Command {
-                reader,
-                neutral,
-                in_force,
-            } => {
-                let successor = Self::Command {
-                    reader: reader.another(),
-                    neutral: Aligned::new(neutral.bytes()),
-                    in_force: None,
-                };
-                let remains = Self::Command {
-                    reader,
-                    neutral,
-                    in_force,
-                };
-                (successor, Some(remains))
-            }
-            Self::Again(Again {
-                history,
-                wanted,
-                held,
-            }) => {
-                let successor = Again {
-                    history: Arc::clone(&history),
-                    wanted,
-                    held: None,
-                };
-                let remains = Again {
-                    history,
-                    wanted,
-                    held,
-                };
-                (Self::Again(successor), Some(Self::Again(remains)))
-            }
-            port @ (Self::Unbound | Self::Input(_) | Self::Output(_) | Self::Wish { .. }) => (port, None),
-        }
-    }
-}
-
-impl Remains {
-    /// Bytes of the values that are kept.
-    pub(crate) fn bytes(&self) -> usize {
-        let loaned: usize = self.loaned.iter().map(Parted::bytes).sum();
-        let looked_at = self.looked_at.iter().filter_map(|port| match port {
-            Port::Input(reader) | Port::Command { reader, .. } => {
-                reader.latched().map(|latched| latched.bytes.len())
-            }
-            Port::Unbound | Port::Again(_) | Port::Output(_) | Port::Wish { .. } => None,
-        });
-        loaned + looked_at.sum::<usize>()
     }
 }
 

@@ -188,15 +188,7 @@ impl Drop for Own {
     fn drop(&mut self) {
         let Some(stage) = self.stage.take() else { return };
         stage.note(|| format!("{} drop", self.name));
-        let mut io = Io {
-            stage: &stage,
-            name: &self.name,
-            memory: self.calls,
-            inner: None,
-            answer: false.into(),
-            verdict: None,
-            then: None,
-        };
+        let mut io = Io::new(&stage, &self.name, self.calls, None);
         // There is nobody to tell an error to; a panic goes on to the boundary.
         let _ = io.perform(Call::Drop);
     }
@@ -210,20 +202,17 @@ impl Motor {
         level: Option<&Level>,
     ) -> Result<(Precondition, Option<Verdict>)> {
         let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
-        let mut io = Io {
-            stage: &stage,
-            name: &self.own.name,
+        let mut io = Io::new(
+            &stage,
+            &self.own.name,
             memory,
-            inner: Some(Inner {
+            Some(Inner {
                 cx,
                 motor: Some(&*self),
                 perceptive: None,
                 level,
             }),
-            answer: false.into(),
-            verdict: None,
-            then: None,
-        };
+        );
         io.perform(call)?;
         Ok((io.answer, io.verdict))
     }
@@ -276,20 +265,17 @@ impl Arbitrate for Motor {
 impl Eye {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
-        let mut io = Io {
-            stage: &stage,
-            name: &self.own.name,
+        let mut io = Io::new(
+            &stage,
+            &self.own.name,
             memory,
-            inner: Some(Inner {
+            Some(Inner {
                 cx,
                 motor: None,
                 perceptive: Some(&mut self.out),
                 level: None,
             }),
-            answer: false.into(),
-            verdict: None,
-            then: None,
-        };
+        );
         io.perform(call)
     }
 }
@@ -313,20 +299,17 @@ impl Schema for Eye {
 impl Robot {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (stage, memory) = self.own.begin(cx, self.stage.get(cx));
-        let mut io = Io {
-            stage: &stage,
-            name: &self.own.name,
+        let mut io = Io::new(
+            &stage,
+            &self.own.name,
             memory,
-            inner: Some(Inner {
+            Some(Inner {
                 cx,
                 motor: None,
                 perceptive: None,
                 level: None,
             }),
-            answer: false.into(),
-            verdict: None,
-            then: None,
-        };
+        );
         io.perform(call)
     }
 }
@@ -371,6 +354,18 @@ impl Schema for Stillborn {
 }
 
 impl<'a> Io<'a> {
+    fn new(stage: &'a Arc<Stage>, name: &'a str, memory: u64, inner: Option<Inner<'a>>) -> Self {
+        Self {
+            stage,
+            name,
+            memory,
+            inner,
+            answer: false.into(),
+            verdict: None,
+            then: None,
+        }
+    }
+
     fn perform(&mut self, call: Call) -> Result {
         match call {
             Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate => {

@@ -4,6 +4,7 @@
 mod common;
 
 mod arbitration;
+mod chattering;
 mod faults;
 mod gestures;
 mod hangs;
@@ -16,6 +17,7 @@ mod reload;
 mod remote;
 mod selection;
 mod shutdown;
+mod stopping;
 mod time;
 mod unload;
 mod values;

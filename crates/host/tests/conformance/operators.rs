@@ -6,7 +6,6 @@ use jde_board::value::Value;
 use jde_core::State;
 use jde_host::event::{Event, OperatorAction};
 use jde_host::snapshot::SchemaView;
-use jde_types::Twist;
 
 use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
 
@@ -18,7 +17,6 @@ on_every_executor!(
     r14_a_modulation_is_given_back_unless_a_father_wrote_it_since,
     r14_who_lets_go_undoes_nothing_of_others,
     r14_what_does_not_exist_is_refused_in_words,
-    r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way,
 );
 
 const APP: &str = r#"
@@ -81,50 +79,6 @@ fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) 
     rig.operator().release(high).expect("it can be released");
     rig.until(|rig| rig.stage.count("high iterate") > before);
     assert_eq!(rig.see("high").operator, None);
-    rig.stop();
-}
-
-fn r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way(executor: Executor) {
-    let stage = Stage::new();
-    stage.drives("high", &Arc::new(true.into()), 0.3);
-    stage.drives("father", &Arc::new(true.into()), 0.2);
-    // Also where the last command would be held (R9).
-    let body = r#"
-        roots = ["high", "father"]
-        root = { absence = "hold", hold = "1000s" }
-        [schemas.robot]
-        type = "test/robot"
-        [schemas.high]
-        type = "test/motor"
-        actuators = { base = "robot.velocity" }
-        [schemas.father]
-        type = "test/motor"
-        actuators = { base = "robot.velocity" }
-    "#;
-    let mut rig = Rig::start(executor, &stage, body);
-    rig.until_did("robot velocity 0.3");
-    let father = stage.count("father iterate");
-    rig.operator().stop_all().expect("nothing keeps it from that");
-    rig.until(|rig| rig.winner("roots").is_none());
-    let velocity = |rig: &Rig| rig.handle.value::<Twist>("robot.velocity").expect("it is one");
-    assert_eq!(velocity(&rig), Some(Twist::ZERO));
-    rig.until_did("robot sleep");
-    for root in ["high", "father"] {
-        let view = rig.see(root);
-        assert_eq!(
-            (view.state, held(&view).as_deref()),
-            (State::Slept, Some("stopped by ana@laptop"))
-        );
-    }
-    assert_eq!(
-        stage.count("father iterate"),
-        father,
-        "nobody takes over on the way"
-    );
-    let before = stage.count("high iterate");
-    rig.operator().release_all().expect("nothing keeps it from that");
-    rig.until(|rig| rig.stage.count("high iterate") > before);
-    assert_eq!(rig.see("father").operator, None);
     rig.stop();
 }
 

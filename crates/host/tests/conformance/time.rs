@@ -16,8 +16,6 @@ on_every_executor!(
     r12_a_trigger_makes_no_winner_iterate_out_of_turn,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
-    r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down,
-    r4_turns_and_operators_are_no_chattering,
     a_schema_knows_whether_time_is_everybodys,
 );
 
@@ -398,66 +396,6 @@ fn r17_a_takeover_beyond_its_contract_is_an_event_of_its_own(executor: Executor)
     rig.until(|rig| rig.stage.told(late));
     assert!(rig.group("roots").late >= 1);
     rig.stop();
-}
-
-fn chattering(event: &Event) -> bool {
-    matches!(event, Event::Chatters { .. } | Event::Calmed { .. })
-}
-
-fn r4_a_group_that_chatters_is_told_of_once_and_when_it_has_calmed_down(executor: Executor) {
-    let stage = Stage::new();
-    let mut looks = 0_u64;
-    stage.play("high", move |call, io| {
-        if call == Call::Check {
-            looks += 1;
-            // To and fro every third check, and then never again.
-            io.ready(looks < 60 && looks % 6 < 3);
-        }
-        Ok(())
-    });
-    acts(&stage, "low", |_| {});
-    let mut rig = Rig::start(executor, &stage, TWO);
-    rig.until(|rig| rig.group("roots").chatter.is_some());
-    let (high, low) = (rig.place("high"), rig.place("low"));
-    rig.until(|rig| rig.group("roots").chatter.is_none());
-    let switch = |event: &Event| matches!(event, Event::Decided(record) if record.changed);
-    let all = stage.count_events(switch) as u64;
-    let told: Vec<_> = stage.events().into_iter().filter(chattering).collect();
-    let [
-        Event::Chatters {
-            time: since,
-            group: 0,
-            between,
-            switches: 5,
-        },
-        Event::Calmed {
-            group: 0,
-            since: same,
-            switches,
-            ..
-        },
-    ] = told.as_slice()
-    else {
-        panic!("{told:?}");
-    };
-    assert_eq!((*between, since), ([Some(high), Some(low)], same));
-    assert_eq!(all, *switches + 5);
-    rig.stop();
-}
-
-fn r4_turns_and_operators_are_no_chattering(executor: Executor) {
-    let stage = Stage::new();
-    for name in ["high", "low"] {
-        acts(&stage, name, |_| {});
-    }
-    let body = TWO.replace(
-        "[schemas.high]",
-        "root = { policy = \"round-robin\", turn = \"20ms\" }\n[schemas.high]",
-    );
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until(|rig| rig.group("roots").switches > 20);
-    rig.stop();
-    assert!(!stage.told(chattering));
 }
 
 fn a_schema_knows_whether_time_is_everybodys(executor: Executor) {

@@ -79,42 +79,38 @@ impl Progress {
             return Ok(());
         }
         let name = |schema: usize| &self.schemas[schema];
-        match event {
+        let (time, text) = match event {
             Event::Health {
                 time,
                 schema,
                 health: Health::Faulted(reason),
             } => {
-                let text = format!("{BAD}{} faulted{BAD:#}: {reason}", name(*schema));
-                self.line(*time, &text)
+                (time, format!("{BAD}{} faulted{BAD:#}: {reason}", name(*schema)))
             }
             Event::Health {
                 time,
                 schema,
                 health: Health::ArbitrationFailed(reason),
             } => {
-                let text = format!(
+                (time, format!(
                     "{WARN}the arbitration of {} failed{WARN:#}: {reason}",
                     name(*schema)
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::Hung { time, schema, since } => {
                 let long = time.saturating_sub(*since) as f64 / 1e9;
-                let text = format!(
+                (time, format!(
                     "{BAD}{} hangs{BAD:#}: a call has not returned for {long:.1} s",
                     name(*schema)
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::LeftBehind {
                 time, schema, left, ..
             } => {
-                let text = format!(
+                (time, format!(
                     "{WARN}the call of {} is left behind{WARN:#}, {left} in all; its next awakening makes a fresh instance",
                     name(*schema)
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::CameBack {
                 time,
@@ -124,11 +120,10 @@ impl Progress {
                 ..
             } => {
                 let long = time.saturating_sub(*since) as f64 / 1e9;
-                let text = format!(
+                (time, format!(
                     "a call of {} that was left behind returned after {long:.1} s; {left} have not",
                     name(*schema)
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::Chatters {
                 time,
@@ -137,11 +132,10 @@ impl Progress {
                 switches,
             } => {
                 let [one, other] = between.map(|schema| schema.map_or("nobody", |schema| name(schema).as_str()));
-                let text = format!(
+                (time, format!(
                     "{WARN}{} chatters{WARN:#} between {one} and {other}: {switches} switches within a second",
                     self.groups[*group]
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::Calmed {
                 time,
@@ -149,20 +143,18 @@ impl Progress {
                 since,
                 switches,
             } => {
-                let text = format!(
+                (time, format!(
                     "{} has calmed down after {:.1} s and {switches} more switches",
                     self.groups[*group],
                     time.saturating_sub(*since) as f64 / 1e9
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::Reloaded {
                 time,
                 schema,
                 takeover,
             } => {
-                let text = format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.words());
-                self.line(*time, &text)
+                (time, format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.words()))
             }
             Event::ReloadUndone {
                 time,
@@ -170,15 +162,13 @@ impl Progress {
                 build,
                 reason,
             } => {
-                let text = format!(
+                (time, format!(
                     "{BAD}{} goes on with the build before {build}{BAD:#}: {reason}",
                     name(*schema)
-                );
-                self.line(*time, &text)
+                ))
             }
             Event::Operator { time, by, action } => {
-                let text = format!("{by} {}", action.words(&self.schemas[action.schema()]));
-                self.line(*time, &text)
+                (time, format!("{by} {}", action.words(&self.schemas[action.schema()])))
             }
             Event::Changed { .. }
             | Event::Health {
@@ -191,8 +181,9 @@ impl Progress {
             | Event::Late { .. }
             | Event::Overrun { .. }
             | Event::Refused { .. }
-            | Event::Ended { .. } => Ok(()),
-        }
+            | Event::Ended { .. } => return Ok(()),
+        };
+        self.line(*time, &text)
     }
 
     /// Tells a takeover, if every one is told.

@@ -1,6 +1,7 @@
 //! The executable as a user meets it: real processes, real files, exit statuses.
 
 mod attached;
+mod cable;
 mod demo;
 mod inspecting;
 mod naming;

@@ -1,12 +1,10 @@
 //! `jde sim` as a user meets it, and robots that lose the process that drives them: stopped, killed, gone.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::cable::Cable;
 use crate::support::{jde, jde_with_plugins, json, root, said};
 
 /// A world that is served; it ends when this is dropped.
@@ -133,43 +131,6 @@ fn a_process_that_is_stopped_or_killed_leaves_a_robot_that_stands() {
     assert!(rest.contains("0 collisions"), "{rest}");
 }
 
-/// A cable between a driver and its robot, which can be cut: then nothing passes, and nobody is told.
-struct Cable {
-    address: String,
-    cut: Arc<AtomicBool>,
-}
-
-impl Cable {
-    fn to(address: &str) -> Self {
-        let robot = address.trim_start_matches("tcp:").to_owned();
-        let plug = TcpListener::bind("127.0.0.1:0").expect("a port");
-        let address = format!("tcp:{}", plug.local_addr().expect("an address"));
-        let cut = Arc::new(AtomicBool::new(false));
-        let held = Arc::clone(&cut);
-        // Its threads end with the sockets, which end with the processes at both ends.
-        std::thread::spawn(move || {
-            let (driver, _) = plug.accept().expect("the driver comes");
-            let robot = TcpStream::connect(robot).expect("the robot is there");
-            let ways = [(&driver, &robot), (&robot, &driver)];
-            let ways = ways.map(|(from, to)| (from.try_clone(), to.try_clone()));
-            for (from, to) in ways {
-                let (mut from, mut to) = (from.expect("a socket"), to.expect("a socket"));
-                let held = Arc::clone(&held);
-                std::thread::spawn(move || {
-                    let mut bytes = [0; 4096];
-                    while let Ok(count @ 1..) = from.read(&mut bytes) {
-                        let passes = !held.load(Ordering::SeqCst);
-                        if passes && to.write_all(&bytes[..count]).is_err() {
-                            return;
-                        }
-                    }
-                });
-            }
-        });
-        Self { address, cut }
-    }
-}
-
 #[test]
 fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows() {
     let folder = tempfile::tempdir().unwrap();
@@ -183,7 +144,7 @@ fn r7_a_network_that_is_cut_leaves_a_robot_that_stands_and_a_driver_that_knows()
     server.until("a client is connected");
     let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
     until(&mut words, |line| line.contains("nobody -> goon"));
-    cable.cut.store(true, Ordering::SeqCst);
+    cable.cut();
     server.until("nothing heard for 2.0 s, its motors stop");
     // What the driver exported is taken back, so nobody is ready, and nobody wins (R9).
     until(&mut words, |line| line.contains("goon -> nobody"));

@@ -101,12 +101,16 @@ fn chattered(page: &Page<'_>, restless: &Restless) -> Markup {
         1 => String::from("once"),
         many => format!("{many} times"),
     };
+    let switches = match restless.switches {
+        1 => String::from("1 switch"),
+        many => format!("{many} switches"),
+    };
     html! {
         span.bad { "chattered " (spells) }
         @if let Some((one, other)) = restless.between() {
             ", most between " (page.choice(one)) " and " (page.choice(other))
         }
-        ": " (counted(restless.switches, "switch").replace("switchs", "switches")) " at more than " (MANY) " a second, "
+        ": " (switches) " at more than " (MANY) " a second, "
         (restless.collisions) " of them where several were ready. "
         @if restless.is_for_a_policy() {
             @if let Some(dwell) = restless.dwell() {

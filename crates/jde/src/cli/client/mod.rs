@@ -14,6 +14,7 @@ mod ps;
 mod record;
 mod reload;
 mod set;
+mod stop;
 mod target;
 mod top;
 mod vars;
@@ -39,9 +40,9 @@ pub(crate) enum Client {
     Why(why::Why),
     Panel(panel::Panel),
     Play(operate::Play),
-    Stop(operate::Stop),
+    Stop(stop::Stop),
     Force(operate::Force),
-    Release(operate::Release),
+    Release(stop::Release),
     Period(operate::Period),
     Unload(operate::Unload),
     Load(operate::Load),

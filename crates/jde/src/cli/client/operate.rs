@@ -1,4 +1,4 @@
-//! What an operator does to one schema (R14): plays, stops, forces, releases, re-times, unloads and loads it.
+//! What an operator does to one schema (R14): plays, forces, re-times, unloads and loads it; and how verbs carry that out.
 
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -10,7 +10,7 @@ use jde_core::Nanos;
 use jde_link::Remote;
 use jde_link::message::{Action, Request};
 
-use super::{Context, Target, all};
+use super::{Context, Target};
 use crate::attached::name::split_application;
 use crate::cli::quantity;
 use crate::failure::Failure;
@@ -25,12 +25,12 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// Which schema, of which application.
 #[derive(Args)]
-struct Schema {
+pub(super) struct Schema {
     /// The schema; APP:SCHEMA names the application too.
     #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
-    schema: String,
+    pub(super) schema: String,
     #[command(flatten)]
-    target: Target,
+    pub(super) target: Target,
 }
 
 /// How long it lasts.
@@ -39,7 +39,7 @@ pub(super) struct Lasting {
     /// Let go after this time, at Ctrl-C, or a second after this program or the network is gone; without it, it stands until
     /// it is released.
     #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
-    time: Option<Nanos>,
+    pub(super) time: Option<Nanos>,
 }
 
 /// What is said.
@@ -82,51 +82,6 @@ verbs! {
     Force, |schema| Action::Force { schema }, "is forced to win";
 }
 
-/// One schema, or everything.
-#[derive(Args)]
-struct Whom {
-    /// The schema; APP:SCHEMA names the application too.
-    #[arg(
-        value_name = "SCHEMA",
-        required_unless_present = "all",
-        conflicts_with = "all",
-        add = ArgValueCompleter::new(complete::schemas)
-    )]
-    schema: Option<String>,
-    /// All roots of all applications, or of the one that --app names.
-    #[arg(long)]
-    all: bool,
-    #[command(flatten)]
-    target: Target,
-}
-
-/// Keep a schema asleep, or stop everything at once.
-///
-/// With --all every root sleeps, and with it all that acts, and every command of every driver is neutral: nothing is ended, and
-/// `jde release --all` lets it go on. The exit status is 0 only if everything was stopped.
-#[derive(Args)]
-#[command(after_help = "Examples:
-  jde stop goon
-  jde stop goon --for 10s
-  jde stop --all
-  jde stop --all --app robot2 --at tls/robot2:7447")]
-pub(crate) struct Stop {
-    #[command(flatten)]
-    whom: Whom,
-    #[command(flatten)]
-    lasting: Lasting,
-}
-
-/// Let go of a schema: undo what operators did to it, whoever they are. With --all, let everything go on that was stopped at once.
-#[derive(Args)]
-#[command(after_help = "Examples:
-  jde release goon
-  jde release --all")]
-pub(crate) struct Release {
-    #[command(flatten)]
-    whom: Whom,
-}
-
 /// Give a schema another period.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -162,50 +117,6 @@ pub(crate) struct Load {
     schema: Schema,
 }
 
-impl Stop {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        match self.whom.one() {
-            Ok(schema) => schema.act(
-                context,
-                |schema| Action::Stop { schema },
-                &self.lasting,
-                "is stopped",
-            ),
-            Err(_) if self.lasting.time.is_some() => Err(Failure::usage(
-                "to stop everything must not end by itself",
-                "leave --for out, and let it go on with `jde release --all`",
-            )),
-            Err(target) => all::stop(context, &target),
-        }
-    }
-}
-
-impl Release {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let lasting = Lasting { time: None };
-        match self.whom.one() {
-            Ok(schema) => schema.act(
-                context,
-                |schema| Action::Release { schema },
-                &lasting,
-                "is released",
-            ),
-            Err(target) => all::release(context, &target),
-        }
-    }
-}
-
-impl Whom {
-    /// The one, or where all are looked for.
-    fn one(self) -> Result<Schema, Target> {
-        let Self { schema, target, .. } = self;
-        match schema {
-            Some(schema) => Ok(Schema { schema, target }),
-            None => Err(target),
-        }
-    }
-}
-
 impl Period {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let period_s = self.period as f64 / 1e9;
@@ -232,7 +143,7 @@ impl Load {
 }
 
 impl Schema {
-    fn act(
+    pub(super) fn act(
         &self,
         context: &Context,
         action: impl FnOnce(String) -> Action,

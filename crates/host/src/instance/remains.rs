@@ -1,0 +1,105 @@
+//! What stays with a call that was given up: it may still look at what it was shown and write to what it was lent. The successor
+//! of its instance gets the same ports without that.
+
+use std::sync::Arc;
+
+use jde_board::{Error, Parted};
+
+use super::ports::{Again, Port, Ports};
+use crate::history::Aligned;
+
+/// What a call that was given up may still look at or write to. It must outlive that call.
+pub(crate) struct Remains {
+    looked_at: Vec<Port>,
+    loaned: Vec<Parted>,
+}
+
+impl Ports {
+    /// The same ports for a successor, unfollowed, and what these showed or lent since the last release, which stays where it is.
+    ///
+    /// # Errors
+    /// A loan cannot be left to whoever got it; then these go on as they are.
+    pub(crate) fn hand_on(&mut self) -> Result<(Self, Remains), Error> {
+        let mut loaned = Vec::new();
+        let mut parted = Ok(());
+        for port in &mut self.ports {
+            if let Port::Output(writer) | Port::Wish { writer, .. } = port {
+                match writer.part() {
+                    Ok(room) => loaned.extend(room),
+                    Err(error) => parted = Err(error),
+                }
+            }
+        }
+        self.loaned.extend(loaned);
+        parted?;
+        let mut looked_at = Vec::new();
+        let ports = self.ports.iter_mut().map(|port| {
+            let (successor, remains) = std::mem::replace(port, Port::Unbound).hand_on();
+            looked_at.extend(remains);
+            successor
+        });
+        let successor = Self::new(ports.collect());
+        let loaned = std::mem::take(&mut self.loaned);
+        Ok((successor, Remains { looked_at, loaned }))
+    }
+}
+
+impl Port {
+    /// The port for a successor; and itself, if somebody may still look at what it shows.
+    fn hand_on(self) -> (Self, Option<Self>) {
+        match self {
+            Self::Input(reader) if reader.latched().is_some() => {
+                (Self::Input(reader.another()), Some(Self::Input(reader)))
+            }
+            Self::Command {
+                reader,
+                neutral,
+                in_force,
+            } => {
+                let successor = Self::Command {
+                    reader: reader.another(),
+                    neutral: Aligned::new(neutral.bytes()),
+                    in_force: None,
+                };
+                let remains = Self::Command {
+                    reader,
+                    neutral,
+                    in_force,
+                };
+                (successor, Some(remains))
+            }
+            Self::Again(Again {
+                history,
+                wanted,
+                held,
+            }) => {
+                let successor = Again {
+                    history: Arc::clone(&history),
+                    wanted,
+                    held: None,
+                };
+                let remains = Again {
+                    history,
+                    wanted,
+                    held,
+                };
+                (Self::Again(successor), Some(Self::Again(remains)))
+            }
+            port @ (Self::Unbound | Self::Input(_) | Self::Output(_) | Self::Wish { .. }) => (port, None),
+        }
+    }
+}
+
+impl Remains {
+    /// Bytes of the values that are kept.
+    pub(crate) fn bytes(&self) -> usize {
+        let loaned: usize = self.loaned.iter().map(Parted::bytes).sum();
+        let looked_at = self.looked_at.iter().filter_map(|port| match port {
+            Port::Input(reader) | Port::Command { reader, .. } => {
+                reader.latched().map(|latched| latched.bytes.len())
+            }
+            Port::Unbound | Port::Again(_) | Port::Output(_) | Port::Wish { .. } => None,
+        });
+        loaned + looked_at.sum::<usize>()
+    }
+}

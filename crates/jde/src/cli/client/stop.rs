@@ -1,0 +1,102 @@
+//! Verbs that stop and release one schema or everything (R14).
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use jde_link::message::Action;
+
+use super::operate::{Lasting, Schema};
+use super::{Context, Target, all};
+use crate::complete;
+use crate::failure::Failure;
+
+/// One schema, or everything.
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct Which {
+    /// The schema; APP:SCHEMA names the application too.
+    #[arg(value_name = "SCHEMA", add = ArgValueCompleter::new(complete::schemas))]
+    schema: Option<String>,
+    /// All roots of all applications, or of the one that --app names.
+    #[arg(long)]
+    all: bool,
+}
+
+/// Of which application.
+#[derive(Args)]
+struct Whom {
+    #[command(flatten)]
+    which: Which,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Keep a schema asleep, or stop everything at once.
+///
+/// With --all every root sleeps, and with it all that acts, and every command of every driver is neutral: nothing is ended, and
+/// `jde release --all` lets it go on. The exit status is 0 only if everything was stopped.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde stop goon
+  jde stop goon --for 10s
+  jde stop --all
+  jde stop --all --app robot2 --at tls/robot2:7447")]
+pub(crate) struct Stop {
+    #[command(flatten)]
+    whom: Whom,
+    #[command(flatten)]
+    lasting: Lasting,
+}
+
+/// Let go of a schema: undo what operators did to it, whoever they are. With --all, let everything go on that was stopped at once.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  jde release goon
+  jde release --all")]
+pub(crate) struct Release {
+    #[command(flatten)]
+    whom: Whom,
+}
+
+impl Stop {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        match self.whom.one() {
+            Ok(schema) => schema.act(
+                context,
+                |schema| Action::Stop { schema },
+                &self.lasting,
+                "is stopped",
+            ),
+            Err(_) if self.lasting.time.is_some() => Err(Failure::usage(
+                "to stop everything must not end by itself",
+                "leave --for out, and let it go on with `jde release --all`",
+            )),
+            Err(target) => all::stop(context, &target),
+        }
+    }
+}
+
+impl Release {
+    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let lasting = Lasting { time: None };
+        match self.whom.one() {
+            Ok(schema) => schema.act(
+                context,
+                |schema| Action::Release { schema },
+                &lasting,
+                "is released",
+            ),
+            Err(target) => all::release(context, &target),
+        }
+    }
+}
+
+impl Whom {
+    /// The one, or where all are looked for.
+    fn one(self) -> Result<Schema, Target> {
+        let Self { which, target } = self;
+        match which.schema {
+            Some(schema) => Ok(Schema { schema, target }),
+            None => Err(target),
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! What a driver and its robot are connected by, for tests that cut it.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A cable between a driver and its robot, which can be cut: then nothing passes, and nobody is told.
+pub(crate) struct Cable {
+    pub(crate) address: String,
+    cut: Arc<AtomicBool>,
+}
+
+impl Cable {
+    /// To a robot that listens there.
+    pub(crate) fn to(address: &str) -> Self {
+        let robot = address.trim_start_matches("tcp:").to_owned();
+        let plug = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = format!("tcp:{}", plug.local_addr().expect("an address"));
+        let cut = Arc::new(AtomicBool::new(false));
+        let held = Arc::clone(&cut);
+        // Its threads end with the sockets, which end with the processes at both ends.
+        std::thread::spawn(move || {
+            let (driver, _) = plug.accept().expect("the driver comes");
+            let robot = TcpStream::connect(robot).expect("the robot is there");
+            let ways = [(&driver, &robot), (&robot, &driver)];
+            let ways = ways.map(|(from, to)| (from.try_clone(), to.try_clone()));
+            for (from, to) in ways {
+                let (mut from, mut to) = (from.expect("a socket"), to.expect("a socket"));
+                let held = Arc::clone(&held);
+                std::thread::spawn(move || {
+                    let mut bytes = [0; 4096];
+                    while let Ok(count @ 1..) = from.read(&mut bytes) {
+                        let passes = !held.load(Ordering::SeqCst);
+                        if passes && to.write_all(&bytes[..count]).is_err() {
+                            return;
+                        }
+                    }
+                });
+            }
+        });
+        Self { address, cut }
+    }
+
+    /// From now on nothing passes.
+    pub(crate) fn cut(&self) {
+        self.cut.store(true, Ordering::SeqCst);
+    }
+}
