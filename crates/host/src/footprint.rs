@@ -12,7 +12,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// That of this process now; takes some tens of microseconds.
+    /// That of this process now, out of what the kernel tells of it.
     #[must_use]
     pub fn now() -> Self {
         let files = std::fs::read_dir("/proc/self/fd").map_or(0, |files| files.count() as u64);
