@@ -95,6 +95,18 @@ apps/good.toml:25:10: `budget` of schema `stop` must be a time, and `Hz` is no u
     );
     check(
         &[(
+            r#"type      = "stop""#,
+            r#"type      = "stop"
+budget = "20ms"
+hang = "20ms""#,
+        )],
+        r#"
+apps/good.toml:26:8: `hang` of schema `stop` is not longer than its budget, which is 20 ms
+    help: give several budgets, or leave it out for ten of them and at least a second
+"#,
+    );
+    check(
+        &[(
             r#"{ policy = "sticky", dwell = "500ms" }"#,
             r#"{ patience = 0, budget = "1us" }"#,
         )],

@@ -1,4 +1,5 @@
-//! Calls that do not return. Those that were given up may run on for ever, but nothing they do counts, and how many there are is bounded and known.
+//! Calls that do not return. Those that were given up may run on for ever, but nothing they do counts, and how many there are is
+//! bounded and known.
 
 use std::sync::atomic::Ordering::Relaxed;
 

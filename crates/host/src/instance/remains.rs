@@ -18,7 +18,8 @@ impl Ports {
     /// The same ports for a successor, unfollowed, and what these showed or lent since the last release, which stays where it is.
     ///
     /// # Errors
-    /// A loan cannot be left to whoever got it; then these go on as they are.
+    /// A loan cannot be left to whoever got it yet. These stay then; other loans that were parted with come back when the call
+    /// returns, unpublished.
     pub(crate) fn hand_on(&mut self) -> Result<(Self, Remains), Error> {
         let mut loaned = Vec::new();
         let mut parted = Ok(());

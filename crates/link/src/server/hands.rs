@@ -18,6 +18,8 @@ use crate::message::{Action, Refusal, Request};
 
 /// Errands on their way.
 const ERRANDS: usize = 32;
+/// Acts among them, but those that stop everything: there is always room for these.
+const ACTS: usize = ERRANDS - 8;
 /// Gestures among them: who drags on a panel leaves room for whoever stops a robot.
 const TOUCHES: usize = ERRANDS / 4;
 /// Reloads on their way: one at a time is done, and nobody needs many to wait.
@@ -53,7 +55,9 @@ pub(super) struct Hands {
     errands: Option<SyncSender<Errand>>,
     reloads: Option<SyncSender<Errand>>,
     threads: Vec<JoinHandle<()>>,
-    /// Gestures that were sent and have not come back.
+    /// Acts that were sent and have not come back, reloads aside.
+    acts: usize,
+    /// Gestures among them.
     touches: usize,
 }
 
@@ -76,6 +80,7 @@ impl Hands {
             errands,
             reloads,
             threads,
+            acts: 0,
             touches: 0,
         })
     }
@@ -89,19 +94,23 @@ impl Hands {
         let Some(errands) = errands else {
             return Err(errand);
         };
+        let act = matches!(errand, Errand::Act(_));
         let touches = matches!(&errand, Errand::Act(act) if act.touches());
-        if touches && self.touches >= TOUCHES {
+        let stops = matches!(&errand, Errand::Act(act) if act.request.action == Action::StopAll);
+        if act && !stops && self.acts >= ACTS || touches && self.touches >= TOUCHES {
             return Err(errand);
         }
         errands.try_send(errand).map_err(|error| match error {
             TrySendError::Full(errand) | TrySendError::Disconnected(errand) => errand,
         })?;
+        self.acts += usize::from(act);
         self.touches += usize::from(touches);
         Ok(())
     }
 
     /// An act has come back.
     pub(super) fn acted(&mut self, act: &Act) {
+        self.acts -= 1;
         self.touches -= usize::from(act.touches());
     }
 }

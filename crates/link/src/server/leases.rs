@@ -210,6 +210,10 @@ mod tests {
         assert!(leases.check(&request("ana", play(), Some(0))).is_err());
         assert!(leases.check(&request("ana", play(), Some(u64::MAX))).is_err());
         assert!(leases.check(&request("ana", renew(), None)).is_err());
+        for everything in [Action::StopAll, Action::ReleaseAll] {
+            assert_eq!(leases.check(&request("ana", everything.clone(), None)), Ok(()));
+            assert!(leases.check(&request("ana", everything, Some(1000))).is_err());
+        }
         for number in 0..MOST {
             leases.acted(
                 &request(&format!("a{number}"), play(), Some(1000)),

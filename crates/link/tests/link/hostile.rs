@@ -2,9 +2,12 @@
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::channel;
 
 use jde_link::Rate;
+use jde_link::message::{Action, Request};
 use proptest::prelude::*;
 use zenoh::Wait;
 
@@ -101,6 +104,52 @@ fn a_flood_keeps_nobody_else_from_being_served() {
     assert!(remote.alive());
     drop(flood);
     remote.schemas().unwrap();
+}
+
+#[test]
+fn r14_a_flood_of_acts_keeps_nobody_from_stopping_everything() {
+    let (home, stage) = (Home::new(), Stage::new());
+    let link = home.open("robot", &stage);
+    let flood = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    let key = format!("jde/1/robot/{}/operate", link.about().id);
+    let request = |by: &str, action: Action| {
+        let by = by.to_owned();
+        let request = Request {
+            by,
+            action,
+            lease_ms: None,
+        };
+        serde_json::to_vec(&request).unwrap()
+    };
+    let play = request(
+        "eva",
+        Action::Play {
+            schema: "goon".to_owned(),
+        },
+    );
+    let held = stage.hold.lock().unwrap();
+    // More than may be asked and than may wait, and the first is not done before the stop has been asked for.
+    let open = Arc::new(());
+    for _ in 0..400 {
+        let open = Arc::clone(&open);
+        let get = flood.get(key.as_str()).payload(play.clone());
+        get.callback(move |_| drop(Arc::clone(&open))).wait().unwrap();
+    }
+    until("most are refused", || Arc::strong_count(&open) < 100);
+    let (tell, told) = channel();
+    let get = flood.get(key.as_str()).payload(request("ana", Action::StopAll));
+    get.callback(move |reply| tell.send(reply.into_result().is_ok()).unwrap())
+        .wait()
+        .unwrap();
+    // What is asked later is answered later.
+    let about = flood.get(key.replace("operate", "about")).wait().unwrap();
+    assert!(about.recv_timeout(SOON).unwrap().is_some());
+    drop(held);
+    assert_eq!(told.recv_timeout(SOON), Ok(true), "the stop was carried out");
+    until("both are done", || {
+        let acts = stage.acts();
+        acts.contains(&("ana".to_owned(), Action::StopAll)) && acts.iter().any(|(by, _)| by == "eva")
+    });
 }
 
 #[test]
