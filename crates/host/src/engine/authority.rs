@@ -59,19 +59,12 @@ impl Commands {
         drivers
     }
 
-    /// Takes all authority away, and sends the neutral value everywhere.
+    /// Sends the neutral value everywhere.
     pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<usize> {
-        for command in &self.commands {
+        for command in &mut self.commands {
             for commander in &command.commanders {
                 command.variable.withdraw(*commander as u32);
             }
-        }
-        self.neutral(now)
-    }
-
-    /// Sends the neutral value everywhere; answers with the drivers.
-    pub(super) fn neutral(&self, now: Nanos) -> Vec<usize> {
-        for command in &self.commands {
             command.put_neutral(now);
         }
         let mut drivers: Vec<usize> = self.commands.iter().map(|command| command.driver).collect();

@@ -5,9 +5,9 @@ use jde_core::{Hierarchy, Operator, SchemaId, State};
 use super::{Engine, Signal, schema};
 
 impl Engine {
-    /// Puts every root to sleep, and all that acts with it, and sends every command of every driver its neutral value, also where
-    /// an absence policy would hold the last one for a while (R9). Whoever is inside an iteration keeps its authority until that
-    /// ends or its group's patience does (R1); what it commands meanwhile ends with that.
+    /// Puts every root to sleep, and all that acts with it, takes all authority, and sends every command of every driver its neutral
+    /// value, also where an absence policy would hold the last one for a while (R9). Whoever is inside an iteration has lost its
+    /// authority when this returns, long before the group's patience ends (R1).
     pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
         // The winner last: nobody may take over from it on the way.
         let roots = self.roots(|hierarchy, root| hierarchy.state(root) == State::Winner);
@@ -43,22 +43,11 @@ impl Engine {
         }
     }
 
-    /// Whether operators keep every root asleep: then no command is held either, which a winner that was slow to end its iteration
-    /// may have given since.
-    pub(super) fn is_halted(&self, hierarchy: &Hierarchy) -> bool {
-        self.tops().all(|root| hierarchy.is_stopped(schema(root)))
-    }
-
-    /// The roots.
-    fn tops(&self) -> impl Iterator<Item = usize> {
-        let groups = self.application.groups.iter();
-        let tops = groups.filter(|group| group.father.is_none());
-        tops.flat_map(|group| group.members.iter().copied())
-    }
-
     /// The roots, those of whom `last` is true at the end.
     fn roots(&self, last: impl Fn(&Hierarchy, SchemaId) -> bool) -> Vec<usize> {
-        let mut roots: Vec<usize> = self.tops().collect();
+        let groups = self.application.groups.iter();
+        let tops = groups.filter(|group| group.father.is_none());
+        let mut roots: Vec<usize> = tops.flat_map(|group| group.members.iter().copied()).collect();
         let rules = self.lock();
         roots.sort_by_key(|root| last(&rules.hierarchy, schema(*root)));
         roots

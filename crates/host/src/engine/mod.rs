@@ -407,14 +407,15 @@ impl Engine {
                     self.ring(father, Signal::Asked { group, ticket, level });
                 }
             }
-            Effect::Hold { group, until } if !self.is_halted(&rules.hierarchy) => {
-                let below = self.below(&rules.hierarchy, group);
-                rules.commands.hold(&below, now, until);
-            }
-            Effect::Brake { group } | Effect::Hold { group, .. } => {
+            Effect::Brake { group } => {
                 for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
                     self.ring(driver, Signal::Triggered);
                 }
+            }
+            Effect::Hold { group, until } => {
+                rules
+                    .commands
+                    .hold(&self.below(&rules.hierarchy, group), now, until)
             }
             Effect::Changed { id, from, to } => {
                 tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);

@@ -76,6 +76,11 @@ impl Engine {
         hierarchy
             .operator(now, operator, out)
             .map_err(|refused| refused.to_string())?;
+        // Who was stopped with everything else and goes on before its iteration has ended never lost its authority by the rules.
+        if let Operator::Play(_) | Operator::Release(_) = operator {
+            let all = (0..self.application.instances.len()).map(super::schema);
+            out.extend(all.filter(|id| hierarchy.has_authority(*id)).map(Effect::Granted));
+        }
         let mut held = self.held();
         match operator {
             Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => {
