@@ -84,9 +84,10 @@ impl Instance {
             inputs: Vec::new(),
         };
         let create = table.create.expect("read::plugin refuses schemas without create");
-        // SAFETY: the table was checked; the context lives for the call.
-        let made =
-            |this: &mut *mut c_void, context| *this = unsafe { create(table, &raw const HOST, context) };
+        let made = |this: &mut *mut c_void, context| {
+            // SAFETY: the table was checked; the context lives for the call.
+            *this = unsafe { create(table, &raw const HOST, context) };
+        };
         let ((), failure, _) = instance.enter(Leave::All, made);
         if instance.this.is_null() {
             // The drop of an instance without `this` calls nothing.
