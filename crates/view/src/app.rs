@@ -39,9 +39,10 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     let watched = lost.clone();
     let build: eframe::AppCreator<'_> = Box::new(move |context| {
         if let Some(card) = &context.wgpu_render_state {
-            space::offer(&context.egui_ctx, card, Effort::of(card));
+            let effort = Effort::of(card);
+            space::offer(&context.egui_ctx, card, effort);
             watched.watch(&context.egui_ctx, card);
-            brush::take_over(&context.egui_ctx, card);
+            brush::take_over(&context.egui_ctx, card, effort);
         }
         let mut app = App::new(&context.egui_ctx, opening, Drawer::of_user());
         app.lost = watched;

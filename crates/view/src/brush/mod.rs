@@ -14,12 +14,13 @@ use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, RenderState}
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, IndexFormat, RenderPass};
 
+use crate::window::space::Effort;
 use pipes::Pipes;
 use runs::{Way, runs};
 
-/// Draws everything from now on, if that is quicker: if the card is a processor, and its colours are egui's.
-pub(crate) fn take_over(ctx: &egui::Context, card: &RenderState) {
-    if card.adapter.get_info().device_type == wgpu::DeviceType::Cpu && !card.target_format.is_srgb() {
+/// Draws everything from now on, if that is quicker: where effort is to be spared, and the colours of the screen are egui's.
+pub(crate) fn take_over(ctx: &egui::Context, card: &RenderState, effort: Effort) {
+    if effort == Effort::Quick && !card.target_format.is_srgb() {
         ctx.add_plugin(Brush::new(card.clone()));
     }
 }
