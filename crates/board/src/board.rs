@@ -30,8 +30,20 @@ impl Board {
     /// # Errors
     /// A name in use or empty; an initial value of the wrong size or not finite; more readers and writers than a cell can have.
     pub fn declare(&self, declaration: Declaration) -> Result<Arc<Variable>, Error> {
+        self.add(declaration, false)
+    }
+
+    /// As [`Self::declare`]; other processes can map its values, unless they are copied rather than borrowed because they are small.
+    ///
+    /// # Errors
+    /// As [`Self::declare`]; and when the system has no such memory.
+    pub fn declare_shared(&self, declaration: Declaration) -> Result<Arc<Variable>, Error> {
+        self.add(declaration, true)
+    }
+
+    fn add(&self, declaration: Declaration, shared: bool) -> Result<Arc<Variable>, Error> {
         let name = declaration.full_name();
-        let variable = Arc::new(Variable::new(declaration)?);
+        let variable = Arc::new(Variable::new(declaration, shared)?);
         let mut variables = self.variables.write().unwrap_or_else(PoisonError::into_inner);
         if variables.by_name.contains_key(&name) {
             return Err(Error::Duplicate(name));

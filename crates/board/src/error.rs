@@ -54,6 +54,14 @@ pub enum Error {
         /// Most of both.
         most: usize,
     },
+    /// The system has no memory that other processes could map.
+    #[error("there is no memory for `{variable}` that another process could map: {error}")]
+    NoMemory {
+        /// The variable.
+        variable: String,
+        /// What the system says.
+        error: String,
+    },
     /// All writers are taken.
     #[error("`{variable}` takes {most} writer(s), and {writers} writes it; `{name}` cannot", writers = .taken.join(", "))]
     WritersTaken {

@@ -29,6 +29,8 @@ mod reader;
 #[cfg(not(loom))]
 mod register;
 #[cfg(not(loom))]
+mod shared;
+#[cfg(not(loom))]
 mod store;
 #[cfg(not(loom))]
 pub mod typed;
@@ -48,6 +50,7 @@ pub use {
     error::{Error, Refused},
     nearest::nearest,
     reader::{Latched, Reader},
+    shared::{Mapped, Shared},
     variable::{Variable, VariableStatus},
     watch::Watch,
     writer::{Parted, Writer},

@@ -18,7 +18,8 @@ impl Cell {
     /// Most writers and readers together, beside the two of [`Cell::new`] and the newest value.
     pub(crate) const MOST_USERS: usize = Pinned::MOST_SLOTS - 3;
 
-    pub(crate) fn new(declaration: &Declaration) -> Self {
+    /// One whose values other processes can map, if they are borrowed rather than copied and `shared` says so.
+    pub(crate) fn new(declaration: &Declaration, shared: bool) -> std::io::Result<Self> {
         let bytes = declaration.value_type.bytes;
         match declaration.access {
             Access::Export if bytes <= MOST_COPIED => {
@@ -27,16 +28,20 @@ impl Cell {
                 if let Some(value) = &declaration.initial {
                     initial.bytes_mut(bytes).copy_from_slice(value);
                 }
-                Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words)))
+                Ok(Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words))))
             }
             Access::Export | Access::Modulation | Access::Command { .. } => {
                 // One more of each: for what the host puts, and for all readers beyond the declared number.
                 let (claims, pins) = (declaration.writers + 1, declaration.readers + 1);
-                let mut pinned = Pinned::new(bytes, declaration.writers, claims, pins);
+                let mut pinned = if shared {
+                    Pinned::in_file(bytes, declaration.writers, claims, pins)?
+                } else {
+                    Pinned::new(bytes, declaration.writers, claims, pins)
+                };
                 if let Some(value) = &declaration.initial {
                     pinned.set_initial(value);
                 }
-                Self::Pinned(pinned)
+                Ok(Self::Pinned(pinned))
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::rate::Rate;
 use crate::register::Register;
 use crate::store::Cell;
 use crate::watch::{Watch, Watchers};
-use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Writer};
+use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Shared, Writer};
 
 /// A shared variable. Any thread may call it.
 pub struct Variable {
@@ -60,7 +60,7 @@ pub struct VariableStatus {
 }
 
 impl Variable {
-    pub(crate) fn new(mut declaration: Declaration) -> Result<Self, Error> {
+    pub(crate) fn new(mut declaration: Declaration, shared: bool) -> Result<Self, Error> {
         let finite = match declaration.access {
             Access::Export => {
                 declaration.writers = 1;
@@ -69,7 +69,10 @@ impl Variable {
             Access::Modulation | Access::Command { .. } => Some(Finite::new(&declaration.value_type)),
         };
         declaration.check(finite.as_ref())?;
-        let cell = Cell::new(&declaration);
+        let cell = Cell::new(&declaration, shared).map_err(|error| Error::NoMemory {
+            variable: declaration.full_name(),
+            error: error.to_string(),
+        })?;
         let register = Register::new(declaration.writers);
         Ok(Self {
             declaration,
@@ -92,6 +95,24 @@ impl Variable {
     #[must_use]
     pub fn describe(&self) -> &Declaration {
         &self.declaration
+    }
+
+    /// The memory of its values, if other processes can map it.
+    #[must_use]
+    pub fn shared(&self) -> Option<&Shared> {
+        match &self.cell {
+            Cell::Pinned(pinned) => pinned.shared(),
+            Cell::Ring(_) => None,
+        }
+    }
+
+    /// Where bytes that were latched or loaned begin in that memory; nothing if they are elsewhere, as copies are.
+    #[must_use]
+    pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
+        match &self.cell {
+            Cell::Pinned(pinned) => pinned.shared().and_then(|_| pinned.place_of(bytes)),
+            Cell::Ring(_) => None,
+        }
     }
 
     /// How it is doing at `now`.

@@ -1,9 +1,14 @@
-//! Zeroed memory on a cache line's boundary. Never grows.
+//! Zeroed memory on a cache line's boundary: the process's own, or that of a file which other processes map too. Never grows.
 
 #![allow(unsafe_code, reason = "memory of a stated alignment can only be had raw")]
 
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+#[cfg(not(loom))]
+use std::os::fd::AsFd;
 use std::ptr::NonNull;
+
+#[cfg(not(loom))]
+use crate::shared::{map, unmap};
 
 /// Bytes of a cache line, and the alignment of everything here.
 pub(super) const LINE: usize = 64;
@@ -11,7 +16,15 @@ pub(super) const LINE: usize = 64;
 /// Owned bytes, zero at first, 64-byte aligned, a whole number of lines of them.
 pub struct Aligned {
     base: NonNull<u8>,
-    layout: Layout,
+    bytes: usize,
+    from: From,
+}
+
+/// Where the memory is from, and goes back to.
+enum From {
+    Heap(Layout),
+    #[cfg(not(loom))]
+    File,
 }
 
 // SAFETY: it owns its memory as a `Box<[u8]>` does.
@@ -31,7 +44,25 @@ impl Aligned {
         let Some(base) = NonNull::new(unsafe { alloc_zeroed(layout) }) else {
             handle_alloc_error(layout)
         };
-        Self { base, layout }
+        Self {
+            base,
+            bytes: whole,
+            from: From::Heap(layout),
+        }
+    }
+
+    /// The first `bytes` bytes of a file, which every process that maps them shares.
+    ///
+    /// # Errors
+    /// Those of the system.
+    #[cfg(not(loom))]
+    pub fn of_file(file: impl AsFd, bytes: usize) -> std::io::Result<Self> {
+        let base = map(file.as_fd(), 0, bytes, true)?;
+        Ok(Self {
+            base,
+            bytes,
+            from: From::File,
+        })
     }
 
     /// The first byte. Outlives moves of this owner.
@@ -43,7 +74,7 @@ impl Aligned {
     /// The first `bytes` bytes.
     #[inline]
     pub fn bytes(&self, bytes: usize) -> &[u8] {
-        assert!(bytes <= self.layout.size());
+        assert!(bytes <= self.bytes);
         // SAFETY: inside the allocation, initialised since it was made, and borrowed with it.
         unsafe { std::slice::from_raw_parts(self.base(), bytes) }
     }
@@ -51,7 +82,7 @@ impl Aligned {
     /// The first `bytes` bytes.
     #[inline]
     pub fn bytes_mut(&mut self, bytes: usize) -> &mut [u8] {
-        assert!(bytes <= self.layout.size());
+        assert!(bytes <= self.bytes);
         // SAFETY: as in `bytes`, and borrowed alone.
         unsafe { std::slice::from_raw_parts_mut(self.base(), bytes) }
     }
@@ -59,7 +90,7 @@ impl Aligned {
     /// The first `words` words.
     #[inline]
     pub fn words(&self, words: usize) -> &[u64] {
-        assert!(words <= self.layout.size() / 8);
+        assert!(words <= self.bytes / 8);
         // SAFETY: as in `bytes`; a line is aligned for words, and any bits are one.
         unsafe { std::slice::from_raw_parts(self.base().cast(), words) }
     }
@@ -67,7 +98,7 @@ impl Aligned {
     /// The first `words` words.
     #[inline]
     pub fn words_mut(&mut self, words: usize) -> &mut [u64] {
-        assert!(words <= self.layout.size() / 8);
+        assert!(words <= self.bytes / 8);
         // SAFETY: as in `words`, and borrowed alone.
         unsafe { std::slice::from_raw_parts_mut(self.base().cast(), words) }
     }
@@ -75,7 +106,14 @@ impl Aligned {
 
 impl Drop for Aligned {
     fn drop(&mut self) {
-        // SAFETY: allocated in `new` with this layout, and owned.
-        unsafe { dealloc(self.base(), self.layout) }
+        match self.from {
+            // SAFETY: allocated in `new` with this layout, and owned.
+            From::Heap(layout) => unsafe { dealloc(self.base(), layout) },
+            #[cfg(not(loom))]
+            From::File => {
+                // SAFETY: mapped in `of_file` with this size, and owned.
+                unsafe { unmap(self.base, self.bytes) };
+            }
+        }
     }
 }

@@ -38,6 +38,8 @@
 #![allow(unsafe_code, reason = "the bytes of a slot are shared by the rules above")]
 
 use crate::cell::{Mark, Region};
+#[cfg(not(loom))]
+use crate::shared::Shared;
 use crate::sync::{AtomicU64, Ordering, relax};
 
 const LINE_WORDS: usize = 8;
@@ -93,10 +95,12 @@ impl Pinned {
     /// # Panics
     /// If it needs more than [`Self::MOST_SLOTS`] slots.
     pub fn new(bytes: usize, seats: usize, claims: usize, pins: usize) -> Self {
-        let slots = claims + pins + 1;
-        assert!(slots <= Self::MOST_SLOTS, "{slots} slots");
-        let first_slot = SEATS + seats.next_multiple_of(LINE_WORDS);
+        let (first_slot, slots) = extent(seats, claims, pins);
         let region = Region::new(first_slot + slots * LINE_WORDS, slots, bytes);
+        Self::within(region, first_slot, slots)
+    }
+
+    fn within(region: Region, first_slot: usize, slots: usize) -> Self {
         let cell = Self {
             region,
             first_slot,
@@ -268,6 +272,29 @@ impl Pinned {
 
 #[cfg(not(loom))]
 impl Pinned {
+    /// As [`Self::new`], and other processes can map the values.
+    ///
+    /// # Errors
+    /// Those of the system.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn in_file(bytes: usize, seats: usize, claims: usize, pins: usize) -> std::io::Result<Self> {
+        let (first_slot, slots) = extent(seats, claims, pins);
+        let region = Region::in_file(first_slot + slots * LINE_WORDS, slots, bytes)?;
+        Ok(Self::within(region, first_slot, slots))
+    }
+
+    /// The memory of the values, if other processes can map it.
+    pub fn shared(&self) -> Option<&Shared> {
+        self.region.shared()
+    }
+
+    /// Where those bytes begin in the memory of the values, if they are there.
+    pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
+        self.region.place_of(bytes)
+    }
+
     /// Writes the value number 0, while nobody shares the cell yet.
     pub fn set_initial(&mut self, value: &[u8]) {
         assert_eq!(value.len(), self.region.block_bytes());
@@ -307,6 +334,13 @@ impl Pinned {
     pub fn pinned_block(&self, pin: &Pin) -> loom::cell::ConstPtr<u64> {
         self.region.block(pin.0).get()
     }
+}
+
+/// The word at which slots begin, and how many there are.
+fn extent(seats: usize, claims: usize, pins: usize) -> (usize, usize) {
+    let slots = claims + pins + 1;
+    assert!(slots <= Pinned::MOST_SLOTS, "{slots} slots");
+    (SEATS + seats.next_multiple_of(LINE_WORDS), slots)
 }
 
 #[inline]

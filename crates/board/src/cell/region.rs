@@ -4,6 +4,7 @@
 //! 0                     words * 8, rounded up to 64          + block * stride
 //! | word 0 | word 1 | … | block 0                            | block 1 | …
 //! ```
+//! In memory that other processes map, the blocks begin on a page of their own: those processes map the blocks alone.
 //! It says where things are; who may touch a block, and when, is for the cells to say.
 
 #![allow(unsafe_code, reason = "words and blocks are views of one piece of memory")]
@@ -18,11 +19,13 @@ mod machine {
     use std::ops::Range;
 
     use crate::cell::aligned::{Aligned, LINE};
+    use crate::shared::{PAGE, Shared, memory_file};
     use crate::sync::AtomicU64;
 
     /// Words and blocks in one piece of memory.
     pub struct Region {
         memory: Aligned,
+        shared: Option<Shared>,
         words: usize,
         blocks: usize,
         block_bytes: usize,
@@ -37,19 +40,47 @@ mod machine {
         /// If it is larger than the address space.
         pub fn new(words: usize, blocks: usize, block_bytes: usize) -> Self {
             let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(LINE);
-            let stride = block_bytes.next_multiple_of(LINE);
-            let bytes = stride
-                .checked_mul(blocks)
-                .and_then(|bytes| bytes.checked_add(first_block))
-                .expect("the region fits the address space");
+            let bytes = first_block + room(blocks, block_bytes);
             Self {
                 memory: Aligned::new(bytes),
+                shared: None,
                 words,
                 blocks,
                 block_bytes,
                 first_block,
-                stride,
+                stride: block_bytes.next_multiple_of(LINE),
             }
+        }
+
+        /// The same, whose blocks other processes can map.
+        ///
+        /// # Errors
+        /// Those of the system, which may have no memory or no file descriptor left.
+        pub fn in_file(words: usize, blocks: usize, block_bytes: usize) -> std::io::Result<Self> {
+            let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(PAGE);
+            let room = room(blocks, block_bytes);
+            let file = memory_file(first_block + room)?;
+            Ok(Self {
+                memory: Aligned::of_file(&file, first_block + room)?,
+                shared: Some(Shared::new(file, first_block, room)),
+                words,
+                blocks,
+                block_bytes,
+                first_block,
+                stride: block_bytes.next_multiple_of(LINE),
+            })
+        }
+
+        /// The blocks as other processes can map them, if they can.
+        pub fn shared(&self) -> Option<&Shared> {
+            self.shared.as_ref()
+        }
+
+        /// Where those bytes begin among the blocks, if they are there.
+        pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
+            let blocks = self.memory.base() as usize + self.first_block;
+            let place = (bytes.as_ptr() as usize).checked_sub(blocks)?;
+            (place + bytes.len() <= self.stride * self.blocks).then_some(place)
         }
 
         /// Word number `index`.
@@ -83,6 +114,15 @@ mod machine {
             // SAFETY: inside the memory, by the assertion and the size it was made with.
             unsafe { self.memory.base().add(self.first_block + index * self.stride) }
         }
+    }
+
+    /// Bytes of all blocks.
+    fn room(blocks: usize, block_bytes: usize) -> usize {
+        let stride = block_bytes.next_multiple_of(LINE);
+        let room = stride
+            .checked_mul(blocks)
+            .filter(|room| *room < isize::MAX as usize / 2);
+        room.expect("the region fits the address space")
     }
 }
 
