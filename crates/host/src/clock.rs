@@ -91,6 +91,14 @@ impl Clock {
         }
     }
 
+    /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
+    pub(crate) fn speed(&self) -> f64 {
+        match self {
+            Self::Real { speed, .. } => *speed,
+            Self::Virtual { .. } => 0.0,
+        }
+    }
+
     /// Whether a second of the application is one of everybody.
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {

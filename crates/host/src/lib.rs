@@ -1,6 +1,7 @@
 //! Runs applications of plugin schemas: loads and checks them, wires their variables, and drives the rules of `jde-core`
 //! in real time or in lockstep. It prints nothing and never ends the process; that is the executable's.
 
+pub mod apart;
 pub mod app;
 mod build;
 pub mod chatter;

@@ -3,6 +3,7 @@
 //! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
 
 mod again;
+mod death;
 mod line;
 mod panel;
 mod swap;
@@ -350,8 +351,10 @@ impl Runner {
         };
         self.told.checked = self.engine.answered(group, ticket, answer);
         self.tell();
-        if let Some(reason) = failed {
-            self.go_back(&reason);
+        if let Some(reason) = failed
+            && !self.go_back(&reason)
+        {
+            self.survive(&reason);
         }
     }
 
@@ -411,7 +414,9 @@ impl Runner {
         if let Err(reason) = self.lie_down()
             && !self.go_back(&reason)
         {
-            self.told.failed = self.engine.faulted(self.number, reason);
+            if self.is_to_tell() {
+                self.told.failed = self.engine.faulted(self.number, reason);
+            }
             self.dismiss();
         }
         self.tell();
@@ -458,7 +463,9 @@ impl Runner {
             return;
         }
         // The level selects again before anything else is tried with what is broken.
-        self.told.failed = self.engine.faulted(self.number, reason);
+        if self.is_to_tell() {
+            self.told.failed = self.engine.faulted(self.number, reason);
+        }
         self.give_up();
     }
 

@@ -7,6 +7,7 @@ use jde_board::Board;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
+use crate::apart::Program;
 use crate::app::{Application, Executor, Instance};
 use crate::build::Build;
 use crate::clock::Clock;
@@ -42,6 +43,8 @@ pub struct Options {
     pub speed: f64,
     /// Is told of every turn of a schema and what it saw, to have it taken again (see [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
+    /// What runs the schemas that want a process of their own.
+    pub apart: Option<Program>,
 }
 
 /// Why an application did not start.
@@ -62,6 +65,11 @@ pub enum StartError {
         "plugin `{0}` of the application is not loaded; start it with the plugins it was checked against"
     )]
     OtherPlugins(String),
+    /// A schema wants a process of its own, and nothing was given that could run it.
+    #[error(
+        "schema `{0}` wants a process of its own, and the program that started it offers none; remove its `isolate`"
+    )]
+    NoProgram(String),
     /// The machine refused a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
@@ -103,6 +111,7 @@ impl Default for Options {
             limit: None,
             speed: 1.0,
             on_turn: None,
+            apart: None,
         }
     }
 }
@@ -120,6 +129,7 @@ impl Running {
             Clock::real(options.speed),
             options.observers,
             options.on_turn,
+            options.apart,
         )?;
         let alarm = Arc::new(Alarm::default());
         let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
@@ -204,6 +214,7 @@ impl Lockstep {
             Clock::standing(),
             options.observers,
             options.on_turn,
+            options.apart,
         )?;
         let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
         mission::follow(&engine);
@@ -408,12 +419,19 @@ fn prepare(
     clock: Clock,
     observers: Vec<Box<dyn Observer>>,
     on_turn: Option<OnTurn>,
+    apart: Option<Program>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
     let instances = application.instances.iter();
+    if apart.is_none()
+        && let Some(wants) = instances.clone().find(|instance| instance.isolate.is_some())
+    {
+        return Err(StartError::NoProgram(wants.name.clone()));
+    }
     let builds = instances
         .map(|instance| original(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
-    let (engine, ports) = Engine::new(application, clock, observers, on_turn).map_err(StartError::Wiring)?;
+    let (engine, ports) =
+        Engine::new(application, clock, observers, on_turn, apart).map_err(StartError::Wiring)?;
     let mut runners = Vec::with_capacity(builds.len());
     for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
         let mut runner = Runner::new(&engine, number, build, ports);

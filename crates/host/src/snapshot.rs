@@ -67,6 +67,9 @@ pub struct SchemaView {
     /// Whether it has a panel of its own.
     #[serde(default)]
     pub panel: bool,
+    /// The number of its own process, while it has one.
+    #[serde(default)]
+    pub process: Option<u32>,
     /// What became of reloads; none if it runs the build that it started with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reload: Option<ReloadView>,
@@ -212,6 +215,7 @@ mod tests {
             operator,
             panel: true,
             reload: None,
+            process: Some(4711),
         }
     }
 

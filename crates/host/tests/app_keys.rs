@@ -348,8 +348,7 @@ apps/good.toml:25:17: `limit` of `restart` of schema `stop` is no whole number a
 isolate = true"#,
         )],
         r#"
-apps/good.toml:25:11: schema `stop` asks for a process of its own, which this version cannot give
-    help: remove `isolate` to run it in the host's process
+apps/good.toml:25:11: `isolate` of schema `stop` must be "process", or a table of its limits such as { memory = "200 MB", network = false }, not true or false
 "#,
     );
     check(

@@ -40,6 +40,10 @@ const PLACES: &[(&str, &str)] = &[
         "the cells are tried with types of the tests' own",
     ),
     (
+        "crates/host/src/apart/",
+        "an instance in a process of its own gets that process's table",
+    ),
+    (
         "crates/host/src/instance/",
         "an instance is driven through the plugin's table, and gets the host's",
     ),

@@ -177,6 +177,7 @@ fn instance(
         budget_ns: settings.budget_ns,
         hang_ns: settings.hang_ns,
         restart: settings.restart,
+        isolate: settings.isolate,
         father: None,
         group: None,
         child_groups: vec![None; children.len()],

@@ -27,6 +27,7 @@
 //! actuators = { base = "robot.velocity" }     # commands of drivers
 //! children  = { brake = "stop", cruise = "goon" } # this order is the priority order
 //! restart   = { back-off = "500ms", limit = 5 }   # the default; or "on-fault", or "never"
+//! isolate   = "process"               # or with limits: { memory = "200 MB", cpu = "2s", network = false, files = "read-only" }
 //! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
 //! # policy: "priority", "urgency", "sticky" (dwell, hysteresis), "round-robin" (turn), "father";
 //! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
@@ -49,6 +50,7 @@ mod fault;
 mod file;
 pub mod given;
 mod groups;
+mod isolation;
 pub mod link;
 mod load;
 mod modulations;
@@ -71,6 +73,7 @@ mod variable;
 mod wiring;
 
 pub use fault::{Fault, Faults, Place};
+pub use isolation::Isolation;
 pub use link::Link;
 pub use load::{load, parse};
 pub use option::Override;
@@ -134,6 +137,8 @@ pub struct Instance {
     pub hang_ns: Option<u64>,
     /// What follows a fault.
     pub restart: Restart,
+    /// The process of its own in which it runs, if it does.
+    pub isolate: Option<Isolation>,
     /// The father in whose group it competes; none for roots, perceptive schemas and drivers.
     pub father: Option<usize>,
     /// The instance in each role of [`Schema::children`].

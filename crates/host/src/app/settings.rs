@@ -6,6 +6,7 @@ use jde_core::{Nanos, Restart};
 use toml::de::DeValue;
 
 use super::document::{Section, whole, wrong};
+use super::isolation::{Isolation, isolation};
 use super::report::{Report, quote};
 use super::time;
 
@@ -23,6 +24,7 @@ pub(super) struct Settings {
     pub(super) budget_ns: Nanos,
     pub(super) hang_ns: Option<Nanos>,
     pub(super) restart: Restart,
+    pub(super) isolate: Option<Isolation>,
 }
 
 impl Settings {
@@ -37,7 +39,6 @@ impl Settings {
         let budget_ns = section
             .get("budget")
             .and_then(|node| time::time(report, &section.key("budget"), node));
-        refuse_isolation(report, section);
         // A type that states no budget has its period's, whatever the period is here.
         let budget_ns = budget_ns.unwrap_or(if type_budget == type_period {
             period_ns
@@ -53,6 +54,7 @@ impl Settings {
             budget_ns,
             hang_ns: hang(report, section, budget_ns),
             restart: restart(report, section),
+            isolate: isolation(report, section),
         }
     }
 }
@@ -129,27 +131,4 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
         limit
     });
     on_fault(backoff, limit.unwrap_or(LIMIT))
-}
-
-/// The word is kept for a schema in a process of its own. Until executors can do that, a file that relies on it must not
-/// run without.
-fn refuse_isolation(report: &mut Report, section: &Section) {
-    let Some(node) = section.get("isolate") else {
-        return;
-    };
-    match node.get_ref().as_bool() {
-        Some(false) => {}
-        Some(true) => {
-            report
-                .fault(
-                    &node.span(),
-                    format!(
-                        "{} asks for a process of its own, which this version cannot give",
-                        section.what
-                    ),
-                )
-                .advise("remove `isolate` to run it in the host's process");
-        }
-        None => wrong(report, &section.key("isolate"), "true or false", node),
-    }
 }

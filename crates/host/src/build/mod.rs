@@ -44,6 +44,8 @@ impl fmt::Display for BuildName {
 pub(crate) struct Build {
     pub(crate) table: &'static raw::Schema,
     pub(crate) state: Option<&'static raw::State>,
+    /// The place of the type in its plugin.
+    pub(crate) number: usize,
     pub(crate) name: BuildName,
     /// Where each of its ports leads.
     ports: Vec<Way>,
@@ -79,19 +81,15 @@ impl Build {
             tracing::warn!("`{}` remembers nothing from build to build: {wrong}", about.name);
             None
         });
-        Self::new(plugin, table, state, fit)
+        Self::new(plugin, number, state, fit)
     }
 
     /// Another, in the place that `fit` found for it.
-    pub(crate) fn new(
-        plugin: Loaded,
-        table: &'static raw::Schema,
-        state: Option<&'static raw::State>,
-        fit: Fit,
-    ) -> Self {
+    pub(crate) fn new(plugin: Loaded, number: usize, state: Option<&'static raw::State>, fit: Fit) -> Self {
         Self {
-            table,
+            table: plugin.schema(number),
             state,
+            number,
             name: BuildName {
                 version: plugin.description.version.clone(),
                 file: plugin.path.clone(),
@@ -100,6 +98,11 @@ impl Build {
             roles: fit.roles,
             plugin,
         }
+    }
+
+    /// How many ports it has.
+    pub(crate) fn ports(&self) -> usize {
+        self.ports.len()
     }
 
     /// Where a port leads; none if it has none of that number.

@@ -5,11 +5,10 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use jde_core::{Health, Nanos};
 
-use super::{Engine, Signal, schema};
+use super::{Engine, schema};
 use crate::event::Event;
 use crate::footprint::Footprint;
 use crate::instance::Left;
-use crate::turn::Turn;
 
 /// Calls of one schema that may have been given up and not have returned: each keeps a thread, its stack and whatever the
 /// schema had allocated and opened. Who hangs once in a while is helped by a few; who always does must not eat the machine.
@@ -35,11 +34,9 @@ impl Engine {
     pub(crate) fn hung(&self, instance: usize, reason: String) {
         let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
         if !known {
-            self.ring(instance, Signal::Replaced);
-            let moment = self.faulted(instance, reason.clone());
-            self.tell_turn(Turn::GIVEN_UP, instance, 0, moment);
-            // Whoever makes it anew finds the build before.
-            self.give_up_build(instance, &reason);
+            // Who finds out later that a process has died need not tell.
+            self.processes.is_to_be_told(instance);
+            self.died(instance, reason);
         }
     }
 

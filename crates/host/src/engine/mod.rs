@@ -4,6 +4,7 @@
 //! order before the lock is let go. So authority is where the rules say it is at every instant (R1, R7), whatever the
 //! threads do. The engine starts no thread and calls no plugin; it rings the [`Bells`] of whoever does.
 
+mod apart;
 mod authority;
 mod halt;
 mod left;
@@ -23,6 +24,7 @@ use jde_abi::describe::Kind;
 use jde_board::{Board, Watch};
 use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId};
 
+use crate::apart::{Processes, Program};
 use crate::app::Application;
 use crate::build;
 use crate::clock::Clock;
@@ -87,6 +89,7 @@ pub(crate) struct Engine {
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: build::Register,
+    pub(crate) processes: Processes,
     pub(crate) id: u64,
     /// For those who want to know of turns.
     pub(crate) journal: Option<Arc<Journal>>,
@@ -122,6 +125,7 @@ impl Engine {
         clock: Clock,
         observers: Vec<Box<dyn Observer>>,
         on_turn: Option<OnTurn>,
+        apart: Option<Program>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
@@ -150,6 +154,7 @@ impl Engine {
         };
         let panels = Arc::new(Panels::new(application.instances.len()));
         let builds = build::Register::new(application.instances.len());
+        let processes = Processes::new(application.instances.len(), apart);
         let engine = Arc::new(Self {
             application,
             board,
@@ -158,6 +163,7 @@ impl Engine {
             meters,
             panels,
             builds,
+            processes,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             put_off: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),

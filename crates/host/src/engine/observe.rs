@@ -210,6 +210,7 @@ impl Engine {
             operator: self.hold(&rules.hierarchy, number),
             panel: self.panels.has(number),
             reload: self.builds.view(number),
+            process: self.processes.number(number),
         }
     }
 

@@ -88,7 +88,7 @@ impl Engine {
         match fit(&self.application, instance, &with.description.schemas[number]) {
             Ok(mut fit) if wrong.is_empty() => {
                 let notes = std::mem::take(&mut fit.notes);
-                Ok((Build::new(with.clone(), table, state, fit), notes))
+                Ok((Build::new(with.clone(), number, state, fit), notes))
             }
             Ok(_) => Err(wrong),
             Err(others) => {

@@ -8,6 +8,7 @@ use jde_types::Value;
 
 use super::authority::{Command, Commands};
 use super::{Bells, Engine, Signal};
+use crate::apart::MOST_SENT;
 use crate::app::{Application, Binding, ChildTarget, Source};
 use crate::history::Aligned;
 use crate::instance::{Port, Ports};
@@ -84,17 +85,26 @@ pub(super) fn wire(
                     continue;
                 }
             };
-            own.push(Some(board.declare(Declaration {
-                owner: instance.name.clone(),
-                name: port.name.clone(),
-                doc: port.doc.clone(),
-                unit: port.unit.clone(),
-                value_type: Arc::clone(&port.value_type),
-                access,
-                initial,
-                writers,
-                readers: users.readers[number][place] + SPARE_READERS,
-            })?));
+            let declare = if users.apart[number][place] && port.value_type.bytes > MOST_SENT {
+                Board::declare_shared
+            } else {
+                Board::declare
+            };
+            let declared = declare(
+                board,
+                Declaration {
+                    owner: instance.name.clone(),
+                    name: port.name.clone(),
+                    doc: port.doc.clone(),
+                    unit: port.unit.clone(),
+                    value_type: Arc::clone(&port.value_type),
+                    access,
+                    initial,
+                    writers,
+                    readers: users.readers[number][place] + SPARE_READERS,
+                },
+            );
+            own.push(Some(declared?));
         }
         variables.ports.push(own);
         variables.periods.push(board.declare(Declaration {
@@ -109,19 +119,29 @@ pub(super) fn wire(
             readers: SPARE_READERS,
         })?);
     }
-    for (remote, readers) in application.remotes.iter().zip(&users.remote_readers) {
+    let remotes = application.remotes.iter().zip(&users.remote_readers);
+    for ((remote, readers), apart) in remotes.zip(&users.remote_apart) {
         let (owner, name) = remote.parts();
-        variables.remotes.push(board.declare(Declaration {
-            owner: owner.to_owned(),
-            name: name.to_owned(),
-            doc: format!("`{}` of the application `{}`.", remote.variable, remote.peer),
-            unit: remote.unit.clone(),
-            value_type: Arc::clone(&remote.value_type),
-            access: Access::Export,
-            initial: None,
-            writers: 1,
-            readers: readers + SPARE_READERS,
-        })?);
+        let declare = if *apart && remote.value_type.bytes > MOST_SENT {
+            Board::declare_shared
+        } else {
+            Board::declare
+        };
+        let declared = declare(
+            board,
+            Declaration {
+                owner: owner.to_owned(),
+                name: name.to_owned(),
+                doc: format!("`{}` of the application `{}`.", remote.variable, remote.peer),
+                unit: remote.unit.clone(),
+                value_type: Arc::clone(&remote.value_type),
+                access: Access::Export,
+                initial: None,
+                writers: 1,
+                readers: readers + SPARE_READERS,
+            },
+        );
+        variables.remotes.push(declared?);
     }
     let ports = (0..application.instances.len())
         .map(|number| ports(application, &variables, number))
@@ -230,12 +250,14 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
     Commands::new(commands)
 }
 
-/// How many read and write each variable.
+/// How many read and write each variable, and whether one of them has a process of its own.
 struct Users {
     readers: Vec<Vec<usize>>,
     writers: Vec<Vec<usize>>,
     period_writers: Vec<usize>,
     remote_readers: Vec<usize>,
+    apart: Vec<Vec<bool>>,
+    remote_apart: Vec<bool>,
 }
 
 impl Users {
@@ -252,18 +274,31 @@ impl Users {
             writers: zeros(),
             period_writers: vec![0; application.instances.len()],
             remote_readers: vec![0; application.remotes.len()],
+            apart: application
+                .instances
+                .iter()
+                .map(|instance| vec![instance.isolate.is_some(); instance.bindings.len()])
+                .collect(),
+            remote_apart: vec![false; application.remotes.len()],
         };
         for (number, instance) in application.instances.iter().enumerate() {
+            let apart = instance.isolate.is_some();
             for (place, binding) in instance.bindings.iter().enumerate() {
                 match binding {
                     Binding::Import {
                         source: Some(Source::Here(owner, port)),
                         ..
-                    } => users.readers[*owner][*port] += 1,
+                    } => {
+                        users.readers[*owner][*port] += 1;
+                        users.apart[*owner][*port] |= apart;
+                    }
                     Binding::Import {
                         source: Some(Source::Elsewhere(remote)),
                         ..
-                    } => users.remote_readers[*remote] += 1,
+                    } => {
+                        users.remote_readers[*remote] += 1;
+                        users.remote_apart[*remote] |= apart;
+                    }
                     Binding::Modulation { .. } | Binding::Command => users.readers[number][place] += 1,
                     Binding::Actuator {
                         target: Some((owner, port)),
@@ -272,6 +307,7 @@ impl Users {
                         target: Some(ChildTarget::Port(owner, port)),
                     } => {
                         users.writers[*owner][*port] += 1;
+                        users.apart[*owner][*port] |= apart;
                     }
                     Binding::ChildModulation {
                         target: Some(ChildTarget::Period(owner)),

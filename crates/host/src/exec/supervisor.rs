@@ -112,6 +112,10 @@ pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
     }
     for instance in order {
         engine.send_to_sleep(instance);
+        if !crew.settled(instance, REST) && engine.processes.has(instance) {
+            let why = "its process was ended while it was inside its last call";
+            engine.processes.kill(instance, why, true);
+        }
         if !crew.settled(instance, REST) {
             tracing::error!(
                 schema = engine.name(instance),
@@ -169,6 +173,15 @@ fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &m
             });
         }
         let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
+        if engine.room(number).is_some() {
+            // Its call returns as soon as its process is dead, and its runner does what follows from a death.
+            engine.processes.kill(number, &reason, false);
+            // Not even the kernel can kill who waits inside of it, for a device that is gone.
+            if took > patience(engine, number).saturating_add(engine.clock.of_machine(HUNG_LEAST)) {
+                engine.hung(number, reason);
+            }
+            continue;
+        }
         let mut tell = |kept| engine.left_behind(number, since, reason.clone(), kept);
         // The level selects again also if that must wait.
         if !crew.relieve(engine, number, since, &mut tell) {

@@ -1,9 +1,12 @@
 //! What an instance hands on to another build of its type, and how one takes the place of another without losing that of the
 //! schema: going to sleep and waking up within a turn, in which nothing is commanded and no child is woken or put to sleep.
 
+#![allow(unsafe_code)]
+
 use jde_abi::{raw, state};
 
-use super::host_table::Leave;
+use super::body::Body;
+use super::call::{Call, Leave};
 use super::{Instance, outcome};
 
 /// What an instance has saved.
@@ -26,35 +29,31 @@ pub(crate) fn memory_of(table: &'static raw::Schema) -> Result<Option<&'static r
 impl Instance {
     /// What it remembers; none if its build hands nothing on.
     pub(crate) fn save(&mut self) -> Result<Option<Remembered>, String> {
-        let Some((table, save)) = self.build.state.and_then(|table| Some((table, table.save?))) else {
+        let Some(table) = self.build.state else {
             return Ok(None);
         };
         self.release();
-        let (done, kept) = state::lend(|saver| {
-            // SAFETY: as in `awake`; the saver lives for the call.
-            self.changing_nothing("save", |this, context| unsafe { save(this, context, saver) })
+        let mut kept = Ok(Vec::new());
+        let done = self.changing_nothing("save", |body, call| {
+            let status;
+            (status, kept) = body.save(call);
+            status
         });
         self.release();
         done?;
-        let bytes = kept.map_err(|too_many| too_many.to_string())?;
         Ok(Some(Remembered {
             version: table.version,
-            bytes,
+            bytes: kept?,
         }))
     }
 
     /// Takes over what another build saved; answers whether its build does that.
     pub(crate) fn restore(&mut self, remembered: &Remembered) -> Result<bool, String> {
-        let Some(restore) = self.build.state.and_then(|table| table.restore) else {
+        if self.build.state.is_none() {
             return Ok(false);
-        };
-        let Remembered { version, bytes } = remembered;
+        }
         self.release();
-        let done = self.changing_nothing("restore", |this, context| {
-            let (data, length) = (bytes.as_ptr().cast(), bytes.len() as u64);
-            // SAFETY: as in `awake`; the bytes live for the call.
-            unsafe { restore(this, context, *version, data, length) }
-        });
+        let done = self.changing_nothing("restore", |body, call| body.restore(call, remembered));
         self.release();
         done.map(|()| true)
     }
@@ -63,10 +62,8 @@ impl Instance {
     pub(crate) fn rise(&mut self) -> Result<(), String> {
         self.release();
         let result = match self.table.awake {
-            Some(awake) => {
-                // SAFETY: as in `awake`.
-                let (status, failure, _) =
-                    self.call_as(Leave::Exports, |this, context| unsafe { awake(this, context) });
+            Some(_) => {
+                let (status, failure, _) = self.call_as(Leave::Exports, Body::awake);
                 outcome("awake", status, failure)
             }
             None => Ok(()),
@@ -79,12 +76,7 @@ impl Instance {
     pub(crate) fn recline(&mut self) -> Result<(), String> {
         self.release();
         let failure = match self.table.sleep {
-            Some(sleep) => {
-                // SAFETY: as in `awake`.
-                let call = |this, context| unsafe { sleep(this, context) };
-                let ((), failure, _) = self.call_as(Leave::Exports, call);
-                failure
-            }
+            Some(_) => self.call_as(Leave::Exports, Body::sleep).1,
             None => None,
         };
         self.release();
@@ -104,7 +96,7 @@ impl Instance {
     fn changing_nothing(
         &mut self,
         what: &str,
-        call: impl FnOnce(*mut core::ffi::c_void, *mut raw::Context) -> i32,
+        call: impl FnOnce(&mut Body, &mut Call<'_>) -> i32,
     ) -> Result<(), String> {
         let (status, failure, leave) = self.call_as(Leave::Nothing(None), call);
         match leave {

@@ -1,10 +1,12 @@
-//! One instance of a plugin's schema, and the only place where a plugin's functions are called.
+//! One instance of a plugin's schema, and what a call of it is: what it may look at, how long it took, what came of it.
 //!
-//! Whoever holds an [`Instance`] runs it: calls never overlap because each takes it by `&mut`.
+//! Whoever holds an [`Instance`] runs it: calls never overlap because each takes it by `&mut`. Whether its functions run in this
+//! process or in one of their own is known to [`Body`] alone.
 
-#![allow(unsafe_code)]
-
+mod body;
+mod call;
 mod desk;
+mod here;
 mod host_table;
 mod left;
 mod memory;
@@ -12,8 +14,7 @@ mod ports;
 mod remains;
 mod scratch;
 
-use std::ffi::{CStr, CString, c_char, c_void};
-use std::ptr::null_mut;
+use std::ffi::CString;
 use std::sync::Arc;
 
 use jde_abi::raw;
@@ -23,8 +24,12 @@ use jde_panel::{Gesture, List};
 use crate::build;
 use crate::engine::Engine;
 use crate::turn::{self, Turn};
+use body::Body;
+pub(crate) use call::Call;
+use call::Leave;
 pub(crate) use desk::Desk;
-use host_table::{Call, HOST, Leave};
+pub(crate) use here::{Candidate, Here, Question, Verdict, panel_of};
+pub(crate) use host_table::text_of;
 pub(crate) use left::Left;
 pub(crate) use memory::{Remembered, memory_of};
 pub(crate) use ports::{Port, Ports, Shown};
@@ -37,7 +42,8 @@ pub(crate) struct Instance {
     build: build::Shared,
     table: &'static raw::Schema,
     panel: Option<&'static raw::Panel>,
-    this: *mut c_void,
+    /// Nothing before it is made and once it has ended.
+    body: Option<Body>,
     desk: Arc<Desk>,
     scratch: Scratch,
     engine: Arc<Engine>,
@@ -46,9 +52,6 @@ pub(crate) struct Instance {
     /// What it has looked at since the last release before it, likewise.
     inputs: Vec<u32>,
 }
-
-// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
-unsafe impl Send for Instance {}
 
 /// The answer to a check.
 #[derive(Clone, Copy, Debug)]
@@ -76,21 +79,15 @@ impl Instance {
             build: Arc::clone(build),
             table,
             panel: panel_of(table),
-            this: null_mut(),
+            body: None,
             desk: Arc::clone(desk),
             scratch: Scratch::default(),
             engine: Arc::clone(engine),
             called: turn::Call::default(),
             inputs: Vec::new(),
         };
-        let create = table.create.expect("read::plugin refuses schemas without create");
-        let made = |this: &mut *mut c_void, context| {
-            // SAFETY: the table was checked; the context lives for the call.
-            *this = unsafe { create(table, &raw const HOST, context) };
-        };
-        let ((), failure, _) = instance.enter(Leave::All, made);
-        if instance.this.is_null() {
-            // The drop of an instance without `this` calls nothing.
+        let ((), failure, _) = instance.enter(Leave::All, |body, call| *body = Body::create(call));
+        if instance.body.is_none() {
             return Err(failure.unwrap_or_else(|| String::from("its create returned null without a reason")));
         }
         Ok(instance)
@@ -99,8 +96,7 @@ impl Instance {
     pub(crate) fn awake(&mut self) -> Result<(), String> {
         self.release();
         let result = match self.table.awake {
-            // SAFETY: `this` came from this table's create; the context lives for the call.
-            Some(awake) => self.result("awake", |this, context| unsafe { awake(this, context) }),
+            Some(_) => self.result("awake", Body::awake),
             None => Ok(()),
         };
         self.release();
@@ -110,135 +106,90 @@ impl Instance {
     /// Evaluates the precondition over fresh values, which stay for the iteration that follows (R8).
     pub(crate) fn check(&mut self) -> Result<Answer, String> {
         self.release();
-        let mut out = raw::Precondition {
-            size: size_of::<raw::Precondition>() as u32,
-            ready: 1,
-            urgency: 0.0,
-        };
-        if let Some(check) = self.table.check {
-            // SAFETY: as in `awake`; `out` lives for the call.
-            self.result("check", |this, context| unsafe {
-                check(this, context, &raw mut out)
+        let (mut ready, mut urgency) = (true, 0.0);
+        if self.table.check.is_some() {
+            self.result("check", |body, call| {
+                let status;
+                (status, ready, urgency) = body.check(call);
+                status
             })?;
         }
         Ok(Answer {
-            ready: out.ready != 0,
-            urgency: out.urgency,
+            ready,
+            urgency,
             newest: self.desk.ports(|ports| ports.newest()).unwrap_or_default(),
         })
     }
 
     pub(crate) fn iterate(&mut self) -> Result<(), String> {
-        let iterate = self
-            .table
-            .iterate
-            .expect("read::plugin refuses schemas without iterate");
-        // SAFETY: as in `awake`.
-        self.result("iterate", |this, context| unsafe { iterate(this, context) })
+        self.result("iterate", Body::iterate)
     }
 
     /// Draws its panel, over the values that it has looked at since the last release. Nothing if it has none.
     pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
-        let draw = self.panel?.draw?;
-        let time = self.engine.clock.now();
-        let (done, list) = jde_panel::lend_pen(time, |pen| {
-            // SAFETY: as in `awake`; the pen lives for the call.
-            let (status, failure, wrote) = self.call_as(Leave::Nothing(None), |this, context| unsafe {
-                draw(this, context, pen)
-            });
-            match wrote {
-                Leave::Nothing(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
-                Leave::Nothing(None) | Leave::All | Leave::Exports => outcome("draw", status, failure),
-            }
-        });
-        Some(done.and_then(|()| list.map_err(|broken| broken.to_string())))
+        self.panel?;
+        let ((status, list), failure, leave) = self.call_as(Leave::Nothing(None), Body::draw);
+        Some(match leave {
+            Leave::Nothing(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
+            Leave::Nothing(None) | Leave::All | Leave::Exports => outcome("draw", status, failure).and(list),
+        })
     }
 
     /// Hands in what somebody did to its panel.
     pub(crate) fn touch(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
-        let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
+        if self.panel.is_none_or(|panel| panel.touch.is_none()) {
             return Ok(());
-        };
+        }
         self.release();
-        let result = jde_panel::lend_gesture(by, gesture, |gesture| {
-            // SAFETY: as in `awake`; the gesture lives for the call.
-            self.result("touch", |this, context| unsafe { touch(this, context, gesture) })
-        });
+        let result = self.result("touch", |body, call| body.touch(call, by, gesture));
         self.release();
         result
     }
 
     /// Asks the father's own function; answers with a role, or nobody, and the reason.
     pub(crate) fn arbitrate(&mut self, level: &Level) -> Result<(Option<usize>, String), String> {
-        let Some(arbitrate) = self.table.arbitrate else {
+        if self.table.arbitrate.is_none() {
             return Err(String::from("it has no arbitration of its own"));
-        };
+        }
         self.release();
-        let engine = Arc::clone(&self.engine);
-        let roles = &engine.application.instances[self.number].children;
-        let build = Arc::clone(&self.build);
-        let role = |id: jde_core::SchemaId| {
-            let role = roles.iter().position(|child| *child == Some(id.index()))?;
-            build.own_role(role)
-        };
-        let candidates: Vec<raw::Candidate> = level
-            .candidates
-            .iter()
-            .filter_map(|candidate| {
-                Some(raw::Candidate {
-                    size: size_of::<raw::Candidate>() as u32,
-                    child: role(candidate.id)? as u32,
-                    state: state_number(candidate.state),
-                    ready: u32::from(candidate.ready),
-                    urgency: candidate.urgency,
-                })
-            })
-            .collect();
-        let group = &engine.application.groups[level.group.index()].name;
-        let group = CString::new(group.rsplit('/').next().unwrap_or(group)).unwrap_or_default();
-        let level = raw::Level {
-            size: size_of::<raw::Level>() as u32,
-            case: match level.case {
-                Case::Collision => raw::COLLISION,
-                Case::Absence => raw::ABSENCE,
-                Case::Alone | Case::Forced => raw::ALONE,
-            },
-            group: group.as_ptr(),
-            candidates: candidates.as_ptr(),
-            candidate_count: candidates.len() as u32,
-            winner: level.winner.and_then(role).map_or(-1, |role| role as i32),
-        };
-        let mut verdict = raw::Verdict {
-            size: size_of::<raw::Verdict>() as u32,
-            child: -1,
-            reason: [0; 128],
-        };
-        // SAFETY: as in `awake`; level and verdict live for the call.
-        let answer = self.result("arbitrate", |this, context| unsafe {
-            arbitrate(this, context, &raw const level, &raw mut verdict)
+        let question = self.question(level);
+        let mut verdict = Verdict::default();
+        let answer = self.result("arbitrate", |body, call| {
+            let status;
+            (status, verdict) = body.arbitrate(call, &question);
+            status
         });
         self.release();
         answer?;
-        let reason = text_within(&verdict.reason);
-        let Ok(role) = u32::try_from(verdict.child) else {
+        let Verdict { child, reason } = verdict;
+        let Some(role) = child else {
             return Ok((None, reason));
         };
-        match build.role(role) {
+        match self.build.role(role) {
             Some(Some(role)) => Ok((Some(role), reason)),
             Some(None) => Err(format!("chose child {role}, whose role nobody has")),
-            None => Err(format!("named child {role}, and it has {}", build.roles())),
+            None => Err(format!("named child {role}, and it has {}", self.build.roles())),
         }
     }
 
     pub(crate) fn sleep(&mut self) -> Result<(), String> {
         self.release();
         let (_, failure) = match self.table.sleep {
-            // SAFETY: as in `awake`.
-            Some(sleep) => self.call(|this, context| unsafe { sleep(this, context) }),
+            Some(_) => self.call(Body::sleep),
             None => ((), None),
         };
         self.release();
         failure.map_or(Ok(()), Err)
+    }
+
+    /// Whether its process is dead.
+    pub(crate) fn is_dead(&self) -> bool {
+        self.body.as_ref().is_some_and(Body::is_dead)
+    }
+
+    /// Whether the rules are to be told that it failed: not once they know that its process has died.
+    pub(crate) fn is_to_tell(&self) -> bool {
+        self.body.as_ref().is_none_or(Body::is_to_tell)
     }
 
     /// The last call; and what it looked at is told to `turn`. Nothing if nobody wants to know.
@@ -259,24 +210,50 @@ impl Instance {
 
     fn end(&mut self) {
         self.release();
-        let this = std::mem::replace(&mut self.this, null_mut());
-        if let (false, Some(destroy)) = (this.is_null(), self.table.destroy) {
-            // SAFETY: `this` came from this table's create and is given back once, since it was taken out.
-            unsafe { destroy(this) };
+        if let Some(body) = self.body.take() {
+            body.destroy(&self.engine, self.number);
+        }
+    }
+
+    /// The level as the father is shown it: by the roles of his build.
+    fn question(&self, level: &Level) -> Question {
+        let roles = &self.engine.application.instances[self.number].children;
+        let role = |id: jde_core::SchemaId| {
+            let role = roles.iter().position(|child| *child == Some(id.index()))?;
+            Some(self.build.own_role(role)? as u32)
+        };
+        let candidates = level.candidates.iter().filter_map(|candidate| {
+            Some(Candidate {
+                child: role(candidate.id)?,
+                state: state_number(candidate.state),
+                ready: candidate.ready,
+                urgency: candidate.urgency,
+            })
+        });
+        let group = &self.engine.application.groups[level.group.index()].name;
+        Question {
+            case: match level.case {
+                Case::Collision => raw::COLLISION,
+                Case::Absence => raw::ABSENCE,
+                Case::Alone | Case::Forced => raw::ALONE,
+            },
+            group: group.rsplit('/').next().unwrap_or(group).to_owned(),
+            candidates: candidates.collect(),
+            winner: level.winner.and_then(role),
         }
     }
 
     fn result(
         &mut self,
         what: &str,
-        call: impl FnOnce(*mut c_void, *mut raw::Context) -> i32,
+        call: impl FnOnce(&mut Body, &mut Call<'_>) -> i32,
     ) -> Result<(), String> {
         let (status, failure) = self.call(call);
         outcome(what, status, failure)
     }
 
     /// One call, with a context that lives just as long; also gives the reason that the plugin left, if it did.
-    fn call<R>(&mut self, call: impl FnOnce(*mut c_void, *mut raw::Context) -> R) -> (R, Option<String>) {
+    fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut Call<'_>) -> R) -> (R, Option<String>) {
         let (result, failure, _) = self.call_as(Leave::All, call);
         (result, failure)
     }
@@ -285,9 +262,9 @@ impl Instance {
     fn call_as<R>(
         &mut self,
         leave: Leave,
-        call: impl FnOnce(*mut c_void, *mut raw::Context) -> R,
+        call: impl FnOnce(&mut Body, &mut Call<'_>) -> R,
     ) -> (R, Option<String>, Leave) {
-        self.enter(leave, |this, context| call(*this, context))
+        self.enter(leave, |body, context| call(body_of(body), context))
     }
 
     /// The same for a call that may make the instance. Does not return if the call was given up: then nothing that would follow
@@ -295,7 +272,7 @@ impl Instance {
     fn enter<R>(
         &mut self,
         leave: Leave,
-        call: impl FnOnce(&mut *mut c_void, *mut raw::Context) -> R,
+        call: impl FnOnce(&mut Option<Body>, &mut Call<'_>) -> R,
     ) -> (R, Option<String>, Leave) {
         let engine = Arc::clone(&self.engine);
         let meter = &engine.meters[self.number];
@@ -313,7 +290,7 @@ impl Instance {
         let start = engine.clock.now();
         let after = context.desk.enter(start, Ports::enter).flatten();
         meter.enter(start);
-        let result = call(&mut self.this, (&raw mut context).cast::<raw::Context>());
+        let result = call(&mut self.body, &mut context);
         let failure = context.failure.take();
         let told = context.told;
         let leave = context.leave;
@@ -327,8 +304,7 @@ impl Instance {
             }
         });
         if returned.is_none() {
-            let this = std::mem::replace(&mut self.this, null_mut());
-            Left::new(self.number, start, &self.build, this, &self.desk).leave();
+            Left::new(self.number, start, self.body.take(), &self.desk).leave();
         }
         meter.leave();
         self.scratch.discard();
@@ -342,13 +318,9 @@ impl Drop for Instance {
     }
 }
 
-/// The panel of a type of schema, if it has one; that it can be drawn was looked at when its plugin was loaded.
-pub(crate) fn panel_of(table: &'static raw::Schema) -> Option<&'static raw::Panel> {
-    let ability = table.ability?;
-    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
-    // SAFETY: the table was checked, and the id is a text; what a plugin gives for it is null or such a table, and lives as long
-    // as the process.
-    unsafe { ability(id.as_ptr()).cast::<raw::Panel>().as_ref() }
+fn body_of(body: &mut Option<Body>) -> &mut Body {
+    body.as_mut()
+        .expect("only the end takes the body, and the instance with it")
 }
 
 fn outcome(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {
@@ -370,12 +342,4 @@ fn state_number(state: jde_core::State) -> u32 {
         jde_core::State::Ready => raw::READY,
         jde_core::State::Winner => raw::WINNER,
     }
-}
-
-/// The text before the first NUL, or all of it if there is none.
-fn text_within(text: &[c_char]) -> String {
-    let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
-    CStr::from_bytes_until_nul(&bytes)
-        .map(|text| text.to_string_lossy().into_owned())
-        .unwrap_or_default()
 }

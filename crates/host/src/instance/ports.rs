@@ -1,8 +1,10 @@
 //! The ports of one instance: what they are bound to on the board, and what they show during a call.
 
+use std::ffi::c_void;
 use std::sync::Arc;
 
-use jde_board::{Parted, Reader, Refused, Writer};
+use jde_abi::raw;
+use jde_board::{Parted, Reader, Refused, Variable, Writer};
 use jde_core::Nanos;
 
 use crate::history::{Aligned, History, Old};
@@ -14,6 +16,8 @@ pub(crate) struct Ports {
     pub(super) ports: Vec<Port>,
     /// Kept only for those who want to know of turns.
     looks: Option<Looks>,
+    /// Counts the releases: what was read in one is not looked at in the next.
+    releases: u64,
     /// Rooms that a call which is about to be given up may still write to.
     pub(super) loaned: Vec<Parted>,
 }
@@ -81,6 +85,25 @@ pub(crate) struct View<'a> {
     pub(crate) neutral: bool,
 }
 
+impl View<'_> {
+    /// As plugins are shown it.
+    pub(crate) fn sample(&self) -> raw::Sample {
+        let fresh = if self.sequence == 0 {
+            raw::SAMPLE_DEFAULT
+        } else {
+            0
+        };
+        raw::Sample {
+            data: self.bytes.as_ptr().cast::<c_void>(),
+            bytes: self.bytes.len() as u64,
+            time_ns: self.time,
+            sequence: self.sequence,
+            writer: self.writer,
+            flags: if self.neutral { raw::SAMPLE_NEUTRAL } else { fresh },
+        }
+    }
+}
+
 /// Why a port cannot be read or written.
 pub(crate) enum PortError {
     Unbound,
@@ -95,6 +118,7 @@ impl Ports {
         Self {
             ports,
             looks: None,
+            releases: 0,
             loaned: Vec::new(),
         }
     }
@@ -118,6 +142,20 @@ impl Ports {
     /// What was looked at since the last release, for those who want to know.
     pub(crate) fn looks(&self) -> Option<&Looks> {
         self.looks.as_ref()
+    }
+
+    /// The variable that a port is bound to; and whether it writes that.
+    pub(crate) fn variable(&self, port: usize) -> Option<(&Arc<Variable>, bool)> {
+        match self.ports.get(port)? {
+            Port::Unbound | Port::Again(_) => None,
+            Port::Input(reader) | Port::Command { reader, .. } => Some((reader.variable(), false)),
+            Port::Output(writer) | Port::Wish { writer, .. } => Some((writer.variable(), true)),
+        }
+    }
+
+    /// Counts the releases.
+    pub(crate) fn releases(&self) -> u64 {
+        self.releases
     }
 
     /// Lets its inputs show values of the past instead of the newest.
@@ -274,6 +312,7 @@ impl Ports {
 
     /// Lets go of every value read; the next read sees the newest.
     pub(crate) fn release(&mut self) {
+        self.releases += 1;
         for port in &mut self.ports {
             match port {
                 Port::Input(reader) => reader.release(),

@@ -14,6 +14,7 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use tempfile::TempPath;
 
 use super::{copy, elf};
+use crate::apart;
 
 /// A plugin whose tables were read and found right.
 #[derive(Clone, Debug)]
@@ -83,12 +84,29 @@ impl Loaded {
 
     /// Loads the library at `path`, whose content is `bytes`, as [`Self::open`].
     pub(super) fn of(path: &Path, bytes: &[u8]) -> Result<Self, LoadError> {
-        elf::check(bytes).map_err(LoadError::Foreign)?;
-        let held = elf::symbol_size(bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
+        let held = held(bytes)?;
         let copy = copy::of(path, bytes)?;
+        let loaded = Self::map(&copy, held, path)?;
+        Ok(Self {
+            copy: Some(Arc::new((copy, bytes.len() as u64))),
+            ..loaded
+        })
+    }
+
+    /// Loads a file that nobody writes to, as the copy of another process is, without a copy of its own.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub(crate) fn open_copy(path: &Path) -> Result<Self, LoadError> {
+        let held = held(&std::fs::read(path)?)?;
+        Self::map(path, held, path)
+    }
+
+    /// Maps a library, of which people know the file `path`, and whose symbol has so many bytes.
+    fn map(file: &Path, held: u64, path: &Path) -> Result<Self, LoadError> {
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
-        let library = unsafe { Library::open(Some(&*copy), RTLD_NOW | RTLD_LOCAL) }
-            .map_err(|error| LoadError::System(cause(&error, &copy, path)))?;
+        let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
+            .map_err(|error| LoadError::System(cause(&error, file, path)))?;
         // SAFETY: the symbol is there; its type is checked below before it is used as a table.
         let table = unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL.as_bytes()) }
             .map_err(|error| LoadError::System(error.to_string()))?
@@ -118,8 +136,16 @@ impl Loaded {
             description: Arc::new(description),
             path: Some(path.to_owned()),
             table,
-            copy: Some(Arc::new((copy, bytes.len() as u64))),
+            copy: None,
         })
+    }
+
+    /// Where another process finds the same code.
+    pub(crate) fn code(&self) -> apart::Plugin {
+        match self.copy.as_deref() {
+            Some((copy, _)) => apart::Plugin::File(copy.to_path_buf()),
+            None => apart::Plugin::LinkedIn(self.description.name.clone()),
+        }
     }
 
     /// Bytes of its file; 0 if it is linked in.
@@ -159,6 +185,12 @@ impl Loaded {
                 .cast::<raw::Schema>()
         }
     }
+}
+
+/// Bytes of the symbol that is a plugin's table, of a library for this machine.
+fn held(bytes: &[u8]) -> Result<u64, LoadError> {
+    elf::check(bytes).map_err(LoadError::Foreign)?;
+    elf::symbol_size(bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)
 }
 
 /// The system's words, with the name of the private copy replaced by the name the user knows.

@@ -56,7 +56,11 @@ impl Runner {
             ));
         }
         let time = self.engine.clock.now();
+        let failed = list.as_ref().err().cloned();
         self.engine.panels.show(self.number, time, took, list);
+        if let Some(reason) = failed {
+            self.survive(&reason);
+        }
     }
 
     /// Draws the panel of a schema that sleeps, over the newest values; answers when to draw it again, in real time.

@@ -280,6 +280,7 @@ fn blank(name: &str, type_name: &str) -> SchemaView {
         left: 0,
         operator: None,
         panel: false,
+        process: None,
         reload: None,
     }
 }

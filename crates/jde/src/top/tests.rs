@@ -39,6 +39,7 @@ pub(super) fn schema(name: &str) -> SchemaView {
         operator: None,
         panel: false,
         reload: None,
+        process: None,
     }
 }
 

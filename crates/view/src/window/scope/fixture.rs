@@ -102,6 +102,7 @@ pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Optio
         operator: None,
         panel: kind == Kind::Motor,
         reload: None,
+        process: None,
     }
 }
 

@@ -1,0 +1,355 @@
+//! The process of a schema: how it is started, killed and waited for, and what its end was, in words.
+//!
+//! Each has a thread in the host that starts it and waits for its end. It is that thread whose death would end the child (the kernel
+//! goes by threads), so a child lives as long as that thread at most, and no longer than the host, however that ends.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+
+use super::Program;
+use crate::app::Isolation;
+
+/// How long a child may take to exit by itself once its instance has ended.
+const EXIT: Duration = Duration::from_secs(1);
+
+/// The processes of an application, and what runs them.
+pub(crate) struct Processes {
+    program: Option<Program>,
+    /// By instance; of several, the one that was called last is the last.
+    children: Vec<Mutex<Vec<Arc<Process>>>>,
+}
+
+/// A child.
+pub(crate) struct Process {
+    pid: u32,
+    /// Names it for good: a number is given to another when it is gone.
+    handle: OwnedFd,
+    state: Mutex<State>,
+    changed: Condvar,
+    waiter: Mutex<Option<JoinHandle<()>>>,
+}
+
+#[derive(Default)]
+struct State {
+    /// A call is under way, whose caller will notice a death.
+    calling: bool,
+    /// It is to end.
+    ending: bool,
+    /// The rules know of its death, or are about to be told.
+    told: bool,
+    /// Why the host killed it.
+    killed: Option<String>,
+    /// It is gone, and why.
+    dead: Option<String>,
+}
+
+impl Processes {
+    pub(crate) fn new(instances: usize, program: Option<Program>) -> Self {
+        Self {
+            program,
+            children: (0..instances).map(|_| Mutex::default()).collect(),
+        }
+    }
+
+    /// What runs them, if anything does.
+    pub(crate) fn program(&self) -> Option<&Program> {
+        self.program.as_ref()
+    }
+
+    /// That of an instance is about to be called.
+    pub(super) fn called(&self, instance: usize, process: &Arc<Process>) {
+        let mut children = lock(&self.children[instance]);
+        children.retain(|other| !Arc::ptr_eq(other, process));
+        children.push(Arc::clone(process));
+    }
+
+    pub(super) fn gone(&self, instance: usize, process: &Arc<Process>) {
+        lock(&self.children[instance]).retain(|other| !Arc::ptr_eq(other, process));
+    }
+
+    /// Whether no other of the instance was called since.
+    pub(super) fn is_present(&self, instance: usize, process: &Arc<Process>) -> bool {
+        self.present(instance)
+            .is_some_and(|present| Arc::ptr_eq(&present, process))
+    }
+
+    /// Kills that of an instance, if it has one; with `told` whoever does so tells the rules.
+    pub(crate) fn kill(&self, instance: usize, why: &str, told: bool) {
+        if let Some(process) = self.present(instance) {
+            process.state().told |= told;
+            process.kill(why);
+        }
+    }
+
+    /// Whether the rules are to be told of the death of that of an instance; at most once, to whoever asks first.
+    pub(crate) fn is_to_be_told(&self, instance: usize) -> bool {
+        self.present(instance)
+            .is_some_and(|process| process.is_to_be_told())
+    }
+
+    /// Whether an instance has one, so that no call of it holds up a thread for ever.
+    pub(crate) fn has(&self, instance: usize) -> bool {
+        self.present(instance).is_some()
+    }
+
+    /// The number of that of an instance, if it has one.
+    pub(crate) fn number(&self, instance: usize) -> Option<u32> {
+        self.present(instance).map(|process| process.pid)
+    }
+
+    fn present(&self, instance: usize) -> Option<Arc<Process>> {
+        lock(&self.children[instance]).last().cloned()
+    }
+}
+
+impl Drop for Processes {
+    /// Whoever is still inside a call is left behind; its process is not.
+    fn drop(&mut self) {
+        for process in self.children.iter().flat_map(|children| lock(children).clone()) {
+            process.state().told = true;
+            process.kill("the application ended");
+        }
+    }
+}
+
+impl Process {
+    /// Starts a child; `died` is called, on a thread of its own, if it dies while nobody calls it and nobody meant it to.
+    pub(super) fn start(
+        program: &Program,
+        name: &str,
+        limits: Isolation,
+        died: impl FnOnce(&Arc<Self>, String) + Send + 'static,
+    ) -> io::Result<(Arc<Self>, UnixStream)> {
+        let (ours, theirs) = UnixStream::pair()?;
+        let mut command = Command::new(&program.path);
+        command
+            .args(&program.arguments)
+            // What the terminal sends to the host is for the host to answer: the child ends when its host says so.
+            .process_group(0)
+            .stdin(Stdio::from(OwnedFd::from(theirs)));
+        let (send, started) = sync_channel(1);
+        let thread = Builder::new().name(format!("of {name}"));
+        let waiter = thread.spawn(move || {
+            let started = command.spawn().and_then(Self::of);
+            // The command holds the child's end of the stream, whose closing is how the child's end is seen.
+            drop(command);
+            match started {
+                Err(error) => drop(send.send(Err(error))),
+                Ok((process, mut child)) => {
+                    drop(send.send(Ok(Arc::clone(&process))));
+                    let end = child.wait();
+                    let words = end.map_or_else(|error| error.to_string(), |end| words(end, limits));
+                    process.ended(words, died);
+                }
+            }
+        })?;
+        let process: Arc<Self> = started.recv().map_err(|_| io::ErrorKind::Other)??;
+        *lock(&process.waiter) = Some(waiter);
+        Ok((process, ours))
+    }
+
+    fn of(mut child: Child) -> io::Result<(Arc<Self>, Child)> {
+        let pid = Pid::from_child(&child);
+        let handle = match pidfd_open(pid, PidfdFlags::empty()) {
+            Ok(handle) => handle,
+            Err(error) => {
+                child.kill()?;
+                child.wait()?;
+                return Err(error.into());
+            }
+        };
+        let process = Self {
+            pid: child.id(),
+            handle,
+            // Whoever starts it waits for its first word.
+            state: Mutex::new(State {
+                calling: true,
+                ..State::default()
+            }),
+            changed: Condvar::new(),
+            waiter: Mutex::default(),
+        };
+        Ok((Arc::new(process), child))
+    }
+
+    fn ended(self: &Arc<Self>, words: String, died: impl FnOnce(&Arc<Self>, String)) {
+        let mut state = self.state();
+        let words = state.killed.take().unwrap_or(words);
+        state.dead = Some(words.clone());
+        let missed = !(state.calling || state.ending || state.told);
+        drop(state);
+        self.changed.notify_all();
+        if missed {
+            died(self, words);
+        }
+    }
+
+    /// A call begins, whose caller tells of a death.
+    ///
+    /// # Errors
+    /// Why it is dead, if it is.
+    pub(super) fn enter(&self) -> Result<(), String> {
+        let mut state = self.state();
+        state.calling = true;
+        state.dead.clone().map_or(Ok(()), Err)
+    }
+
+    /// The call ended well.
+    ///
+    /// # Errors
+    /// Why it died after its last word, if it did.
+    pub(super) fn leave(&self) -> Result<(), String> {
+        let mut state = self.state();
+        state.calling = false;
+        state.dead.clone().map_or(Ok(()), Err)
+    }
+
+    /// The call broke off: makes sure that the child is dead, and answers why.
+    pub(super) fn broke(&self, why: &str) -> String {
+        // The end of a dying process may be seen before its death is.
+        if !self.is_dead_within(EXIT / 10) {
+            self.kill(why);
+        }
+        let state = self.state();
+        let mut state = self
+            .changed
+            .wait_while(state, |state| state.dead.is_none())
+            .unwrap_or_else(PoisonError::into_inner);
+        state.calling = false;
+        state.dead.clone().unwrap_or_default()
+    }
+
+    /// Whether it is dead, or about to be.
+    pub(super) fn is_dead(&self) -> bool {
+        let state = self.state();
+        state.dead.is_some() || state.killed.is_some()
+    }
+
+    /// Whether the rules are to be told; at most once, to whoever asks first.
+    pub(super) fn is_to_be_told(&self) -> bool {
+        !std::mem::replace(&mut self.state().told, true)
+    }
+
+    /// From now on its end is meant.
+    pub(super) fn part(&self) {
+        self.state().ending = true;
+    }
+
+    /// Waits for its end, which is meant, and ends it if it does not come.
+    pub(super) fn bury(&self) {
+        self.part();
+        if !self.is_dead_within(EXIT) {
+            self.kill("it was to exit");
+        }
+        let waiter = lock(&self.waiter).take();
+        if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
+            // It panics nowhere; and if it did, there would be nothing left to do.
+            drop(waiter.join());
+        }
+    }
+
+    fn is_dead_within(&self, time: Duration) -> bool {
+        let alive = |state: &mut State| state.dead.is_none();
+        let state = self.state();
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, time, alive)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.dead.is_some()
+    }
+
+    fn kill(&self, why: &str) {
+        let mut state = self.state();
+        if state.dead.is_none() {
+            state.killed.get_or_insert_with(|| why.to_owned());
+            // Fails only for one that is gone already.
+            let _ = pidfd_send_signal(&self.handle, Signal::KILL);
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        lock(&self.state)
+    }
+}
+
+/// What became of a process.
+fn words(end: ExitStatus, limits: Isolation) -> String {
+    let Some(signal) = end.signal() else {
+        return match end.code() {
+            Some(code) => format!("its process exited by itself, with status {code}"),
+            None => format!("its process ended: {end}"),
+        };
+    };
+    let (name, what) = match signal {
+        1 => ("SIGHUP", ""),
+        2 => ("SIGINT", ""),
+        3 => ("SIGQUIT", ""),
+        4 => ("SIGILL", "an instruction that the processor does not know"),
+        5 => ("SIGTRAP", ""),
+        6 => ("SIGABRT", "it gave up by itself"),
+        7 => ("SIGBUS", "memory that is not there"),
+        8 => ("SIGFPE", "a calculation that cannot be done"),
+        9 => ("SIGKILL", "somebody killed it, or the machine had no memory left"),
+        11 => ("SIGSEGV", "memory that is not its own"),
+        13 => ("SIGPIPE", ""),
+        15 => ("SIGTERM", "somebody ended it"),
+        24 => ("SIGXCPU", "more processor time than it may use"),
+        31 => ("SIGSYS", "a system call that it may not make"),
+        other => return format!("its process was killed by signal {other}"),
+    };
+    let mut words = format!("its process was killed by {name}");
+    if !what.is_empty() {
+        words += &format!(" ({what})");
+    }
+    // Who gets no memory aborts, or does not look.
+    if let (6 | 7 | 11, Some(most)) = (signal, limits.memory) {
+        words += &format!("; it may use {:.1} MB of memory", most as f64 / 1e6);
+    }
+    words
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(wait_status: i32, memory: Option<u64>, expected: &str) {
+        let limits = Isolation {
+            memory,
+            ..Isolation::default()
+        };
+        assert_eq!(words(ExitStatus::from_raw(wait_status), limits), expected);
+    }
+
+    #[test]
+    fn an_end_is_told_in_words() {
+        check(3 << 8, None, "its process exited by itself, with status 3");
+        check(
+            11,
+            None,
+            "its process was killed by SIGSEGV (memory that is not its own)",
+        );
+        check(2, None, "its process was killed by SIGINT");
+        check(34, None, "its process was killed by signal 34");
+    }
+
+    #[test]
+    fn who_may_have_had_no_memory_is_told_of_the_limit() {
+        let expected =
+            "its process was killed by SIGABRT (it gave up by itself); it may use 200.0 MB of memory";
+        check(6, Some(200_000_000), expected);
+        check(3 << 8, Some(1), "its process exited by itself, with status 3");
+    }
+}

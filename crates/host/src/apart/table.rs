@@ -1,0 +1,311 @@
+//! The table of the host in a child: what the plugin asks is asked of the host, but for what the call brought along.
+//!
+//! A panic in here is the host's own fault; it aborts the child, and the host tells of that.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CString, c_char, c_void};
+use std::ptr::null;
+
+use jde_abi::raw::{self, Context, Host};
+
+use super::caller::machine_time;
+use super::memory::Port;
+use super::wire::{CHANGES_NOTHING, Frame, Kind, Wire};
+use crate::instance::text_of;
+
+/// What a child has: what a [`Context`] really is there.
+pub(super) struct Session {
+    pub(super) wire: Wire,
+    pub(super) name: CString,
+    pub(super) application: u64,
+    pub(super) seed: u64,
+    pub(super) real_time: bool,
+    pub(super) ports: Vec<Port>,
+    pub(super) call: Present,
+}
+
+/// What the present call brought along.
+#[derive(Default)]
+pub(super) struct Present {
+    /// The application's time when it was sent, and the machine's.
+    now: u64,
+    machine: u64,
+    /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
+    speed: f64,
+    /// Which release of the ports it is in.
+    release: u64,
+    changes_nothing: bool,
+    /// What the plugin was told when it first asked for the time.
+    told: Option<u64>,
+}
+
+/// The table given to the instance of a child.
+pub(super) static HOST: Host = Host {
+    size: size_of::<Host>() as u32,
+    abi_major: raw::ABI_MAJOR,
+    abi_minor: raw::ABI_MINOR,
+    reserved: 0,
+    read,
+    loan,
+    publish,
+    wake,
+    sleep,
+    child,
+    set_policy,
+    now,
+    seed,
+    application,
+    name,
+    log,
+    fail,
+    extension,
+    retract,
+    real_time,
+};
+
+impl Present {
+    /// A call begins.
+    pub(super) fn of(frame: &Frame) -> Self {
+        let [now, machine, speed, release] = frame.words;
+        Self {
+            now,
+            machine,
+            speed: f64::from_bits(speed),
+            release,
+            changes_nothing: frame.flags & CHANGES_NOTHING != 0,
+            told: None,
+        }
+    }
+
+    /// The application's time.
+    pub(super) fn now(&self) -> u64 {
+        let passed = machine_time().saturating_sub(self.machine);
+        self.now + (passed as f64 * self.speed) as u64
+    }
+}
+
+impl Session {
+    /// The call is over.
+    pub(super) fn done(&mut self, done: Frame) -> std::io::Result<()> {
+        self.ports.iter_mut().for_each(Port::discard);
+        let mut words = done.words;
+        words[3] = self.call.told.map_or(0, |told| told + 1);
+        self.wire.send(&Frame { words, ..done })
+    }
+
+    /// The context for the functions of an instance that was made with [`HOST`].
+    pub(super) fn context(&mut self) -> *mut Context {
+        std::ptr::from_mut(self).cast()
+    }
+
+    /// Tells the host.
+    pub(super) fn tell(&mut self, kind: Kind, number: u32, text: &str) {
+        let frame = Frame {
+            number,
+            bytes: text.as_bytes().to_vec(),
+            ..Frame::new(kind)
+        };
+        if self.wire.send(&frame).is_err() {
+            end();
+        }
+    }
+
+    /// Asks the host.
+    fn ask(&mut self, frame: Frame) -> Frame {
+        let answer = self.wire.send(&frame).and_then(|()| self.wire.receive());
+        match answer {
+            Ok(answer) if answer.kind == Kind::Answer => answer,
+            Ok(_) | Err(_) => end(),
+        }
+    }
+
+    fn ask_about(&mut self, kind: Kind, number: u32) -> Frame {
+        self.ask(Frame {
+            number,
+            ..Frame::new(kind)
+        })
+    }
+
+    fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
+        let release = self.call.release;
+        let port = self.ports.get(number as usize).ok_or(raw::BAD_ARGUMENT)?;
+        if let Some(sample) = port.shown(release) {
+            return Ok(sample);
+        }
+        let answer = self.ask_about(Kind::Read, number);
+        if answer.status != raw::OK {
+            return Err(answer.status);
+        }
+        let shown = self.ports[number as usize].show(release, &answer);
+        Ok(shown.unwrap_or_else(|| end()))
+    }
+
+    fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
+        let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
+        // In a call that may change nothing the host refuses, and remembers what was tried.
+        if !self.call.changes_nothing
+            && let Some(room) = port.loan()
+        {
+            return Ok(room);
+        }
+        let answer = self.ask_about(Kind::Loan, number);
+        if answer.status != raw::OK {
+            return Err(answer.status);
+        }
+        let room = self.ports[number as usize].loan_as(&answer);
+        Ok(room.unwrap_or_else(|| end()))
+    }
+
+    fn publish(&mut self, number: u32, time: u64) -> i32 {
+        let Some(port) = self.ports.get_mut(number as usize) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let bytes = port.take_loan();
+        self.ask(Frame {
+            number,
+            words: [time, 0, 0, 0],
+            bytes,
+            ..Frame::new(Kind::Publish)
+        })
+        .status
+    }
+}
+
+/// The host is gone, in the middle of a call, and so is all sense in going on. At once: what runs at a process's usual end is
+/// the plugin's, which is in the middle of something.
+fn end() -> ! {
+    use rustix::process::{Signal, getpid, kill_process};
+    let _ = kill_process(getpid(), Signal::KILL);
+    std::process::abort()
+}
+
+/// The session behind a context.
+///
+/// # Safety
+/// `context` is the one given to the present call of the instance, on this thread.
+unsafe fn session<'a>(context: *mut Context) -> &'a mut Session {
+    // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it meanwhile.
+    unsafe { &mut *context.cast::<Session>() }
+}
+
+unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a sample.
+    unsafe {
+        match session(context).read(port) {
+            Err(status) => status,
+            Ok(sample) => {
+                out.write(sample);
+                raw::OK
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a pointer.
+    unsafe {
+        match session(context).loan(port) {
+            Err(status) => status,
+            Ok(room) => {
+                out.write(room.cast());
+                raw::OK
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.publish(port, time_ns)
+}
+
+unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.ask_about(Kind::Retract, port).status
+}
+
+unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.ask_about(Kind::Wake, child).status
+}
+
+unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.ask_about(Kind::LayDown, child).status
+}
+
+unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
+    // SAFETY: the plugin gives the context of this call and room for a status.
+    unsafe {
+        let answer = session(context).ask_about(Kind::Child, child);
+        if answer.status == raw::OK {
+            out.write(raw::ChildStatus {
+                size: size_of::<raw::ChildStatus>() as u32,
+                state: answer.words[0] as u32,
+                faulted: answer.words[1] as u32,
+                reserved: 0,
+            });
+        }
+        answer.status
+    }
+}
+
+unsafe extern "C" fn set_policy(
+    context: *mut Context,
+    child: u32,
+    policy: u32,
+    dwell_ns: u64,
+    hysteresis: f64,
+) -> i32 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }
+        .ask(Frame {
+            number: child,
+            words: [u64::from(policy), dwell_ns, hysteresis.to_bits(), 0],
+            ..Frame::new(Kind::SetPolicy)
+        })
+        .status
+}
+
+unsafe extern "C" fn now(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    let call = unsafe { &mut session(context).call };
+    let now = call.now();
+    call.told.get_or_insert(now);
+    now
+}
+
+unsafe extern "C" fn seed(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.seed
+}
+
+unsafe extern "C" fn application(context: *mut Context) -> u64 {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.application
+}
+
+unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.name.as_ptr()
+}
+
+unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe { session(context).tell(Kind::Log, level, &text_of(text, length)) };
+}
+
+unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
+    // SAFETY: the plugin gives the context of this call and a text of that length.
+    unsafe { session(context).tell(Kind::Fail, 0, &text_of(text, length)) };
+}
+
+unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
+    null()
+}
+
+unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
+    // SAFETY: the plugin gives the context of this call.
+    u32::from(unsafe { session(context) }.real_time)
+}

@@ -1,0 +1,150 @@
+//! What a schema's `isolate` says: that it runs in a process of its own, and what that may use.
+
+use serde::{Deserialize, Serialize};
+use toml::de::DeValue;
+
+use super::document::{Node, Section, whole, wrong};
+use super::report::{Report, quote};
+use super::time;
+
+/// A process of its own, and what that may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Isolation {
+    /// Most memory, bytes: heap and stacks. No limit if none is stated.
+    pub memory: Option<u64>,
+    /// Most processor time from the beginning of one call to that of the next, s. No limit if none is stated.
+    pub cpu: Option<u64>,
+    /// Whether it may reach beyond the machine.
+    pub network: bool,
+    /// Whether files are only for reading.
+    pub read_only: bool,
+}
+
+impl Default for Isolation {
+    fn default() -> Self {
+        Self {
+            memory: None,
+            cpu: None,
+            network: true,
+            read_only: false,
+        }
+    }
+}
+
+/// `isolate = "process"`, or `{ memory = "200 MB", cpu = "2s", network = false, files = "read-only" }`.
+pub(super) fn isolation(report: &mut Report, section: &Section) -> Option<Isolation> {
+    let what = section.key("isolate");
+    let node = section.get("isolate")?;
+    match node.get_ref() {
+        DeValue::Table(_) => {}
+        DeValue::String(word) => {
+            if word != "process" {
+                report
+                    .fault(
+                        &node.span(),
+                        format!("{what} is {}, which is no way to isolate", quote(word)),
+                    )
+                    .suggest(word, "ways", ["process"]);
+            }
+            return Some(Isolation::default());
+        }
+        DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Array(_) => {
+            let expected =
+                "\"process\", or a table of its limits such as { memory = \"200 MB\", network = false }";
+            wrong(report, &what, expected, node);
+            return None;
+        }
+    }
+    let table = section.section(report, "isolate", what)?;
+    table.refuse_unknown(report, &["memory", "cpu", "network", "files"]);
+    Some(Isolation {
+        memory: table
+            .get("memory")
+            .and_then(|node| memory(report, &table.key("memory"), node)),
+        cpu: table.get("cpu").and_then(|node| {
+            let time = time::time(report, &table.key("cpu"), node)?;
+            Some(time.div_ceil(1_000_000_000))
+        }),
+        network: network(report, &table),
+        read_only: read_only(report, &table),
+    })
+}
+
+fn network(report: &mut Report, table: &Section) -> bool {
+    let Some(node) = table.get("network") else {
+        return true;
+    };
+    let network = node.get_ref().as_bool();
+    if network.is_none() {
+        wrong(report, &table.key("network"), "true or false", node);
+    }
+    network.unwrap_or(true)
+}
+
+fn read_only(report: &mut Report, table: &Section) -> bool {
+    let Some(files) = table.text(report, "files") else {
+        return false;
+    };
+    if files.text != "read-only" {
+        report
+            .fault(
+                &files.span,
+                format!("{} is {}", table.key("files"), quote(files.text)),
+            )
+            .advise("write files = \"read-only\", or leave it out");
+    }
+    true
+}
+
+/// A number of bytes, or a text such as "200 MB".
+fn memory(report: &mut Report, what: &str, node: &Node) -> Option<u64> {
+    let bytes = match node.get_ref() {
+        DeValue::String(text) => bytes(text),
+        value => whole(value).and_then(|bytes| u64::try_from(bytes).ok()),
+    };
+    let bytes = bytes.filter(|bytes| *bytes > 0);
+    if bytes.is_none() {
+        report
+            .fault(&node.span(), format!("{what} is no size of memory"))
+            .advise("write a size such as \"200 MB\" or \"1 GiB\", or a number of bytes");
+    }
+    bytes
+}
+
+fn bytes(text: &str) -> Option<u64> {
+    let text = text.trim();
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let number: f64 = text[..text.len() - unit.len()].parse().ok()?;
+    let factor = match unit.trim() {
+        "" | "B" => 1.0,
+        "kB" => 1e3,
+        "MB" => 1e6,
+        "GB" => 1e9,
+        "KiB" => 1024.0,
+        "MiB" => 1048576.0,
+        "GiB" => 1073741824.0,
+        _ => return None,
+    };
+    Some((number * factor) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bytes;
+
+    #[test]
+    fn sizes_of_memory_are_read_with_their_units() {
+        let check = |text, expected| assert_eq!(bytes(text), expected, "{text}");
+        check("200 MB", Some(200_000_000));
+        check("1.5 GB", Some(1_500_000_000));
+        check("64MiB", Some(64 << 20));
+        check("4096", Some(4096));
+        for text in ["", "MB", "much", "-1 MB", "1 mb", "1 MB/s"] {
+            check(text, None);
+        }
+    }
+}

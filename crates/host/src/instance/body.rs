@@ -1,0 +1,131 @@
+//! Where the functions of an instance run: in this process, or in one of their own. The rest of the host does not ask.
+
+#![allow(unsafe_code)]
+
+use std::sync::Arc;
+
+use jde_abi::raw::Context;
+use jde_panel::{Gesture, List};
+
+use super::host_table::HOST;
+use super::{Call, Here, Question, Remembered, Verdict};
+use crate::apart::Apart;
+use crate::engine::Engine;
+
+/// The functions of an instance that was made.
+pub(crate) enum Body {
+    Here(Here),
+    Apart(Box<Apart>),
+}
+
+/// Each answers with a status of the ABI; the reason for one that is no success is in the call.
+impl Body {
+    pub(super) fn create(call: &mut Call<'_>) -> Option<Self> {
+        match call.engine.room(call.number) {
+            // SAFETY: the table was checked; the context is that of this call.
+            None => unsafe { Here::create(call.build.table, &HOST, context(call)) }.map(Self::Here),
+            Some(room) => Apart::create(call, &room).map(|apart| Self::Apart(Box::new(apart))),
+        }
+    }
+
+    pub(super) fn awake(&mut self, call: &mut Call<'_>) -> i32 {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.awake(context(call)) },
+            Self::Apart(apart) => apart.awake(call),
+        }
+    }
+
+    pub(super) fn check(&mut self, call: &mut Call<'_>) -> (i32, bool, f64) {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.check(context(call)) },
+            Self::Apart(apart) => apart.check(call),
+        }
+    }
+
+    pub(super) fn iterate(&mut self, call: &mut Call<'_>) -> i32 {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.iterate(context(call)) },
+            Self::Apart(apart) => apart.iterate(call),
+        }
+    }
+
+    pub(super) fn arbitrate(&mut self, call: &mut Call<'_>, question: &Question) -> (i32, Verdict) {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.arbitrate(context(call), question) },
+            Self::Apart(apart) => apart.arbitrate(call, question),
+        }
+    }
+
+    pub(super) fn sleep(&mut self, call: &mut Call<'_>) {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.sleep(context(call)) },
+            Self::Apart(apart) => apart.sleep(call),
+        }
+    }
+
+    pub(super) fn draw(&mut self, call: &mut Call<'_>) -> (i32, Result<List, String>) {
+        let now = call.engine.clock.now();
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.draw(context(call), now) },
+            Self::Apart(apart) => apart.draw(call),
+        }
+    }
+
+    pub(super) fn touch(&mut self, call: &mut Call<'_>, by: &str, gesture: &Gesture) -> i32 {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.touch(context(call), by, gesture) },
+            Self::Apart(apart) => apart.touch(call, by, gesture),
+        }
+    }
+
+    pub(super) fn save(&mut self, call: &mut Call<'_>) -> (i32, Result<Vec<u8>, String>) {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.save(context(call)) },
+            Self::Apart(apart) => apart.save(call),
+        }
+    }
+
+    pub(super) fn restore(&mut self, call: &mut Call<'_>, remembered: &Remembered) -> i32 {
+        match self {
+            // SAFETY: the context is that of this call.
+            Self::Here(here) => unsafe { here.restore(context(call), remembered) },
+            Self::Apart(apart) => apart.restore(call, remembered),
+        }
+    }
+
+    pub(super) fn destroy(self, engine: &Arc<Engine>, number: usize) {
+        match self {
+            Self::Here(here) => drop(here),
+            Self::Apart(apart) => apart.destroy(engine, number),
+        }
+    }
+
+    /// Whether its process is dead.
+    pub(super) fn is_dead(&self) -> bool {
+        match self {
+            Self::Here(_) => false,
+            Self::Apart(apart) => apart.is_dead(),
+        }
+    }
+
+    /// Whether the rules are to be told that it failed. Of a death once only, to whoever asks first.
+    pub(super) fn is_to_tell(&self) -> bool {
+        match self {
+            Self::Here(_) => true,
+            Self::Apart(apart) => apart.is_to_tell(),
+        }
+    }
+}
+
+/// What the functions of [`HOST`] find behind their context.
+fn context(call: &mut Call<'_>) -> *mut Context {
+    std::ptr::from_mut(call).cast()
+}

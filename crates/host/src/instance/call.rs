@@ -1,0 +1,290 @@
+//! One call into an instance, and all that the plugin may ask of the host during it, wherever the plugin runs.
+//!
+//! Answers in statuses of the ABI. Who may ask, and how the question comes here, is for [`super::host_table`] and [`crate::apart`].
+//!
+//! A call that was given up is refused whatever shows it something or changes anything. Its name, its seed and the time it is
+//! still told: it may wait for the last, and plugins do not expect the others to be missing.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use jde_abi::raw;
+use jde_board::Variable;
+use jde_core::{Nanos, Policy};
+
+use super::desk::Desk;
+use super::ports::{PortError, Ports, View};
+use super::{Scratch, state_number};
+use crate::build::{Build, Way};
+use crate::engine::Engine;
+
+/// A call under way: what a [`raw::Context`] really is.
+pub(crate) struct Call<'a> {
+    pub(crate) engine: &'a Arc<Engine>,
+    pub(crate) number: usize,
+    pub(crate) name: &'a CStr,
+    pub(crate) build: &'a Build,
+    pub(super) desk: &'a Desk,
+    pub(super) scratch: &'a mut Scratch,
+    /// The reason that the plugin left.
+    pub(crate) failure: Option<String>,
+    /// What it was told when it first asked for the time.
+    pub(crate) told: Option<Nanos>,
+    pub(super) leave: Leave,
+}
+
+/// What a call may change.
+pub(super) enum Leave {
+    /// Whatever its authority allows.
+    All,
+    /// Its exports: it is put to sleep or woken up without losing its place.
+    Exports,
+    /// Nothing; and the first thing that it tried.
+    Nothing(Option<String>),
+}
+
+/// Ports and roles are numbered as the build has them.
+impl Call<'_> {
+    /// Shows the value of an input, the same until the ports are released.
+    pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
+        let now = self.engine.clock.now();
+        let shown = self.desk.ports(|ports| {
+            let view = view(self.build, ports, port, now).map_err(|error| status(&error))?;
+            Ok(show(&view))
+        });
+        shown.unwrap_or(Err(raw::REFUSED))
+    }
+
+    /// Shows room for the next value of an output.
+    pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
+        if let Some(Way::Bound(port)) = self.build.way(port) {
+            // Who may not command is told so when it publishes, as ever.
+            if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
+                return Err(raw::REFUSED);
+            }
+        }
+        let lent = self.desk.ports(|ports| {
+            let room = match self.build.way(port) {
+                Some(Way::Bound(port)) => ports.loan(*port),
+                Some(Way::Unbound) => Err(PortError::Unbound),
+                Some(Way::Unheard(bytes)) => Ok(self.scratch.room(port, *bytes)),
+                Some(Way::Fixed { .. }) | None => Err(PortError::WrongPort),
+            };
+            room.map(show).map_err(|error| status(&error))
+        });
+        lent.unwrap_or(Err(raw::REFUSED))
+    }
+
+    /// Publishes what was loaned, as measured at that time; 0: now.
+    pub(crate) fn publish(&mut self, port: u32, time: Nanos) -> i32 {
+        let port = match self.build.way(port) {
+            Some(Way::Bound(port)) => *port,
+            Some(Way::Unbound) => return raw::UNBOUND,
+            Some(Way::Unheard(_)) if self.scratch.has(port) => return self.unheard(),
+            Some(Way::Unheard(_) | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+        };
+        if self.refuses_port(port) {
+            return raw::REFUSED;
+        }
+        let now = self.engine.clock.now();
+        let time = if time == 0 { now } else { time };
+        let period = self.engine.meters[self.number].period.load(Ordering::Relaxed);
+        match self.desk.ports(|ports| ports.publish(port, time, now, period)) {
+            None => raw::REFUSED,
+            Some(Ok(())) => raw::OK,
+            Some(Err(error)) => {
+                if let PortError::Refused { why, first } = &error {
+                    self.engine.write_refused(self.number, port, why, *first);
+                }
+                status(&error)
+            }
+        }
+    }
+
+    pub(crate) fn retract(&mut self, port: u32) -> i32 {
+        let port = match self.build.way(port) {
+            Some(Way::Bound(port)) => *port,
+            Some(Way::Unheard(_)) => return self.unheard(),
+            Some(Way::Unbound | Way::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
+        };
+        if self.refuses_all(|call| format!("take `{}` back", call.port_name(port))) {
+            return raw::REFUSED;
+        }
+        match self.desk.ports(|ports| ports.retract(port)) {
+            None => raw::REFUSED,
+            Some(Ok(())) => raw::OK,
+            Some(Err(error)) => status(&error),
+        }
+    }
+
+    pub(crate) fn wake(&mut self, child: u32) -> i32 {
+        if self.refuses(|_| String::from("wake a child")) {
+            return raw::REFUSED;
+        }
+        self.ask(child, |role| self.engine.child_wakes(self.number, role, true))
+    }
+
+    pub(crate) fn sleep(&mut self, child: u32) -> i32 {
+        if self.refuses(|_| String::from("put a child to sleep")) {
+            return raw::REFUSED;
+        }
+        self.ask(child, |role| self.engine.child_wakes(self.number, role, false))
+    }
+
+    /// State and health of a child.
+    pub(crate) fn child(&mut self, child: u32) -> Result<raw::ChildStatus, i32> {
+        let mut status = raw::ChildStatus {
+            size: size_of::<raw::ChildStatus>() as u32,
+            state: 0,
+            faulted: 0,
+            reserved: 0,
+        };
+        let done = self.ask(child, |role| match self.engine.child(self.number, role) {
+            Err(status) => status,
+            Ok((state, faulted)) => {
+                status.state = state_number(state);
+                status.faulted = u32::from(faulted);
+                raw::OK
+            }
+        });
+        if done == raw::OK { Ok(status) } else { Err(done) }
+    }
+
+    /// Changes the policy of the group in which that child competes.
+    pub(crate) fn set_policy(&mut self, child: u32, policy: u32, dwell: Nanos, hysteresis: f64) -> i32 {
+        let policy = match policy {
+            raw::POLICY_PRIORITY => Policy::Priority,
+            raw::POLICY_URGENCY => Policy::HighestUrgency,
+            raw::POLICY_STICKY if hysteresis.is_finite() && hysteresis >= 0.0 => {
+                Policy::Sticky { dwell, hysteresis }
+            }
+            raw::POLICY_ROUND_ROBIN if dwell > 0 => Policy::RoundRobin { turn: dwell },
+            raw::POLICY_FATHER => Policy::Father,
+            _ => return raw::BAD_ARGUMENT,
+        };
+        if self.refuses(|_| String::from("change a policy")) {
+            return raw::REFUSED;
+        }
+        self.ask(child, |role| self.engine.set_policy(self.number, role, policy))
+    }
+
+    pub(crate) fn now(&mut self) -> Nanos {
+        let now = self.engine.clock.now();
+        self.told.get_or_insert(now);
+        now
+    }
+
+    pub(crate) fn log(&mut self, level: u32, text: &str) {
+        // Whoever was given up speaks for nobody.
+        if !self.desk.is_closed() {
+            self.engine.log(self.number, level, text);
+        }
+    }
+
+    /// The variable behind a port, if there is one; and whether the port writes it.
+    pub(crate) fn variable(&self, port: u32) -> Option<(Arc<Variable>, bool)> {
+        let Some(Way::Bound(port)) = self.build.way(port) else {
+            return None;
+        };
+        let found = self.desk.ports(|ports| {
+            let (variable, writes) = ports.variable(*port)?;
+            Some((Arc::clone(variable), writes))
+        });
+        found.flatten()
+    }
+
+    /// Counts the releases of its ports: what was read in one is not looked at in the next.
+    pub(crate) fn releases(&self) -> u64 {
+        self.desk.ports(|ports| ports.releases()).unwrap_or_default()
+    }
+
+    /// Whether it may change nothing.
+    pub(crate) fn changes_nothing(&self) -> bool {
+        matches!(self.leave, Leave::Nothing(_))
+    }
+
+    /// Whether this call may not act on others.
+    fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+        match self.leave {
+            Leave::All => false,
+            Leave::Exports => true,
+            Leave::Nothing(_) => self.refuses_all(what),
+        }
+    }
+
+    /// Whether this call may not even write its exports.
+    fn refuses_all(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+        if let Leave::Nothing(None) = self.leave {
+            let what = what(self);
+            self.leave = Leave::Nothing(Some(what));
+        }
+        self.changes_nothing()
+    }
+
+    /// Whether it may not write that port of the application.
+    fn refuses_port(&mut self, port: usize) -> bool {
+        let what = |call: &Self| format!("write `{}`", call.port_name(port));
+        match self.desk.ports(|ports| ports.is_wish(port)) {
+            None => true,
+            Some(true) => self.refuses(what),
+            Some(false) => self.refuses_all(what),
+        }
+    }
+
+    fn port_name(&self, port: usize) -> &str {
+        let ports = &self.engine.application.instances[self.number].schema.ports;
+        ports.get(port).map_or("a port", |port| &port.name)
+    }
+
+    /// The role of the application that the build means.
+    fn role(&self, role: u32) -> Result<usize, i32> {
+        self.build
+            .role(role)
+            .ok_or(raw::BAD_ARGUMENT)?
+            .ok_or(raw::UNBOUND)
+    }
+
+    /// What comes of writing what nobody can see.
+    fn unheard(&self) -> i32 {
+        self.desk.ports(|_| raw::OK).unwrap_or(raw::REFUSED)
+    }
+
+    /// Asks the rules for something about a child; refused if the call was given up. It cannot be until that is done.
+    fn ask(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
+        let asked = self.desk.ports(|_| match self.role(child) {
+            Ok(role) => body(role),
+            Err(status) => status,
+        });
+        asked.unwrap_or(raw::REFUSED)
+    }
+}
+
+/// What a port shows.
+fn view<'a>(build: &'a Build, ports: &'a mut Ports, port: u32, now: Nanos) -> Result<View<'a>, PortError> {
+    match build.way(port) {
+        Some(Way::Bound(port)) => ports.read(*port, now),
+        Some(Way::Unbound) => Err(PortError::Unbound),
+        Some(Way::Fixed { value, neutral }) => Ok(View {
+            bytes: value.bytes(),
+            time: if *neutral { now } else { 0 },
+            sequence: 0,
+            writer: u32::MAX,
+            neutral: *neutral,
+        }),
+        Some(Way::Unheard(_)) | None => Err(PortError::WrongPort),
+    }
+}
+
+fn status(error: &PortError) -> i32 {
+    match error {
+        PortError::Unbound => raw::UNBOUND,
+        PortError::NoValue => raw::NO_VALUE,
+        PortError::WrongPort | PortError::NothingLoaned => raw::BAD_ARGUMENT,
+        PortError::Refused {
+            why: jde_board::Refused::NotFinite,
+            ..
+        } => raw::NOT_FINITE,
+        PortError::Refused { .. } => raw::REFUSED,
+    }
+}

@@ -1,0 +1,258 @@
+//! The functions of one instance, in this process: the only place where a plugin's functions are called.
+//!
+//! It knows nothing of the host: whoever calls brings the context, which the plugin hands back to the host's table.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::ptr::NonNull;
+
+use jde_abi::raw::{self, Context, Host};
+use jde_abi::state;
+use jde_panel::{Gesture, List};
+use serde::{Deserialize, Serialize};
+
+use super::memory::{Remembered, memory_of};
+
+/// An instance that was made in this process.
+pub(crate) struct Here {
+    table: &'static raw::Schema,
+    panel: Option<&'static raw::Panel>,
+    state: Option<&'static raw::State>,
+    this: NonNull<c_void>,
+}
+
+// SAFETY: the ABI lets calls of one instance come from different threads one after another, and `&mut self` keeps them apart.
+unsafe impl Send for Here {}
+
+/// What a father is asked.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Question {
+    /// As the ABI numbers cases.
+    pub(crate) case: u32,
+    pub(crate) group: String,
+    pub(crate) candidates: Vec<Candidate>,
+    /// The role of the present winner, if that is one of his.
+    pub(crate) winner: Option<u32>,
+}
+
+/// Who competes.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Candidate {
+    /// Its role.
+    pub(crate) child: u32,
+    /// As the ABI numbers states.
+    pub(crate) state: u32,
+    pub(crate) ready: bool,
+    pub(crate) urgency: f64,
+}
+
+/// What a father answers: a role or nobody, and why.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Verdict {
+    pub(crate) child: Option<u32>,
+    pub(crate) reason: String,
+}
+
+/// Every function: the context is one that the table given to [`Here::create`] takes, it lives for the call, and nothing else uses it
+/// meanwhile. Each answers with a status of the ABI.
+impl Here {
+    /// Makes an instance; nothing if the plugin made none.
+    ///
+    /// # Safety
+    /// `table` was checked; `context` as above.
+    pub(crate) unsafe fn create(
+        table: &'static raw::Schema,
+        host: &'static Host,
+        context: *mut Context,
+    ) -> Option<Self> {
+        let create = table.create.expect("read::plugin refuses schemas without create");
+        // SAFETY: the caller's.
+        let this = unsafe { create(table, host, context) };
+        Some(Self {
+            table,
+            panel: panel_of(table),
+            // Who made its build said it if that is of no use.
+            state: memory_of(table).unwrap_or_default(),
+            this: NonNull::new(this)?,
+        })
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn awake(&mut self, context: *mut Context) -> i32 {
+        match self.table.awake {
+            // SAFETY: `this` came from this table's create; the rest is the caller's.
+            Some(awake) => unsafe { awake(self.this.as_ptr(), context) },
+            None => raw::OK,
+        }
+    }
+
+    /// Also answers whether it is ready, and how urgently.
+    ///
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn check(&mut self, context: *mut Context) -> (i32, bool, f64) {
+        let mut out = raw::Precondition {
+            size: size_of::<raw::Precondition>() as u32,
+            ready: 1,
+            urgency: 0.0,
+        };
+        let status = match self.table.check {
+            // SAFETY: as in `awake`; `out` lives for the call.
+            Some(check) => unsafe { check(self.this.as_ptr(), context, &raw mut out) },
+            None => raw::OK,
+        };
+        (status, out.ready != 0, out.urgency)
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn iterate(&mut self, context: *mut Context) -> i32 {
+        let iterate = self
+            .table
+            .iterate
+            .expect("read::plugin refuses schemas without iterate");
+        // SAFETY: as in `awake`.
+        unsafe { iterate(self.this.as_ptr(), context) }
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn arbitrate(&mut self, context: *mut Context, question: &Question) -> (i32, Verdict) {
+        let Some(arbitrate) = self.table.arbitrate else {
+            return (raw::FAILED, Verdict::default());
+        };
+        let candidates: Vec<raw::Candidate> = question.candidates.iter().map(Candidate::raw).collect();
+        let group = CString::new(question.group.as_str()).unwrap_or_default();
+        let level = raw::Level {
+            size: size_of::<raw::Level>() as u32,
+            case: question.case,
+            group: group.as_ptr(),
+            candidates: candidates.as_ptr(),
+            candidate_count: candidates.len() as u32,
+            winner: question.winner.map_or(-1, |role| role as i32),
+        };
+        let mut verdict = raw::Verdict {
+            size: size_of::<raw::Verdict>() as u32,
+            child: -1,
+            reason: [0; 128],
+        };
+        // SAFETY: as in `awake`; level and verdict live for the call.
+        let status = unsafe { arbitrate(self.this.as_ptr(), context, &raw const level, &raw mut verdict) };
+        let verdict = Verdict {
+            child: u32::try_from(verdict.child).ok(),
+            reason: text_within(&verdict.reason),
+        };
+        (status, verdict)
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn sleep(&mut self, context: *mut Context) {
+        if let Some(sleep) = self.table.sleep {
+            // SAFETY: as in `awake`.
+            unsafe { sleep(self.this.as_ptr(), context) };
+        }
+    }
+
+    /// Also answers with what it drew.
+    ///
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn draw(&mut self, context: *mut Context, time: u64) -> (i32, Result<List, String>) {
+        let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
+            return (raw::FAILED, Err(String::from("it has no panel")));
+        };
+        let (status, list) = jde_panel::lend_pen(time, |pen| {
+            // SAFETY: as in `awake`; the pen lives for the call.
+            unsafe { draw(self.this.as_ptr(), context, pen) }
+        });
+        (status, list.map_err(|broken| broken.to_string()))
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn touch(&mut self, context: *mut Context, by: &str, gesture: &Gesture) -> i32 {
+        let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
+            return raw::OK;
+        };
+        jde_panel::lend_gesture(by, gesture, |gesture| {
+            // SAFETY: as in `awake`; the gesture lives for the call.
+            unsafe { touch(self.this.as_ptr(), context, gesture) }
+        })
+    }
+
+    /// Also answers with what it saved.
+    ///
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn save(&mut self, context: *mut Context) -> (i32, Result<Vec<u8>, String>) {
+        let Some(save) = self.state.and_then(|state| state.save) else {
+            return (raw::FAILED, Err(String::from("it hands nothing on")));
+        };
+        let (status, kept) = state::lend(|saver| {
+            // SAFETY: as in `awake`; the saver lives for the call.
+            unsafe { save(self.this.as_ptr(), context, saver) }
+        });
+        (status, kept.map_err(|too_many| too_many.to_string()))
+    }
+
+    /// # Safety
+    /// As above.
+    pub(crate) unsafe fn restore(&mut self, context: *mut Context, remembered: &Remembered) -> i32 {
+        let Some(restore) = self.state.and_then(|state| state.restore) else {
+            return raw::FAILED;
+        };
+        let Remembered { version, bytes } = remembered;
+        // SAFETY: as in `awake`; the bytes live for the call.
+        unsafe {
+            restore(
+                self.this.as_ptr(),
+                context,
+                *version,
+                bytes.as_ptr().cast(),
+                bytes.len() as u64,
+            )
+        }
+    }
+}
+
+impl Drop for Here {
+    fn drop(&mut self) {
+        let this = std::mem::replace(&mut self.this, NonNull::dangling());
+        if let Some(destroy) = self.table.destroy {
+            // SAFETY: `this` came from this table's create and is given back once, since it is dropped once.
+            unsafe { destroy(this.as_ptr()) };
+        }
+    }
+}
+
+impl Candidate {
+    fn raw(&self) -> raw::Candidate {
+        raw::Candidate {
+            size: size_of::<raw::Candidate>() as u32,
+            child: self.child,
+            state: self.state,
+            ready: u32::from(self.ready),
+            urgency: self.urgency,
+        }
+    }
+}
+
+/// The panel of a type of schema, if it has one; that it can be drawn was looked at when its plugin was loaded.
+pub(crate) fn panel_of(table: &'static raw::Schema) -> Option<&'static raw::Panel> {
+    let ability = table.ability?;
+    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
+    // SAFETY: the table was checked, and the id is a text; what a plugin gives for it is null or such a table, and lives as long
+    // as the process.
+    unsafe { ability(id.as_ptr()).cast::<raw::Panel>().as_ref() }
+}
+
+/// The text before the first NUL, or all of it if there is none.
+fn text_within(text: &[c_char]) -> String {
+    let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
+    CStr::from_bytes_until_nul(&bytes)
+        .map(|text| text.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}

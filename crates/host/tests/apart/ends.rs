@@ -1,0 +1,94 @@
+//! What is left when it is over: nothing. Not after deaths and restarts, not after the end, and not when the host is killed.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::PoisonError;
+
+use crate::common::{Executor, Stage};
+use crate::odd;
+use crate::stage::{Play, RUNNING};
+
+const BODY: &str = r#"
+    roots = ["high"]
+    [schemas.high]
+    type = "odd/odd"
+    isolate = "process"
+    restart = { back-off = "1ms", limit = 1000 }
+"#;
+
+/// Children of this process, zombies too, and its open files and threads.
+fn counted() -> (usize, usize, usize) {
+    let list = |path: &str| std::fs::read_dir(path).expect("this is Linux").count();
+    let tasks = std::fs::read_dir("/proc/self/task").expect("this is Linux");
+    let children = tasks
+        .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
+        .map(|children| children.split_whitespace().count())
+        .sum();
+    (children, list("/proc/self/fd"), list("/proc/self/task"))
+}
+
+#[test]
+fn deaths_and_restarts_leave_no_process_no_file_and_no_thread() {
+    let _alone = RUNNING.write().unwrap_or_else(PoisonError::into_inner);
+    let run = |deaths: u64| {
+        let stage = Stage::quiet();
+        let mut play = Play::alone(Executor::Lockstep, &stage, BODY);
+        play.trouble(odd::ABORT);
+        play.rig.until(|rig| rig.see("high").faults >= deaths);
+        let during = counted();
+        play.rig.stop();
+        stage.close();
+        (during, counted())
+    };
+    let (_, before) = run(1);
+    let (during, after) = run(8);
+    assert_eq!(after, before);
+    assert_eq!(after.0, 0, "nobody waits to be buried");
+    assert!(during.0 <= 1 && during.2 <= before.2 + 1, "{during:?} {before:?}");
+}
+
+/// A host in a process of its own: says which child it has, and runs until it is killed.
+pub(crate) fn host() {
+    if std::env::var_os(HOSTED).is_none() {
+        return;
+    }
+    let stage = Stage::quiet();
+    let play = Play::start(Executor::Threads, &stage, BODY);
+    println!("child {}", play.process());
+    loop {
+        std::thread::park();
+    }
+}
+
+/// Says that the test of the killed host called it.
+const HOSTED: &str = "JDE_TEST_HOSTED";
+
+#[test]
+fn a_host_that_is_killed_leaves_no_process_behind() {
+    let mut host = Command::new(std::env::current_exe().expect("this program has a file"))
+        .args(["--exact", "hosted", "--ignored", "--nocapture"])
+        .env(HOSTED, "yes")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let lines = BufReader::new(host.stdout.take().expect("it is piped")).lines();
+    let child = lines
+        .map_while(Result::ok)
+        .find_map(|line| line.split_once("child ")?.1.parse::<u32>().ok())
+        .expect("it says which child it has");
+    let process = format!("/proc/{child}");
+    assert!(Path::new(&process).exists());
+    host.kill().expect("it is killed");
+    host.wait().expect("it is gone");
+    // Dead is enough: who buries it then is not for us.
+    let is_alive = || {
+        let stat = std::fs::read_to_string(format!("{process}/stat")).unwrap_or_default();
+        let state = stat.rsplit_once(") ").map(|(_, rest)| rest.chars().next());
+        !matches!(state.flatten(), None | Some('Z' | 'X'))
+    };
+    while is_alive() {
+        std::thread::yield_now();
+    }
+}
