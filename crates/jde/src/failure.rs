@@ -133,7 +133,7 @@ impl Failure {
             Self::Start(StartError::Thread(_) | StartError::Hindered(_)) => 1,
             Self::Link(error) => link_status(error),
             Self::Use { .. } | Self::Recording(_) | Self::Application { unusable: false, .. } => 2,
-            Self::Start(StartError::Wiring(_)) => 2,
+            Self::Start(StartError::Wiring(_) | StartError::NoProgram(_)) => 2,
             Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
             Self::Start(StartError::Create { .. } | StartError::OtherPlugins(_)) => 3,
         }

@@ -2,6 +2,7 @@
 //! own; nothing of control lives here.
 
 mod attached;
+mod child;
 mod cli;
 mod complete;
 mod failure;
@@ -23,5 +24,5 @@ mod top;
 mod why;
 
 fn main() -> std::process::ExitCode {
-    cli::main()
+    child::main().unwrap_or_else(cli::main)
 }

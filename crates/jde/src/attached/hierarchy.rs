@@ -26,6 +26,7 @@ pub(crate) fn tell(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()>
         ("overruns", Side::Right),
         ("refused", Side::Right),
         ("faults", Side::Right),
+        ("process", Side::Right),
         ("operator", Side::Left),
     ]);
     for row in top::rows(snapshot) {
@@ -86,6 +87,7 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         bad(view.overruns),
         bad(view.refused),
         bad(view.faults),
+        view.process.map_or(Cell::default(), Cell::from),
         operator.map_or(Cell::default(), |hold| {
             Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
         }),

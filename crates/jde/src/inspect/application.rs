@@ -6,7 +6,7 @@ use std::path::Path;
 use jde_abi::describe::{Kind, Port, Role};
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance, Source};
+use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance, Isolation, Source};
 use jde_host::policy_name;
 
 use super::value::{plain, shown};
@@ -138,12 +138,34 @@ fn tell_instance(
         Millis(instance.period_ns),
         Millis(instance.budget_ns)
     )?;
+    if let Some(isolation) = instance.isolate {
+        writeln!(words, "{indent}    {}", isolated(isolation))?;
+    }
     for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
         if let Some(line) = bound(application, instance, port, binding) {
             writeln!(words, "{indent}    {line}")?;
         }
     }
     Ok(())
+}
+
+/// What a process of its own may use.
+fn isolated(isolation: Isolation) -> String {
+    let memory = isolation
+        .memory
+        .map(|bytes| format!("at most {:.1} MB of memory", bytes as f64 / 1e6));
+    let cpu = isolation
+        .cpu
+        .map(|seconds| format!("at most {seconds} s of processor time a call"));
+    let network = (!isolation.network).then(|| String::from("no network"));
+    let files = isolation.read_only.then(|| String::from("files only to read"));
+    let limits: Vec<_> = [memory, cpu, network, files].into_iter().flatten().collect();
+    let limits = if limits.is_empty() {
+        String::from("no limits")
+    } else {
+        limits.join(", ")
+    };
+    format!("in a process of its own: {limits}")
 }
 
 /// Whether it names a file that is not on this machine; the application may be meant for another.

@@ -125,6 +125,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         limit: how.limit,
         speed: how.speed,
         on_turn: recording.as_ref().and_then(Recording::on_turn),
+        apart: Some(crate::child::program()),
         ..Options::default()
     };
     options

@@ -123,6 +123,9 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
         count(schema.faults, "fault"),
     ];
     facts.extend(numbers.map(Span::raw));
+    if let Some(process) = schema.process {
+        facts.push(Span::raw(format!("process {process}")));
+    }
     facts
 }
 
