@@ -7,7 +7,7 @@ use std::sync::PoisonError;
 
 use crate::common::{Executor, Stage};
 use crate::odd;
-use crate::stage::{Play, RUNNING};
+use crate::stage::{BY_NAME, Play, RUNNING};
 
 const BODY: &str = r#"
     roots = ["high"]
@@ -67,7 +67,7 @@ const HOSTED: &str = "JDE_TEST_HOSTED";
 #[test]
 fn a_host_that_is_killed_leaves_no_process_behind() {
     let mut host = Command::new(std::env::current_exe().expect("this program has a file"))
-        .args(["--exact", "hosted", "--ignored", "--nocapture"])
+        .args([BY_NAME, "hosted", "--nocapture"])
         .env(HOSTED, "yes")
         .stdin(Stdio::null())
         .stdout(Stdio::piped())

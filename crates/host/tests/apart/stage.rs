@@ -18,10 +18,13 @@ use crate::odd::ODD;
 /// Held while an application runs; alone by who counts what the whole process has.
 pub(crate) static RUNNING: RwLock<()> = RwLock::new(());
 
+/// Has the harness of tests run one by its whole name.
+pub(crate) const BY_NAME: &str = "--exact";
+
 /// An application that runs, with its place among the others.
 pub(crate) struct Play {
     pub(crate) rig: Rig,
-    /// Whoever waits looks again when `high` exports something.
+    /// Whoever waits looks again when anybody writes anything.
     _watches: Vec<Watch>,
     _among: Option<RwLockReadGuard<'static, ()>>,
 }
@@ -30,7 +33,7 @@ pub(crate) struct Play {
 pub(crate) fn program() -> Program {
     Program {
         path: std::env::current_exe().expect("this program has a file"),
-        arguments: ["--exact", "served", "--ignored", "--nocapture", "--quiet"]
+        arguments: [BY_NAME, "served", "--nocapture", "--quiet"]
             .map(Into::into)
             .to_vec(),
     }
@@ -55,15 +58,28 @@ impl Play {
     /// The same, for who holds the place alone.
     #[track_caller]
     pub(crate) fn alone(executor: Executor, stage: &Arc<Stage>, body: &str) -> Self {
-        let rig = Self::try_start(executor, stage, body, Some(program()));
+        Self::watched(stage, Self::try_start(executor, stage, body, Some(program())))
+    }
+
+    /// As [`Self::start`], with these plugins.
+    #[track_caller]
+    pub(crate) fn with(executor: Executor, stage: &Arc<Stage>, body: &str, plugins: &Plugins) -> Self {
+        let among = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let rig = Self::run(executor, stage, body, plugins, Some(program()));
+        let mut play = Self::watched(stage, rig);
+        play._among = Some(among);
+        play
+    }
+
+    #[track_caller]
+    fn watched(stage: &Arc<Stage>, rig: Result<Rig, StartError>) -> Self {
         let rig = rig.unwrap_or_else(|error| panic!("{error}"));
-        let watch = |name| {
+        let watches = rig.handle.board().list().map(|variable| {
             let stage = Arc::clone(stage);
-            let variable = rig.handle.board().find(name).expect("`high` exports it");
             variable.watch(move || stage.stir())
-        };
+        });
         Self {
-            _watches: ["high.count", "high.tried"].map(watch).into(),
+            _watches: watches.collect(),
             rig,
             _among: None,
         }
@@ -76,15 +92,24 @@ impl Play {
         body: &str,
         apart: Option<Program>,
     ) -> Result<Rig, StartError> {
-        let plugins = all_plugins();
+        Self::run(executor, stage, body, &all_plugins(), apart)
+    }
+
+    fn run(
+        executor: Executor,
+        stage: &Arc<Stage>,
+        body: &str,
+        plugins: &Plugins,
+        apart: Option<Program>,
+    ) -> Result<Rig, StartError> {
         let text = text(executor, stage, body);
-        let application = parse(&text, Path::new("apps/test.toml"), &[], &plugins)
+        let application = parse(&text, Path::new("apps/test.toml"), &[], plugins)
             .unwrap_or_else(|faults| panic!("{faults}"));
         let options = Options {
             apart,
             ..Options::default()
         };
-        Rig::run(executor, stage, application, &plugins, options)
+        Rig::run(executor, stage, application, plugins, options)
     }
 
     /// Tells `high` what trouble to make.
