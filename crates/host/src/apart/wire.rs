@@ -119,9 +119,11 @@ impl Wire {
         }
     }
 
-    /// How long to wait for a frame; for ever if nothing is said.
+    /// How long to wait for the other end, to say something or to take what it is told; for ever if nothing is said.
     pub(super) fn set_patience(&self, patience: Option<Duration>) -> io::Result<()> {
-        self.stream.get_ref().set_read_timeout(patience)
+        let stream = self.stream.get_ref();
+        stream.set_read_timeout(patience)?;
+        stream.set_write_timeout(patience)
     }
 
     /// Lets the other end see that nothing more comes.

@@ -4,6 +4,7 @@ mod attached;
 mod cable;
 mod demo;
 mod inspecting;
+mod isolated;
 mod naming;
 mod new;
 mod panels;

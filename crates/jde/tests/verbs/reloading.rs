@@ -1,7 +1,7 @@
 //! Code that changes while an application runs: files of plugins that are replaced, with real processes.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -9,13 +9,13 @@ use crate::attached::{Place, Running, schema};
 use crate::support::{jde, plugins, root};
 
 /// Plugins of a test's own, which come before those of the workspace.
-struct Shelf {
+pub(crate) struct Shelf {
     folder: tempfile::TempDir,
     original: Vec<u8>,
 }
 
 impl Shelf {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let original = fs::read(plugins().join("libvff.so")).expect("it was built");
         let shelf = Self {
             folder: tempfile::tempdir().expect("a folder"),
@@ -30,14 +30,14 @@ impl Shelf {
     }
 
     /// Writes the file as a linker does: a new one in its place.
-    fn write(&self, bytes: &[u8]) {
+    pub(crate) fn write(&self, bytes: &[u8]) {
         let beside = self.folder.path().join("new");
         fs::write(&beside, bytes).expect("it is written");
         fs::rename(beside, self.file()).expect("it takes the place");
     }
 
     /// The same code under another version.
-    fn build(&self, version: &str) -> Vec<u8> {
+    pub(crate) fn build(&self, version: &str) -> Vec<u8> {
         let mark = concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes();
         let new = format!("{version}\0");
         assert_eq!(new.len(), mark.len(), "versions as long as the workspace's");
@@ -52,8 +52,8 @@ impl Shelf {
         bytes
     }
 
-    fn start(&self, place: &Place, more: &[&str]) -> Running {
-        let app = root().join("apps/safe-navigation.toml");
+    /// Starts that application with these plugins before all others.
+    pub(crate) fn start(&self, place: &Place, app: &Path, more: &[&str]) -> Running {
         let mut command = jde(&["run", app.to_str().expect("it is UTF-8"), "--plain"]);
         let folders = std::env::join_paths([self.folder.path(), plugins()]).expect("no colons");
         command.env("JDE_PLUGIN_PATH", folders);
@@ -61,14 +61,18 @@ impl Shelf {
     }
 }
 
-fn version(now: &Value) -> Option<&str> {
+fn navigation() -> PathBuf {
+    root().join("apps/safe-navigation.toml")
+}
+
+pub(crate) fn version(now: &Value) -> Option<&str> {
     schema(now, "vff")["reload"]["build"]["version"].as_str()
 }
 
 #[test]
 fn a_schema_drives_on_by_the_code_that_is_in_its_file() {
     let (place, shelf) = (Place::new(), Shelf::new());
-    let _robot = shelf.start(&place, &[]);
+    let _robot = shelf.start(&place, &navigation(), &[]);
     let same = place.told(&["reload", "vff"]);
     assert!(
         same.contains("vff runs what is in") && same.contains("already"),
@@ -125,7 +129,7 @@ fn a_schema_drives_on_by_the_code_that_is_in_its_file() {
 #[test]
 fn a_run_that_watches_reloads_what_is_built() {
     let (place, shelf) = (Place::new(), Shelf::new());
-    let _robot = shelf.start(&place, &["--watch"]);
+    let _robot = shelf.start(&place, &navigation(), &["--watch"]);
     shelf.write(&shelf.build("7.6.5"));
     place.until(&["ps"], |now| version(now) == Some("7.6.5"));
     shelf.write(&shelf.build("7.6.4"));
