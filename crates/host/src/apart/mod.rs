@@ -13,7 +13,7 @@
 //!   Process: a thread that starts the child, waits for its end and tells the rules of it
 //! ```
 //! A schema has one child, or two while a build of it is on trial: the other waits asleep for the end of that.
-//! What a child may use is limited in [`limits`]; nothing here decides what follows a death: that is the restart policy's.
+//! What a child may use is limited in `limits`; nothing here decides what follows a death: that is the restart policy's.
 
 mod caller;
 mod launch;

@@ -110,7 +110,7 @@ fn run(session: &mut Session, table: &'static raw::Schema, launch: &Launch) {
         limits::renew(launch.limits);
         let done = match (frame.kind, &mut instance) {
             (Kind::Create, _) => {
-                // SAFETY: the table was checked when it was loaded; the context is that of this session.
+                // SAFETY: the table was checked when it was loaded.
                 instance = unsafe { Here::create(table, &HOST, session.context()) };
                 status(if instance.is_some() { raw::OK } else { raw::FAILED })
             }
@@ -132,34 +132,33 @@ fn run(session: &mut Session, table: &'static raw::Schema, launch: &Launch) {
 fn call(session: &mut Session, instance: &mut Here, kind: Kind, frame: &Frame) -> Frame {
     let now = session.call.now();
     let context = session.context();
-    // SAFETY: in all of these the context is that of this session, which nothing else uses until they return.
     match kind {
-        Kind::Awake => status(unsafe { instance.awake(context) }),
+        Kind::Awake => status(instance.awake(context)),
         Kind::Check => {
-            let (done, ready, urgency) = unsafe { instance.check(context) };
+            let (done, ready, urgency) = instance.check(context);
             Frame {
                 flags: if ready { READY } else { 0 },
                 words: [urgency.to_bits(), 0, 0, 0],
                 ..status(done)
             }
         }
-        Kind::Iterate => status(unsafe { instance.iterate(context) }),
+        Kind::Iterate => status(instance.iterate(context)),
         Kind::Arbitrate => {
             let Ok(question) = jde_panel::decode::<Question>(&frame.bytes) else {
                 return failed();
             };
-            let (done, verdict) = unsafe { instance.arbitrate(context, &question) };
+            let (done, verdict) = instance.arbitrate(context, &question);
             Frame {
                 bytes: jde_panel::encode(&verdict),
                 ..status(done)
             }
         }
         Kind::Sleep => {
-            unsafe { instance.sleep(context) };
+            instance.sleep(context);
             status(raw::OK)
         }
         Kind::Draw => {
-            let (done, list) = unsafe { instance.draw(context, now) };
+            let (done, list) = instance.draw(context, now);
             Frame {
                 bytes: jde_panel::encode(&list),
                 ..status(done)
@@ -169,10 +168,10 @@ fn call(session: &mut Session, instance: &mut Here, kind: Kind, frame: &Frame) -
             let Ok((by, gesture)) = jde_panel::decode::<(String, Gesture)>(&frame.bytes) else {
                 return failed();
             };
-            status(unsafe { instance.touch(context, &by, &gesture) })
+            status(instance.touch(context, &by, &gesture))
         }
         Kind::Save => {
-            let (done, kept) = unsafe { instance.save(context) };
+            let (done, kept) = instance.save(context);
             Frame {
                 bytes: jde_panel::encode(&kept),
                 ..status(done)
@@ -183,7 +182,7 @@ fn call(session: &mut Session, instance: &mut Here, kind: Kind, frame: &Frame) -
                 version: frame.number,
                 bytes: frame.bytes.clone(),
             };
-            status(unsafe { instance.restore(context, &remembered) })
+            status(instance.restore(context, &remembered))
         }
         Kind::Start
         | Kind::Create

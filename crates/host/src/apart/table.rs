@@ -12,7 +12,7 @@ use jde_abi::raw::{self, Context, Host};
 use super::caller::machine_time;
 use super::memory::Port;
 use super::wire::{CHANGES_NOTHING, Frame, Kind, Wire};
-use crate::instance::text_of;
+use crate::instance::{Given, text_of};
 
 /// What a child has: what a [`Context`] really is there.
 pub(super) struct Session {
@@ -95,8 +95,9 @@ impl Session {
     }
 
     /// The context for the functions of an instance that was made with [`HOST`].
-    pub(super) fn context(&mut self) -> *mut Context {
-        std::ptr::from_mut(self).cast()
+    pub(super) fn context(&mut self) -> Given<'_> {
+        // SAFETY: a session is what they take it for.
+        unsafe { Given::new(self) }
     }
 
     /// Tells the host.

@@ -4,11 +4,10 @@
 
 use std::sync::Arc;
 
-use jde_abi::raw::Context;
 use jde_panel::{Gesture, List};
 
 use super::host_table::HOST;
-use super::{Call, Here, Question, Remembered, Verdict};
+use super::{Call, Given, Here, Question, Remembered, Verdict};
 use crate::apart::Apart;
 use crate::engine::Engine;
 
@@ -22,7 +21,7 @@ pub(crate) enum Body {
 impl Body {
     pub(super) fn create(call: &mut Call<'_>) -> Option<Self> {
         match call.engine.room(call.number) {
-            // SAFETY: the table was checked; the context is that of this call.
+            // SAFETY: the table was checked.
             None => unsafe { Here::create(call.build.table, &HOST, context(call)) }.map(Self::Here),
             Some(room) => Apart::create(call, &room).map(|apart| Self::Apart(Box::new(apart))),
         }
@@ -30,40 +29,35 @@ impl Body {
 
     pub(super) fn awake(&mut self, call: &mut Call<'_>) -> i32 {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.awake(context(call)) },
+            Self::Here(here) => here.awake(context(call)),
             Self::Apart(apart) => apart.awake(call),
         }
     }
 
     pub(super) fn check(&mut self, call: &mut Call<'_>) -> (i32, bool, f64) {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.check(context(call)) },
+            Self::Here(here) => here.check(context(call)),
             Self::Apart(apart) => apart.check(call),
         }
     }
 
     pub(super) fn iterate(&mut self, call: &mut Call<'_>) -> i32 {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.iterate(context(call)) },
+            Self::Here(here) => here.iterate(context(call)),
             Self::Apart(apart) => apart.iterate(call),
         }
     }
 
     pub(super) fn arbitrate(&mut self, call: &mut Call<'_>, question: &Question) -> (i32, Verdict) {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.arbitrate(context(call), question) },
+            Self::Here(here) => here.arbitrate(context(call), question),
             Self::Apart(apart) => apart.arbitrate(call, question),
         }
     }
 
     pub(super) fn sleep(&mut self, call: &mut Call<'_>) {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.sleep(context(call)) },
+            Self::Here(here) => here.sleep(context(call)),
             Self::Apart(apart) => apart.sleep(call),
         }
     }
@@ -71,32 +65,28 @@ impl Body {
     pub(super) fn draw(&mut self, call: &mut Call<'_>) -> (i32, Result<List, String>) {
         let now = call.engine.clock.now();
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.draw(context(call), now) },
+            Self::Here(here) => here.draw(context(call), now),
             Self::Apart(apart) => apart.draw(call),
         }
     }
 
     pub(super) fn touch(&mut self, call: &mut Call<'_>, by: &str, gesture: &Gesture) -> i32 {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.touch(context(call), by, gesture) },
+            Self::Here(here) => here.touch(context(call), by, gesture),
             Self::Apart(apart) => apart.touch(call, by, gesture),
         }
     }
 
     pub(super) fn save(&mut self, call: &mut Call<'_>) -> (i32, Result<Vec<u8>, String>) {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.save(context(call)) },
+            Self::Here(here) => here.save(context(call)),
             Self::Apart(apart) => apart.save(call),
         }
     }
 
     pub(super) fn restore(&mut self, call: &mut Call<'_>, remembered: &Remembered) -> i32 {
         match self {
-            // SAFETY: the context is that of this call.
-            Self::Here(here) => unsafe { here.restore(context(call), remembered) },
+            Self::Here(here) => here.restore(context(call), remembered),
             Self::Apart(apart) => apart.restore(call, remembered),
         }
     }
@@ -126,6 +116,7 @@ impl Body {
 }
 
 /// What the functions of [`HOST`] find behind their context.
-fn context(call: &mut Call<'_>) -> *mut Context {
-    std::ptr::from_mut(call).cast()
+fn context<'c>(call: &'c mut Call<'_>) -> Given<'c> {
+    // SAFETY: a call is what they take it for.
+    unsafe { Given::new(call) }
 }

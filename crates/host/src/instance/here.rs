@@ -5,6 +5,7 @@
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::marker::PhantomData;
 use std::ptr::NonNull;
 
 use jde_abi::raw::{self, Context, Host};
@@ -54,21 +55,37 @@ pub(crate) struct Verdict {
     pub(crate) reason: String,
 }
 
-/// Every function: the context is one that the table given to [`Here::create`] takes, it lives for the call, and nothing else uses it
-/// meanwhile. Each answers with a status of the ABI.
+/// What a plugin is given to hand back to the host's table: borrowed for the call, in which nothing else uses it.
+pub(crate) struct Given<'c> {
+    context: *mut Context,
+    call: PhantomData<&'c mut ()>,
+}
+
+impl<'c> Given<'c> {
+    /// # Safety
+    /// A `T` is what the functions of the table given to [`Here::create`] find behind their context.
+    pub(crate) unsafe fn new<T>(what: &'c mut T) -> Self {
+        Self {
+            context: std::ptr::from_mut(what).cast(),
+            call: PhantomData,
+        }
+    }
+}
+
+/// Each answers with a status of the ABI.
 impl Here {
     /// Makes an instance; nothing if the plugin made none.
     ///
     /// # Safety
-    /// `table` was checked; `context` as above.
+    /// `table` was checked.
     pub(crate) unsafe fn create(
         table: &'static raw::Schema,
         host: &'static Host,
-        context: *mut Context,
+        given: Given<'_>,
     ) -> Option<Self> {
         let create = table.create.expect("read::plugin refuses schemas without create");
-        // SAFETY: the caller's.
-        let this = unsafe { create(table, host, context) };
+        // SAFETY: the table is the caller's word; what was given lives for the call and is for that host.
+        let this = unsafe { create(table, host, given.context) };
         Some(Self {
             table,
             panel: panel_of(table),
@@ -78,21 +95,16 @@ impl Here {
         })
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn awake(&mut self, context: *mut Context) -> i32 {
+    pub(crate) fn awake(&mut self, given: Given<'_>) -> i32 {
         match self.table.awake {
-            // SAFETY: `this` came from this table's create; the rest is the caller's.
-            Some(awake) => unsafe { awake(self.this.as_ptr(), context) },
+            // SAFETY: `this` came from this table's create; what was given lives for the call.
+            Some(awake) => unsafe { awake(self.this.as_ptr(), given.context) },
             None => raw::OK,
         }
     }
 
     /// Also answers whether it is ready, and how urgently.
-    ///
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn check(&mut self, context: *mut Context) -> (i32, bool, f64) {
+    pub(crate) fn check(&mut self, given: Given<'_>) -> (i32, bool, f64) {
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
             ready: 1,
@@ -100,26 +112,22 @@ impl Here {
         };
         let status = match self.table.check {
             // SAFETY: as in `awake`; `out` lives for the call.
-            Some(check) => unsafe { check(self.this.as_ptr(), context, &raw mut out) },
+            Some(check) => unsafe { check(self.this.as_ptr(), given.context, &raw mut out) },
             None => raw::OK,
         };
         (status, out.ready != 0, out.urgency)
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn iterate(&mut self, context: *mut Context) -> i32 {
+    pub(crate) fn iterate(&mut self, given: Given<'_>) -> i32 {
         let iterate = self
             .table
             .iterate
             .expect("read::plugin refuses schemas without iterate");
         // SAFETY: as in `awake`.
-        unsafe { iterate(self.this.as_ptr(), context) }
+        unsafe { iterate(self.this.as_ptr(), given.context) }
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn arbitrate(&mut self, context: *mut Context, question: &Question) -> (i32, Verdict) {
+    pub(crate) fn arbitrate(&mut self, given: Given<'_>, question: &Question) -> (i32, Verdict) {
         let Some(arbitrate) = self.table.arbitrate else {
             return (raw::FAILED, Verdict::default());
         };
@@ -139,7 +147,14 @@ impl Here {
             reason: [0; 128],
         };
         // SAFETY: as in `awake`; level and verdict live for the call.
-        let status = unsafe { arbitrate(self.this.as_ptr(), context, &raw const level, &raw mut verdict) };
+        let status = unsafe {
+            arbitrate(
+                self.this.as_ptr(),
+                given.context,
+                &raw const level,
+                &raw mut verdict,
+            )
+        };
         let verdict = Verdict {
             child: u32::try_from(verdict.child).ok(),
             reason: text_within(&verdict.reason),
@@ -147,60 +162,48 @@ impl Here {
         (status, verdict)
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn sleep(&mut self, context: *mut Context) {
+    pub(crate) fn sleep(&mut self, given: Given<'_>) {
         if let Some(sleep) = self.table.sleep {
             // SAFETY: as in `awake`.
-            unsafe { sleep(self.this.as_ptr(), context) };
+            unsafe { sleep(self.this.as_ptr(), given.context) };
         }
     }
 
     /// Also answers with what it drew.
-    ///
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn draw(&mut self, context: *mut Context, time: u64) -> (i32, Result<List, String>) {
+    pub(crate) fn draw(&mut self, given: Given<'_>, time: u64) -> (i32, Result<List, String>) {
         let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
             return (raw::FAILED, Err(String::from("it has no panel")));
         };
         let (status, list) = jde_panel::lend_pen(time, |pen| {
             // SAFETY: as in `awake`; the pen lives for the call.
-            unsafe { draw(self.this.as_ptr(), context, pen) }
+            unsafe { draw(self.this.as_ptr(), given.context, pen) }
         });
         (status, list.map_err(|broken| broken.to_string()))
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn touch(&mut self, context: *mut Context, by: &str, gesture: &Gesture) -> i32 {
+    pub(crate) fn touch(&mut self, given: Given<'_>, by: &str, gesture: &Gesture) -> i32 {
         let Some(touch) = self.panel.and_then(|panel| panel.touch) else {
             return raw::OK;
         };
         jde_panel::lend_gesture(by, gesture, |gesture| {
             // SAFETY: as in `awake`; the gesture lives for the call.
-            unsafe { touch(self.this.as_ptr(), context, gesture) }
+            unsafe { touch(self.this.as_ptr(), given.context, gesture) }
         })
     }
 
     /// Also answers with what it saved.
-    ///
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn save(&mut self, context: *mut Context) -> (i32, Result<Vec<u8>, String>) {
+    pub(crate) fn save(&mut self, given: Given<'_>) -> (i32, Result<Vec<u8>, String>) {
         let Some(save) = self.state.and_then(|state| state.save) else {
             return (raw::FAILED, Err(String::from("it hands nothing on")));
         };
         let (status, kept) = state::lend(|saver| {
             // SAFETY: as in `awake`; the saver lives for the call.
-            unsafe { save(self.this.as_ptr(), context, saver) }
+            unsafe { save(self.this.as_ptr(), given.context, saver) }
         });
         (status, kept.map_err(|too_many| too_many.to_string()))
     }
 
-    /// # Safety
-    /// As above.
-    pub(crate) unsafe fn restore(&mut self, context: *mut Context, remembered: &Remembered) -> i32 {
+    pub(crate) fn restore(&mut self, given: Given<'_>, remembered: &Remembered) -> i32 {
         let Some(restore) = self.state.and_then(|state| state.restore) else {
             return raw::FAILED;
         };
@@ -209,7 +212,7 @@ impl Here {
         unsafe {
             restore(
                 self.this.as_ptr(),
-                context,
+                given.context,
                 *version,
                 bytes.as_ptr().cast(),
                 bytes.len() as u64,

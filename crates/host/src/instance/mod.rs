@@ -28,7 +28,7 @@ use body::Body;
 pub(crate) use call::Call;
 use call::Leave;
 pub(crate) use desk::Desk;
-pub(crate) use here::{Candidate, Here, Question, Verdict, panel_of};
+pub(crate) use here::{Candidate, Given, Here, Question, Verdict, panel_of};
 pub(crate) use host_table::text_of;
 pub(crate) use left::Left;
 pub(crate) use memory::{Remembered, memory_of};

@@ -106,7 +106,7 @@ impl Schema for Odd {
 
 impl Arbitrate for Odd {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
-        let child = if self.iterations % 2 == 0 {
+        let child = if self.iterations.is_multiple_of(2) {
             &self.a
         } else {
             &self.b
@@ -121,7 +121,7 @@ fn make(trouble: u32, scan: Option<&LaserScan>) -> Option<bool> {
     match trouble {
         SEGFAULT => {
             // SAFETY: there is none, which is the point: the page at address 8 is nobody's.
-            unsafe { black_box(8 as *mut u64).write_volatile(1) };
+            unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             None
         }
         ABORT => std::process::abort(),
