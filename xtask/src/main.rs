@@ -10,6 +10,7 @@ mod metadata;
 mod paint;
 mod peers;
 mod prerequisites;
+mod room;
 mod ros2;
 mod shell;
 mod step;

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
+use crate::room;
 use crate::shell;
 use crate::step::Done;
 use crate::test::Context;
@@ -97,6 +98,11 @@ pub(crate) fn has_screen() -> bool {
 
 /// Installs what is missing; an error names what still is, as far as no step can do without.
 pub(crate) fn run(context: &Context) -> Result<Done> {
+    // No reason to stop: some steps need less, and cargo says it when the disk is full.
+    match room::warning(&context.target) {
+        Ok(warning) => warning.iter().for_each(|warning| println!("{warning}")),
+        Err(error) => println!("whether there is room on the disk cannot be told: {error:#}"),
+    }
     let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| !tool.works()).collect();
     for command in installation(&missing, Privilege::detect()) {
         // Whether it helped is seen below, whatever it says.
