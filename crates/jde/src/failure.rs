@@ -17,8 +17,8 @@ use crate::terminal::{self, BAD, TITLE};
 const MOST_SHOWN: usize = 40;
 
 /// What to do when plugins are missing; the faults themselves say which, and where they were looked for.
-const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build --release`\n\
-    in its checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
+const HOW_TO_FIND: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build` in its\n\
+    checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
 
 /// Why a verb did not do what was asked.
 #[derive(Debug, thiserror::Error)]

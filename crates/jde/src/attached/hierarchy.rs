@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use jde_core::{Health, State};
-use jde_host::snapshot::{SchemaView, Snapshot};
+use jde_host::snapshot::{ReloadView, SchemaView, Snapshot};
 
 use super::table::{Cell, Side, Table};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
@@ -27,6 +27,7 @@ pub(crate) fn tell(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()>
         ("refused", Side::Right),
         ("faults", Side::Right),
         ("process", Side::Right),
+        ("build", Side::Left),
         ("operator", Side::Left),
     ]);
     for row in top::rows(snapshot) {
@@ -88,10 +89,21 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         bad(view.refused),
         bad(view.faults),
         view.process.map_or(Cell::default(), Cell::from),
+        view.reload.as_ref().map_or(Cell::default(), build),
         operator.map_or(Cell::default(), |hold| {
             Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
         }),
     ]
+}
+
+/// Which build took over; of one that was given up `jde ps --json` has the reason.
+fn build(reload: &ReloadView) -> Cell {
+    let version = &reload.build.version;
+    match (reload.on_trial, &reload.undone) {
+        (true, _) => Cell::from(format!("{version} on trial")).styled(WARN),
+        (false, Some(_)) => Cell::from(format!("{version}, a newer one was given up")).styled(WARN),
+        (false, None) => Cell::from(version),
+    }
 }
 
 #[cfg(test)]

@@ -59,16 +59,17 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Writes it.
+    /// Writes it, without the columns in which no row has anything.
     ///
     /// # Errors
     /// It cannot be written.
     pub(crate) fn tell(&self, words: &mut dyn Write) -> io::Result<()> {
-        let widths: Vec<usize> = (0..self.titles.len())
+        // Nothing for a column that is left out; titles alone say what there could be.
+        let widths: Vec<Option<usize>> = (0..self.titles.len())
             .map(|column| {
                 let cells = self.rows.iter().filter_map(|row| row.get(column));
-                let widest = cells.map(|cell| columns(&cell.text)).max().unwrap_or(0);
-                widest.max(columns(self.titles[column].0))
+                let widest = cells.map(|cell| columns(&cell.text)).max()?;
+                (widest > 0).then(|| widest.max(columns(self.titles[column].0)))
             })
             .collect();
         let titles: Vec<Cell> = self
@@ -79,6 +80,9 @@ impl Table {
         for row in std::iter::once(&titles).chain(&self.rows) {
             let mut gap = 0;
             for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(&self.titles) {
+                let Some(width) = width.or_else(|| self.rows.is_empty().then(|| columns(&cell.text))) else {
+                    continue;
+                };
                 let Cell { text, style } = cell;
                 let room = width - columns(text);
                 let (before, after) = match side {
@@ -108,19 +112,30 @@ fn columns(text: &str) -> usize {
 mod tests {
     use super::*;
 
+    fn text(table: &Table) -> String {
+        let mut text = Vec::new();
+        table.tell(&mut text).unwrap();
+        anstream::adapter::strip_str(&String::from_utf8(text).unwrap()).to_string()
+    }
+
+    #[test]
+    fn columns_that_no_row_fills_are_left_out() {
+        let mut table = Table::new([("name", Side::Left), ("note", Side::Left), ("rate", Side::Right)]);
+        assert_eq!(text(&table), "name  note  rate\n");
+        table.row(["laser".into(), "".into(), 20.into()]);
+        assert_eq!(text(&table), "name   rate\nlaser    20\n");
+    }
+
     #[test]
     fn numbers_stand_right_words_left_and_no_line_ends_in_spaces() {
         let mut table = Table::new([("name", Side::Left), ("rate", Side::Right), ("note", Side::Left)]);
         table.row(["pioneer.laser".into(), 20.into(), "fresh".into()]);
         table.row(["走行".into(), Cell::from("0.5").styled(FAINT)]);
-        let mut text = Vec::new();
-        table.tell(&mut text).unwrap();
-        let text = anstream::adapter::strip_str(&String::from_utf8(text).unwrap()).to_string();
         let expected = "\
 name           rate  note
 pioneer.laser    20  fresh
 走行            0.5
 ";
-        assert_eq!(text, expected);
+        assert_eq!(text(&table), expected);
     }
 }
