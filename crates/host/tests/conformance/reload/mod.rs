@@ -28,6 +28,7 @@ on_every_executor!(
     a_schema_that_had_faulted_comes_back_with_a_new_build,
     a_schema_that_is_unloaded_is_loaded_with_the_new_build,
     a_father_keeps_its_children_awake_while_another_build_takes_over,
+    a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_stays_in_force,
     what_cannot_be_saved_stays_where_it_is,
     fifty_builds_take_over_from_each_other_without_a_stop,
 );
@@ -372,6 +373,36 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
         |event: &Event| matches!(event, Event::Changed { schema, to: State::Slept, .. } if *schema == child);
     assert!(!rig.stage.told(changed));
     assert!(!rig.stage.did("robot velocity 0"));
+    rig.stop();
+}
+
+fn a_driver_lets_go_of_its_device_before_the_new_one_takes_it_and_the_command_stays_in_force(
+    executor: Executor,
+) {
+    let mut rig = start(executor);
+    let before = rig.stage.events().len();
+    let commanded = "robot velocity 0.5";
+    rig.until_did(commanded);
+    let robot = rig.place("robot");
+    let again = plugins().load("test", &[]).expect("it is linked in");
+    let order = rig
+        .operator()
+        .replace(robot, &again, How::default())
+        .expect("it is the same");
+    outcome(&mut rig, &order).expect("it takes over");
+    // The new one knows nothing of what the old one was told, so it notes what it finds in force.
+    rig.until(|rig| rig.stage.count(commanded) == 2);
+    let order = [
+        rig.stage.first(commanded),
+        rig.stage.first("robot sleep"),
+        rig.stage.last("robot awake"),
+        rig.stage.last(commanded),
+    ];
+    assert!(order.is_sorted(), "{:#?}", rig.stage.lines());
+    assert_eq!(rig.stage.count("robot awake"), 2);
+    assert!(!rig.stage.did("robot velocity 0"), "nobody braked");
+    let heard = level_heard(&rig, before);
+    assert!(heard.is_empty(), "the walker is WINNER throughout: {heard:#?}");
     rig.stop();
 }
 
