@@ -183,14 +183,17 @@ fn interactive(context: &Context) -> Result<(), Failure> {
     loop {
         let prompt = Application(context.target.borrow().app.clone());
         match editor.read_line(&prompt) {
-            Ok(Signal::Success(line)) => match signals.during(|| obey(&line, context)) {
-                Ok(Then::GoOn) => {}
-                Ok(Then::Leave) => return Ok(()),
-                Err(failure) if failure.is_closed_pipe() => return Ok(()),
-                Err(failure) => {
-                    failure.report();
+            // Typed, or what a key stands for: then what is typed stays.
+            Ok(Signal::Success(line) | Signal::HostCommand(line)) => {
+                match signals.during(|| obey(&line, context)) {
+                    Ok(Then::GoOn) => {}
+                    Ok(Then::Leave) => return Ok(()),
+                    Err(failure) if failure.is_closed_pipe() => return Ok(()),
+                    Err(failure) => {
+                        failure.report();
+                    }
                 }
-            },
+            }
             Ok(Signal::CtrlC) => {}
             Ok(Signal::CtrlD) => return Ok(()),
             Ok(_) => {}

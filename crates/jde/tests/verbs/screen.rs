@@ -1,8 +1,9 @@
-//! The oscilloscope on a terminal of its own, made by `script` of util-linux.
+//! The oscilloscope and the shell on a terminal of their own, made by `script` of util-linux.
 
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
+use crate::attached::Place;
 use crate::support::{pair, plugins};
 
 /// What a terminal is sent to show its alternate screen, and to leave it.
@@ -48,4 +49,57 @@ fn on_a_terminal_it_shows_the_oscilloscope_and_gives_the_terminal_back() {
     );
     let summary = shown.find("stopped").expect("there is a summary");
     assert!(enter < leave && leave < summary, "{shown}");
+}
+
+/// What a program asks of a terminal to know where the cursor is, and an answer.
+const WHERE: &str = "\u{1b}[6n";
+const HERE: &[u8] = b"\x1b[1;1R";
+
+#[test]
+fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
+    let place = Place::new();
+    let _application = place.start(&pair(), &[]);
+    let mut command = Command::new("script");
+    let shell = format!("stty rows 24 cols 80; {} shell", env!("CARGO_BIN_EXE_jde"));
+    command
+        .args(["-qec", &shell, "/dev/null"])
+        .env("TERM", "xterm-256color");
+    let mut child = place
+        .command(command)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("script of util-linux is there");
+    let mut keys = child.stdin.take().unwrap();
+    let mut screen = child.stdout.take().unwrap();
+    // Half a line and Ctrl-X; what was typed is wiped away once that is done, and the shell left.
+    let mut to_press = [
+        (WHERE, &b"get talk\x18"[..]),
+        ("every command is neutral", b"\x15exit\r"),
+    ]
+    .into_iter()
+    .peekable();
+    let (mut shown, mut answered) = (String::new(), 0);
+    let mut piece = [0; 4096];
+    loop {
+        let length = screen.read(&mut piece).unwrap();
+        if length == 0 {
+            break;
+        }
+        shown += &String::from_utf8_lossy(&piece[..length]);
+        for _ in answered..shown.matches(WHERE).count() {
+            keys.write_all(HERE).unwrap();
+            answered += 1;
+        }
+        if let Some((_, keystrokes)) = to_press.next_if(|(after, _)| shown.contains(after)) {
+            keys.write_all(keystrokes).unwrap();
+        }
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{shown}");
+    let now = place.json(&["ps"]);
+    let asleep = |schema: &serde_json::Value| schema["state"] == "slept";
+    assert!(
+        now["schemas"].as_array().expect("a list").iter().all(asleep),
+        "{now}\n{shown}"
+    );
 }
