@@ -10,6 +10,7 @@ use std::time::Duration;
 use clap_complete::CompletionCandidate;
 use jde_link::{Client, Folder, Rate, Reach, Remote};
 use jde_log::Recording;
+use jde_panel::Item;
 
 use crate::attached::name::split_application;
 use crate::attached::panel;
@@ -117,13 +118,8 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
             .watch_panel(schema, Rate::Full, move |sample| drop(tell.send(sample.list)))
             .ok()?;
         let list = told.recv_timeout(PATIENCE).ok()?.ok()?;
-        let touchable = panel::touchable(&list.items).into_iter();
-        Some(
-            touchable
-                .filter_map(panel::id_of)
-                .map(str::to_owned)
-                .collect::<Vec<_>>(),
-        )
+        let names = panel::touchable(&list).filter_map(Item::id);
+        Some(names.map(str::to_owned).collect::<Vec<_>>())
     });
     let widgets = widgets.unwrap_or_default().into_iter();
     widgets

@@ -17,44 +17,27 @@ pub(crate) fn tell(list: &List, words: &mut dyn Write) -> io::Result<()> {
 }
 
 /// A widget that can be touched, by its id.
-pub(crate) fn find<'l>(items: &'l [Item], id: &str) -> Option<&'l Item> {
-    touchable(items).into_iter().find(|item| id_of(item) == Some(id))
+pub(crate) fn find<'l>(list: &'l List, id: &str) -> Option<&'l Item> {
+    touchable(list).find(|item| item.id() == Some(id))
 }
 
 /// All widgets that can be touched.
-pub(crate) fn touchable(items: &[Item]) -> Vec<&Item> {
-    let mut found = Vec::new();
-    for item in items {
-        match item {
-            Item::Row { items } | Item::Group { items, .. } => found.extend(touchable(items)),
-            Item::Text { .. } | Item::Value { .. } | Item::Plot { .. } | Item::Table { .. } => {}
-            Item::Button { .. }
-            | Item::Toggle { .. }
-            | Item::Slider { .. }
-            | Item::Choice { .. }
-            | Item::Image { .. }
-            | Item::Canvas { .. }
-            | Item::Scene { .. } => found.push(item),
-        }
-    }
-    found
-}
-
-/// The id by which gestures name a widget.
-pub(crate) fn id_of(item: &Item) -> Option<&str> {
-    match item {
-        Item::Button { id, .. }
-        | Item::Toggle { id, .. }
-        | Item::Slider { id, .. }
-        | Item::Choice { id, .. }
-        | Item::Image { id, .. }
-        | Item::Plot { id, .. }
-        | Item::Table { id, .. }
-        | Item::Group { id, .. }
-        | Item::Canvas { id, .. }
-        | Item::Scene { id, .. } => Some(id),
-        Item::Text { .. } | Item::Value { .. } | Item::Row { .. } => None,
-    }
+pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> {
+    list.walk().filter(|item| match item {
+        Item::Button { .. }
+        | Item::Toggle { .. }
+        | Item::Slider { .. }
+        | Item::Choice { .. }
+        | Item::Image { .. }
+        | Item::Canvas { .. }
+        | Item::Scene { .. } => true,
+        Item::Text { .. }
+        | Item::Value { .. }
+        | Item::Plot { .. }
+        | Item::Table { .. }
+        | Item::Row { .. }
+        | Item::Group { .. } => false,
+    })
 }
 
 fn items(items: &[Item], depth: usize, words: &mut dyn Write) -> io::Result<()> {
@@ -356,9 +339,12 @@ plane with 1 shape: target field
             open: false,
             items: vec![row, button("two"), value("x", 1.0, "")],
         };
-        let items = [group];
-        let ids: Vec<_> = touchable(&items).into_iter().filter_map(id_of).collect();
+        let list = List {
+            time: 0,
+            items: vec![group],
+        };
+        let ids: Vec<_> = touchable(&list).filter_map(Item::id).collect();
         assert_eq!(ids, ["one", "two"]);
-        assert!(find(&items, "two").is_some() && find(&items, "all").is_none());
+        assert!(find(&list, "two").is_some() && find(&list, "all").is_none());
     }
 }

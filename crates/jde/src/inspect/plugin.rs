@@ -62,6 +62,9 @@ fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::R
     if schema.arbitrates {
         writeln!(words, "Arbitrates among its children itself.")?;
     }
+    if schema.panel {
+        writeln!(words, "Draws a panel of its own.")?;
+    }
     for (title, belongs) in PARTS {
         let ports: Vec<_> = schema.ports.iter().filter(|port| belongs(&port.role)).collect();
         let rows = ports

@@ -27,6 +27,7 @@ struct SchemaData {
     period_ns: u64,
     budget_ns: u64,
     arbitrates: bool,
+    panel: bool,
     ports: Vec<PortData>,
     children: Vec<ChildData>,
 }
@@ -97,6 +98,7 @@ fn schema(schema: &Schema) -> SchemaData {
         period_ns: schema.period_ns,
         budget_ns: schema.budget_ns,
         arbitrates: schema.arbitrates,
+        panel: schema.panel,
         ports: schema.ports.iter().map(|it| port(schema, it)).collect(),
         children: schema.children.iter().map(child).collect(),
     }

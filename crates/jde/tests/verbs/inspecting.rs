@@ -157,6 +157,10 @@ fn describe_tells_tools_the_same() {
         children.iter().filter(|child| child["group"] == "base").count(),
         3
     );
+    assert_eq!(example["schemas"][0]["panel"], true);
+    assert_eq!(schema["panel"], false);
+    let words = said(&mut jde_with_plugins(&["describe", "example"]));
+    assert!(words.out.contains("Draws a panel of its own."), "{}", words.out);
 }
 
 #[test]

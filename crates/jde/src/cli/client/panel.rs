@@ -153,9 +153,8 @@ fn newest(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
 
 /// The widget that is meant.
 fn widget<'l>(list: &'l List, id: &str) -> Result<&'l Item, Failure> {
-    panel::find(&list.items, id).ok_or_else(|| {
-        let touchable = panel::touchable(&list.items);
-        let names = touchable.into_iter().filter_map(panel::id_of);
+    panel::find(list, id).ok_or_else(|| {
+        let names = panel::touchable(list).filter_map(Item::id);
         Failure::unknown("widget", id, names)
     })
 }
