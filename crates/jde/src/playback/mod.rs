@@ -3,6 +3,7 @@
 mod cast;
 mod gallery;
 mod index;
+mod pace;
 mod player;
 mod screen;
 mod stage;

@@ -10,6 +10,7 @@ use jde_link::Events;
 
 use super::cast::Hierarchy;
 use super::index::{Coming, Index, Next};
+use super::pace::Pace;
 use super::stage::Stage;
 use crate::failure::Failure;
 
@@ -128,8 +129,7 @@ impl Player {
     pub(super) fn play(&self, stage: &mut Stage, events: &Events, to_the_end: bool) -> Result<(), Failure> {
         let mut coming = self.index.from(0)?;
         let mut next: Option<Next> = None;
-        // Where the clock of the recording was at an instant of ours.
-        let mut anchor = (Instant::now(), self.position());
+        let mut pace = Pace::new(self.position(), Instant::now(), self.wanted().speed);
         loop {
             let mut wanted = lock(&self.wanted);
             if wanted.stop {
@@ -139,12 +139,12 @@ impl Player {
                 drop(wanted);
                 coming = self.go_to(place, stage, events)?;
                 next = None;
-                anchor = (Instant::now(), place);
+                pace = Pace::new(place, Instant::now(), self.wanted().speed);
                 continue;
             }
             if wanted.paused && wanted.steps == 0 {
-                drop(self.wait(wanted, TICK));
-                anchor = (Instant::now(), self.position());
+                let speed = self.wait(wanted, TICK).speed;
+                pace = Pace::new(self.position(), Instant::now(), speed);
                 continue;
             }
             let stepping = wanted.paused;
@@ -167,15 +167,10 @@ impl Player {
                 continue;
             };
             if !stepping {
-                let now = anchor.1 + (anchor.0.elapsed().as_secs_f64() * speed * 1e9) as Nanos;
+                let now = pace.place(Instant::now(), speed);
                 if due > now {
                     self.position.store(now, Ordering::Relaxed);
-                    let left = Duration::from_secs_f64((due - now) as f64 / 1e9 / speed).min(TICK);
-                    let before = wanted.clone();
-                    let after = self.wait(wanted, left);
-                    if after.speed != before.speed {
-                        anchor = (Instant::now(), self.position());
-                    }
+                    drop(self.wait(wanted, pace.until(now, due).min(TICK)));
                     continue;
                 }
             }

@@ -109,6 +109,12 @@ impl Playing {
         (seconds.is_finite() && seconds >= 0.0).then_some((seconds * 1e9) as Nanos)
     }
 
+    /// Where it begins and ends, s since the application's start.
+    fn ends(&self) -> (f64, f64) {
+        let index = &self.player.index;
+        (index.begin as f64 / 1e9, index.end as f64 / 1e9)
+    }
+
     fn steer(&self, name: &str, given: &Value) -> Result<(), Refusal> {
         let flag = || match given {
             Value::Bool(flag) => Ok(*flag),
@@ -133,14 +139,15 @@ impl Playing {
                     )));
                 }
             },
-            "position" => match number()? {
-                place if place >= 0.0 => self.player.seek((place * 1e9) as Nanos),
-                place => {
+            "position" => {
+                let (place, (begin, end)) = (number()?, self.ends());
+                if !(begin..=end).contains(&place) {
                     return Err(refusal(format!(
-                        "`{STEERING}.position` takes 0 s or more, not {place}"
+                        "`{STEERING}.position` takes {begin} s to {end} s, not {place}"
                     )));
                 }
-            },
+                self.player.seek((place * 1e9) as Nanos);
+            }
             other => {
                 let known = CONTROLS.iter().map(|(name, ..)| *name);
                 return Err(Refusal {
@@ -185,10 +192,13 @@ impl Subject for Playing {
     fn limits(&self, variable: &Variable) -> (Range, bool) {
         let declared = variable.describe();
         let range = match (declared.owner.as_str(), declared.name.as_str()) {
-            (STEERING, "position") => Range {
-                least: Some(self.player.index.begin as f64 / 1e9),
-                greatest: Some(self.player.index.end as f64 / 1e9),
-            },
+            (STEERING, "position") => {
+                let (begin, end) = self.ends();
+                Range {
+                    least: Some(begin),
+                    greatest: Some(end),
+                }
+            }
             _ => Range::default(),
         };
         (range, false)

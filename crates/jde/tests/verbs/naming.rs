@@ -211,6 +211,8 @@ fn a_recording_from_outside_begins_when_it_began() {
     let playing = place.replay(file.as_ref(), &["--paused", "--name", "later"]);
     let position = place.json(&["get", "replay.position", "--app", "later"]);
     assert!(position["value"].as_f64() >= Some(1.5), "{position}");
+    let start = place.says(&["set", "replay.position", "0", "--app", "later"]);
+    assert!(start.err.contains("` takes "), "{start:?}");
     drop(playing);
     // What was decided before is in it all the same, and says when.
     let why = place.told(&["why", "goon", "--in", file]);

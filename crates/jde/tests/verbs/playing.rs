@@ -69,6 +69,7 @@ fn what_was_done_cannot_be_changed() {
         (&["stop", "goon"][..], "this is a recording"),
         (&["set", "goon.fast", "1"], "this is a recording"),
         (&["set", "replay.speed", "1000"], "0.01 to 100"),
+        (&["set", "replay.position", "31"], "not 31"),
         (&["set", "replay.sped", "1"], "did you mean `replay.speed`?"),
     ] {
         let said = place.says(args);
