@@ -34,7 +34,7 @@ pub struct List {
 
 impl List {
     /// Every widget, each before those that are inside it.
-    pub fn walk(&self) -> impl Iterator<Item = &Item> {
+    pub fn walk(&self) -> impl Iterator<Item = &Item> + Clone {
         let mut open = vec![self.items.iter()];
         std::iter::from_fn(move || {
             loop {

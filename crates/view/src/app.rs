@@ -11,7 +11,7 @@ use jde_link::Client;
 
 use crate::brush;
 use crate::card::{self, Lost};
-use crate::desk::Desk;
+use crate::desk::{Desk, Leave};
 use crate::look::Look;
 use crate::player::Player;
 use crate::session::Session;
@@ -108,6 +108,8 @@ impl App {
             app.play(ctx, file);
         } else if let Some(name) = app.opening.application.clone() {
             app.connect(ctx, name);
+        } else if let Page::Start(start) = &mut app.page {
+            start.eager = true;
         }
         app
     }
@@ -136,9 +138,10 @@ impl App {
                 }
             },
             Page::Open(desk) => {
-                if desk.show(ui, &look, &mut self.settings) {
-                    next = Some(Next::Start(None));
-                }
+                next = desk.show(ui, &look, &mut self.settings).map(|leave| match leave {
+                    Leave::Away => Next::Start(None),
+                    Leave::For(about) => Next::Chosen(Chosen::Application(about)),
+                });
             }
         }
         if self.settings != self.saved {
@@ -157,7 +160,8 @@ impl App {
                     || session.about().name.clone(),
                     |player| player.file().display().to_string(),
                 );
-                self.page = Page::Open(Box::new(Desk::open(session, self.drawer.clone(), player)));
+                let (drawer, reach) = (self.drawer.clone(), self.opening.reach.clone());
+                self.page = Page::Open(Box::new(Desk::open(session, drawer, player, reach)));
                 ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title} - jde")));
             }
             Some(Next::Start(reason)) => {

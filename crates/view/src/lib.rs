@@ -28,7 +28,7 @@ use jde_link::Reach;
 pub struct Opening {
     /// Where applications are looked for.
     pub reach: Reach,
-    /// The application to begin with, by name; nothing: the start page, or the only one that runs.
+    /// The application to begin with, by name; nothing: the only one that runs, or the start page.
     pub application: Option<String>,
     /// A recording to begin with.
     pub recording: Option<PathBuf>,

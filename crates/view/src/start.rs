@@ -3,8 +3,6 @@
 mod look;
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
-use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
@@ -14,7 +12,8 @@ use jde_link::message::{About, Network};
 use crate::Opening;
 use crate::desk::look_menu;
 use crate::settings::Settings;
-use look::{Seen, lock};
+pub(crate) use look::Lookout;
+use look::Seen;
 
 /// What was chosen.
 pub(crate) enum Chosen {
@@ -28,27 +27,19 @@ pub(crate) enum Chosen {
 pub(crate) struct Start {
     /// Why the last choice came to nothing.
     pub(crate) trouble: Option<String>,
-    seen: Arc<Mutex<Seen>>,
+    /// Nobody has chosen anything yet: if only one application runs, it is that.
+    pub(crate) eager: bool,
+    lookout: Lookout,
     typed: String,
 }
 
 impl Start {
     /// Begins to look, again each second until the page is gone.
     pub(crate) fn new(ctx: &egui::Context, opening: &Opening) -> Self {
-        let seen = Arc::new(Mutex::new(Seen::default()));
-        let (told, reach, folders) = (
-            Arc::downgrade(&seen),
-            opening.reach.clone(),
-            opening.recordings.clone(),
-        );
-        let repaint = ctx.clone();
-        let look = move || look::again_and_again(&told, &reach, &folders, &repaint);
-        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(look) {
-            lock(&seen).trouble = Some(format!("no thread to look: {error}"));
-        }
         Self {
             trouble: None,
-            seen,
+            eager: false,
+            lookout: Lookout::new(ctx, &opening.reach, &opening.recordings),
             typed: String::new(),
         }
     }
@@ -68,7 +59,13 @@ impl Start {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
                     ui.add_space(8.0);
                 }
-                let seen = lock(&self.seen);
+                let seen = self.lookout.seen();
+                if seen.looked
+                    && std::mem::take(&mut self.eager)
+                    && let [only] = seen.running.as_slice()
+                {
+                    chosen = Some(Chosen::Application(Box::new(only.clone())));
+                }
                 if !seen.running.is_empty() || !seen.recordings.is_empty() {
                     // Of what there is it says how old it is.
                     ui.ctx().request_repaint_after(Duration::from_secs(1));

@@ -22,7 +22,7 @@ pub(crate) fn find<'l>(list: &'l List, id: &str) -> Option<&'l Item> {
 }
 
 /// All widgets that can be touched.
-pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> {
+pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> + Clone {
     list.walk().filter(|item| match item {
         Item::Button { .. }
         | Item::Toggle { .. }

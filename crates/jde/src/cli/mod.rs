@@ -117,7 +117,7 @@ pub(crate) fn main() -> ExitCode {
         Verb::Client(verb) => verb.run(&Context::default()),
         Verb::Shell(shell) => shell.run(),
         #[cfg(feature = "view")]
-        Verb::View(view) => view.run(&Context::default()),
+        Verb::View(view) => view.run(&Context::default(), common.log),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

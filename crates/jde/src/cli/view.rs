@@ -9,12 +9,13 @@ use jde_view::Opening;
 
 use super::client::{Context, Target};
 use crate::failure::Failure;
+use crate::log::{Filter, Log};
 
 /// Open windows on a running application, here or across a network, or on a recording.
 ///
 /// The oscilloscope shows who was in which state and why; beside it are sensors and motors with teleoperation, a 3D view,
-/// variables, and the panels that schemas have of their own. Without a name the start page lists what runs and what was
-/// recorded. Closing the windows, or killing them, does not touch the robot.
+/// variables, and the panels that schemas have of their own. Without a name it is the only application that runs, or a start page
+/// that lists those that run and what was recorded. Closing the windows, or killing them, does not touch the robot.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde view
@@ -30,7 +31,8 @@ pub(super) struct View {
 }
 
 impl View {
-    pub(super) fn run(self, context: &Context) -> Result<(), Failure> {
+    pub(super) fn run(self, context: &Context, filter: Option<Filter>) -> Result<(), Failure> {
+        Log::start(filter.unwrap_or_default());
         let (recording, application) = self.wanted()?;
         let reach = context.reach(&self.target)?;
         let program = env::current_exe()
@@ -57,7 +59,7 @@ impl View {
         })
     }
 
-    /// The recording, or the application; neither for the start page.
+    /// The recording, or the application; neither for the only one that runs, or the start page.
     fn wanted(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
         let Some(what) = &self.what else {
             return Ok((None, self.target.app.clone()));

@@ -82,23 +82,19 @@ impl Log {
 
     fn say(&self, level: Level, line: &Line) {
         let mut sink = self.sink();
-        let time = sink
-            .clock
-            .as_ref()
-            .map_or(0.0, |handle| handle.now() as f64 / 1e9);
+        let time = sink.clock.as_ref().map(|handle| handle.now() as f64 / 1e9);
         match &mut sink.kept {
             Some(kept) => {
                 if kept.len() == KEPT {
                     kept.pop_front();
                 }
-                kept.push_back(format!("{time:.3} {} {line}", name(level)));
+                kept.push_back(format!("{:.3} {} {line}", time.unwrap_or_default(), name(level)));
             }
             None => {
                 let style = style(level);
-                write(&format!(
-                    "{time:>9.3} s  {style}{:<5}{style:#} {line}",
-                    name(level)
-                ));
+                // Before an application has a clock, and without one, there is no time to tell.
+                let time = time.map_or_else(String::new, |time| format!("{time:>9.3} s  "));
+                write(&format!("{time}{style}{:<5}{style:#} {line}", name(level)));
             }
         }
     }

@@ -10,7 +10,7 @@ use jde_host::snapshot::Snapshot;
 use jde_link::message::{Action, Range, Refusal, SchemaInfo, Schemas};
 use jde_link::value::from_json;
 use jde_link::{Looking, News, Subject, Title};
-use jde_types::{Flag, Value as _};
+use jde_types::{Flag, Text, Value as _};
 
 use super::cast;
 use super::gallery::Gallery;
@@ -26,6 +26,9 @@ pub(super) struct Playing {
     gallery: Arc<Gallery>,
     title: Title,
 }
+
+/// What of a file's damage is told, in bytes of words.
+type Words = Text<256>;
 
 /// What can be set, with its unit and meaning.
 const CONTROLS: [(&str, &str, &str); 5] = [
@@ -43,25 +46,32 @@ const CONTROLS: [(&str, &str, &str); 5] = [
 impl Playing {
     /// Of a player, whose variables are on the board.
     pub(super) fn new(player: Arc<Player>, board: Arc<Board>, gallery: Arc<Gallery>, file: String) -> Self {
-        for (name, unit, doc) in CONTROLS {
-            let value_type: Arc<Type> = match name {
-                "speed" | "position" => f64::describe(),
-                _ => Flag::describe(),
-            }
-            .into();
+        let declare = |name: &str, unit: &str, doc: &str, access, value_type: Type, initial: Vec<u8>| {
             // A recording with a schema of that name keeps its own.
             let _ = board.declare(Declaration {
                 owner: STEERING.to_owned(),
                 name: name.to_owned(),
                 doc: doc.to_owned(),
                 unit: unit.to_owned(),
-                access: Access::Modulation,
-                initial: Some(vec![0; value_type.bytes]),
-                value_type,
+                access,
+                initial: Some(initial),
+                value_type: value_type.into(),
                 writers: 1,
                 readers: 1,
             });
+        };
+        for (name, unit, doc) in CONTROLS {
+            let value_type = match name {
+                "speed" | "position" => f64::describe(),
+                _ => Flag::describe(),
+            };
+            let zeros = vec![0; value_type.bytes];
+            declare(name, unit, doc, Access::Modulation, value_type, zeros);
         }
+        let damage = Words::truncated(&player.index.damage().unwrap_or_default());
+        let doc = "What is wrong with the file; nothing if it is whole.";
+        let bytes = damage.as_bytes().to_vec();
+        declare("damage", "", doc, Access::Export, Words::describe(), bytes);
         let title = Title {
             application: player.index.application.clone(),
             file,

@@ -14,6 +14,9 @@ use jde_host::story::{Kind, Line, Story};
 const WAITING: usize = 4096;
 /// Lines of each kind that are kept for those who come later.
 const KEPT: usize = 1000;
+/// And how much of them, bytes of JSON, about: a selection among hundreds says something of each, and whoever asks for the last
+/// lines gets them as one message, which must be through before he counts as one who does not take it.
+const KEPT_BYTES: usize = 4 << 20;
 
 /// Hears what happens, and keeps it until the link has told it.
 #[derive(Clone)]
@@ -42,6 +45,8 @@ pub(super) struct Chronicle {
 #[derive(Default)]
 struct Kept {
     lines: VecDeque<Numbered>,
+    /// What they weigh together.
+    bytes: usize,
     /// The number of the last line.
     last: u64,
 }
@@ -152,13 +157,88 @@ impl Chronicle {
 impl Kept {
     fn add(&mut self, line: Line) -> &Numbered {
         self.last += 1;
-        if self.lines.len() == KEPT {
-            self.lines.pop_front();
-        }
+        self.bytes += weight(&line);
         self.lines.push_back(Numbered {
             number: self.last,
             line,
         });
+        // The newest stays, whatever it weighs.
+        while self.lines.len() > KEPT || (self.bytes > KEPT_BYTES && self.lines.len() > 1) {
+            let oldest = self.lines.pop_front();
+            self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.line));
+        }
         &self.lines[self.lines.len() - 1]
+    }
+}
+
+/// About as many bytes as a line's JSON has, without writing it.
+fn weight(line: &Line) -> usize {
+    const PLAIN: usize = 200;
+    match line {
+        Line::Decision(decision) => {
+            let candidates = decision.candidates.iter();
+            let each = candidates
+                .map(|candidate| candidate.name.len() + 64)
+                .sum::<usize>();
+            PLAIN + decision.reason.len() + decision.cause.len() + each
+        }
+        Line::Change(_) => PLAIN,
+        Line::Happening(happening) => PLAIN + happening.text.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_host::story::{Candidate, Decision};
+
+    use super::*;
+
+    fn decision(candidates: usize) -> Line {
+        let candidate = |number: usize| Candidate {
+            name: format!("listener{number}"),
+            state: "checking".to_owned(),
+            ready: false,
+            urgency: Some(0.0),
+        };
+        Line::Decision(Decision {
+            number: 1,
+            time_s: 1.25,
+            group: "roots".to_owned(),
+            case: "collision".to_owned(),
+            candidates: (0..candidates).map(candidate).collect(),
+            before: None,
+            choice: Some("listener0".to_owned()),
+            decider: "priority".to_owned(),
+            reason: "the first of the ready in the father's order".to_owned(),
+            cause: "the readiness of listener0 changed".to_owned(),
+            changed: true,
+            takeover_us: None,
+        })
+    }
+
+    #[test]
+    fn of_many_lines_and_of_long_ones_the_newest_are_kept() {
+        let mut short = Kept::default();
+        (0..2 * KEPT).for_each(|_| drop(short.add(decision(3))));
+        assert_eq!(
+            (short.lines.len(), short.lines[0].number),
+            (KEPT, KEPT as u64 + 1)
+        );
+        let mut long = Kept::default();
+        (0..200).for_each(|_| drop(long.add(decision(500))));
+        let json: usize = long.lines.iter().map(|kept| kept.line.json().len()).sum();
+        assert!(json <= KEPT_BYTES && json > KEPT_BYTES / 2, "{json} bytes");
+        assert_eq!(long.lines.back().map(|kept| kept.number), Some(200));
+        let huge = long.add(decision(100_000)).number;
+        assert_eq!((long.lines.len(), huge), (1, 201));
+    }
+
+    #[test]
+    fn a_line_weighs_about_as_much_as_it_is_long() {
+        for candidates in [1, 10, 500] {
+            let line = decision(candidates);
+            let (weight, json) = (weight(&line) as f64, line.json().len() as f64);
+            assert!((0.8..1.5).contains(&(weight / json)), "{weight} for {json}");
+        }
     }
 }

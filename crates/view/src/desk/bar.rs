@@ -1,4 +1,4 @@
-//! The bar above the windows: which application, how it stands, which windows there are, and how everything looks.
+//! The bar above the windows: which application, how it stands, and how to stop everything.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use eframe::egui;
 use jde_core::Health;
 use jde_link::message::{Action, Network};
 
-use super::Desk;
-use crate::look::{Angle, Length};
+use super::menu::look_menu;
+use super::{Desk, Leave};
 use crate::settings::Settings;
-use crate::window::Kind;
+use crate::start::Lookout;
 
 /// How long what came of an order is shown.
 const SHOWN: Duration = Duration::from_secs(8);
@@ -17,16 +17,17 @@ const SHOWN: Duration = Duration::from_secs(8);
 const SILENT: Duration = Duration::from_secs(1);
 
 impl Desk {
-    /// Draws it; answers whether the person wants to leave.
-    pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> bool {
-        let mut leave = false;
+    /// Draws it; answers whether the person wants to leave, and where to.
+    pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Leave> {
+        let mut leave = None;
         egui::MenuBar::new().ui(ui, |ui| {
-            leave = ui
+            let away = ui
                 .button("Applications")
-                .on_hover_text("Back to what runs and what was recorded. The robot goes on.")
-                .clicked();
+                .on_hover_text("Back to what runs and what was recorded. The robot goes on.");
+            leave = away.clicked().then_some(Leave::Away);
             ui.separator();
             self.title(ui);
+            leave = self.again(ui).or(leave.take());
             ui.separator();
             ui.menu_button("Windows", |ui| self.windows_menu(ui));
             ui.menu_button("Panels", |ui| self.panels_menu(ui));
@@ -42,15 +43,22 @@ impl Desk {
 
     fn title(&self, ui: &mut egui::Ui) {
         let about = self.session.about();
-        let name = if about.name == about.application {
-            about.name.clone()
+        let file = std::path::Path::new(&about.file);
+        if self.session.is_recording() {
+            let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+            ui.strong(&about.application);
+            ui.label(format!("recorded in {name}")).on_hover_text(&about.file);
         } else {
-            format!("{} ({})", about.name, about.application)
-        };
-        ui.strong(name).on_hover_text(format!(
-            "{} on {}, process {}\n{}",
-            about.user, about.host, about.pid, about.file
-        ));
+            let name = if about.name == about.application {
+                about.name.clone()
+            } else {
+                format!("{} ({})", about.name, about.application)
+            };
+            ui.strong(name).on_hover_text(format!(
+                "{} on {}, process {}\n{}",
+                about.user, about.host, about.pid, about.file
+            ));
+        }
         if self.session.is_gone() {
             let text = egui::RichText::new("gone")
                 .color(ui.visuals().error_fg_color)
@@ -90,35 +98,24 @@ impl Desk {
         }
     }
 
-    fn windows_menu(&mut self, ui: &mut egui::Ui) {
-        for kind in [Kind::Oscilloscope, Kind::Robot, Kind::Space, Kind::Values] {
-            self.window_entry(ui, kind);
+    /// Offers an application that is gone and runs again; what is shown of how it was stays until then.
+    fn again(&mut self, ui: &mut egui::Ui) -> Option<Leave> {
+        if !self.session.is_gone() || self.session.is_recording() {
+            return None;
         }
-        ui.separator();
-        if ui.button("As they usually are").clicked() {
-            self.tidy();
-        }
-    }
-
-    fn panels_menu(&mut self, ui: &mut egui::Ui) {
-        let panels: Vec<_> = self.session.panels().map(str::to_owned).collect();
-        if panels.is_empty() {
-            ui.weak("no schema of this application has a panel");
-        }
-        for schema in panels {
-            self.window_entry(ui, Kind::Panel(schema));
-        }
-    }
-
-    fn window_entry(&mut self, ui: &mut egui::Ui, kind: Kind) {
-        let mut on = self.has(&kind);
-        if ui.checkbox(&mut on, kind.title()).changed() {
-            if on {
-                self.show_window(kind)
-            } else {
-                self.hide_window(&kind)
-            }
-        }
+        let lookout = self
+            .lookout
+            .get_or_insert_with(|| Lookout::new(ui.ctx(), &self.reach, &[]));
+        let gone = self.session.about();
+        let seen = lookout.seen();
+        let again = seen
+            .running
+            .iter()
+            .find(|about| about.name == gone.name && about.id != gone.id)?;
+        let open = ui.button("It runs again: open it");
+        open.on_hover_text("Windows on the new run, laid out as these are.")
+            .clicked()
+            .then(|| Leave::For(Box::new(again.clone())))
     }
 
     /// Why the last order came to nothing, for a while.
@@ -167,36 +164,5 @@ impl Desk {
         {
             self.session.act(Action::StopAll);
         }
-    }
-}
-
-/// Theme, size and units.
-pub(crate) fn look_menu(ui: &mut egui::Ui, settings: &mut Settings) {
-    let before = settings.clone();
-    ui.label("Theme");
-    ui.horizontal(|ui| {
-        use egui::ThemePreference::{Dark, Light, System};
-        for (theme, name) in [(System, "As the desktop"), (Dark, "Dark"), (Light, "Light")] {
-            ui.selectable_value(&mut settings.theme, theme, name);
-        }
-    });
-    ui.label("Size");
-    ui.horizontal(|ui| {
-        for zoom in [0.8, 1.0, 1.25, 1.5, 2.0] {
-            ui.selectable_value(&mut settings.zoom, zoom, format!("{:.0} %", zoom * 100.0));
-        }
-    });
-    ui.label("Angles");
-    ui.horizontal(|ui| {
-        ui.selectable_value(&mut settings.units.angle, Angle::Degrees, "Degrees");
-        ui.selectable_value(&mut settings.units.angle, Angle::Radians, "Radians");
-    });
-    ui.label("Lengths");
-    ui.horizontal(|ui| {
-        ui.selectable_value(&mut settings.units.length, Length::Metres, "Metres");
-        ui.selectable_value(&mut settings.units.length, Length::Millimetres, "Millimetres");
-    });
-    if *settings != before {
-        settings.apply(ui.ctx());
     }
 }

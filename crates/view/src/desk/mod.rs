@@ -2,21 +2,25 @@
 //! and laid out the same way at the next start.
 
 mod bar;
+mod menu;
 mod replay;
 mod tiles;
 
-pub(crate) use bar::look_menu;
+pub(crate) use menu::look_menu;
 
 use std::collections::HashMap;
 
 use eframe::egui;
 use egui_tiles::{Tile, TileId, Tiles, Tree};
+use jde_link::Reach;
+use jde_link::message::About;
 use serde::{Deserialize, Serialize};
 
 use crate::look::Look;
 use crate::player::Player;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
+use crate::start::Lookout;
 use crate::window::{Kind, Window};
 
 /// The windows on an application.
@@ -32,6 +36,17 @@ pub(crate) struct Desk {
     /// The recording that plays for these windows; it ends with them.
     _player: Option<Player>,
     slider: replay::Slider,
+    reach: Reach,
+    /// Looks whether an application that is gone runs again.
+    lookout: Option<Lookout>,
+}
+
+/// What a person wants instead of these windows.
+pub(crate) enum Leave {
+    /// To see what else there is.
+    Away,
+    /// Windows on this application.
+    For(Box<About>),
 }
 
 /// A desk as it is kept.
@@ -43,7 +58,7 @@ struct Left {
 
 impl Desk {
     /// On an application, as its windows were left.
-    pub(crate) fn open(session: Session, drawer: Drawer, player: Option<Player>) -> Self {
+    pub(crate) fn open(session: Session, drawer: Drawer, player: Option<Player>, reach: Reach) -> Self {
         let left: Option<Left> = drawer.take(&drawer_name(&session));
         let (tree, kept) = match left {
             // Somebody may have closed all of them.
@@ -60,13 +75,15 @@ impl Desk {
             looked: 0.0,
             _player: player,
             slider: replay::Slider::default(),
+            reach,
+            lookout: None,
         }
     }
 
-    /// Draws all of it; answers whether the person wants to leave.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, look: &Look, settings: &mut Settings) -> bool {
+    /// Draws all of it; answers whether the person wants to leave, and where to.
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, look: &Look, settings: &mut Settings) -> Option<Leave> {
         self.session.begin_frame();
-        let mut leave = false;
+        let mut leave = None;
         egui::Panel::top("bar").show(ui, |ui| leave = self.bar(ui, settings));
         if self.session.is_recording() {
             egui::Panel::bottom("replay").show(ui, |ui| self.slider.show(ui, &self.session));

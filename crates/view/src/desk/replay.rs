@@ -4,7 +4,7 @@
 use eframe::egui;
 use jde_link::Rate;
 use jde_link::message::Action;
-use jde_types::Flag;
+use jde_types::{Flag, Text};
 use serde_json::json;
 
 use crate::session::{Outcome, Session};
@@ -56,11 +56,11 @@ impl Slider {
         let paused = flag("paused").unwrap_or_default();
         let looping = flag("loop").unwrap_or_default();
         let speed = number("speed").unwrap_or(1.0);
-        let end = session
+        let range = session
             .variables()
             .iter()
             .find(|variable| variable.name == of("position"))
-            .and_then(|variable| variable.range.greatest);
+            .and_then(|variable| variable.range.least.zip(variable.range.greatest));
         ui.horizontal(|ui| {
             let play = if paused { "Play" } else { "Pause" };
             let pressed = ui.button(play).on_hover_text("Space").clicked();
@@ -94,13 +94,26 @@ impl Slider {
                 set(session, "loop", json!(again));
             }
             ui.label(format!("{position:.2} s"));
-            let Some(end) = end else { return };
+            if let Some((damage, _)) = session.read::<Text<256>>(&of("damage"), Rate::Hz(1))
+                && !damage.is_empty()
+            {
+                ui.colored_label(ui.visuals().warn_fg_color, "cut off")
+                    .on_hover_text(format!("{}; what is before is played", damage.as_str()));
+            }
+            let Some((begin, end)) = range else { return };
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
             let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);
-            let slider = egui::Slider::new(&mut place, 0.0..=end.max(f64::MIN_POSITIVE)).show_value(false);
+            let slider = egui::Slider::new(&mut place, begin..=end).show_value(false);
             let slider = ui.add(slider).on_hover_text("Where the recording is.");
             slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Place in the recording"));
-            if slider.changed() {
+            // A tap is over within a frame, and a slider hears of what lasts.
+            let tapped = slider.interact(egui::Sense::click());
+            let tapped = tapped.interact_pointer_pos().filter(|_| tapped.clicked());
+            if let Some(at) = tapped.filter(|_| !slider.changed()) {
+                let (left, right) = (slider.rect.left(), slider.rect.right());
+                place = egui::remap_clamp(f64::from(at.x), f64::from(left)..=f64::from(right), begin..=end);
+            }
+            if slider.changed() || tapped.is_some() {
                 self.sought = Some(Sought {
                     place,
                     outcome: session.order(order("position", json!(place))),

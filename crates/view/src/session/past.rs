@@ -8,6 +8,8 @@ use jde_host::story::{Decision, Happening, Line};
 
 /// How many of each are kept.
 const MOST_DECISIONS: usize = 20_000;
+/// And of how many candidates they may tell: those of a group of hundreds would fill the memory long before.
+const MOST_CANDIDATES: usize = 400_000;
 const MOST_HAPPENINGS: usize = 20_000;
 /// Bands of one schema.
 const MOST_BANDS: usize = 20_000;
@@ -26,6 +28,8 @@ pub(crate) struct Band {
 pub(crate) struct Past {
     bands: HashMap<String, VecDeque<Band>>,
     decisions: VecDeque<Decision>,
+    /// Of all of them.
+    candidates: usize,
     happenings: VecDeque<Happening>,
     heard: Heard,
     missed: u64,
@@ -73,12 +77,23 @@ impl Past {
             }
             Line::Decision(decision) => {
                 self.heard.decisions += 1;
-                keep(&mut self.decisions, decision, MOST_DECISIONS);
+                self.decide(decision);
             }
             Line::Happening(happening) => {
                 self.heard.happenings += 1;
                 keep(&mut self.happenings, happening, MOST_HAPPENINGS);
             }
+        }
+    }
+
+    fn decide(&mut self, decision: Decision) {
+        self.candidates += decision.candidates.len();
+        self.decisions.push_back(decision);
+        while self.decisions.len() > MOST_DECISIONS || self.candidates > MOST_CANDIDATES {
+            let Some(oldest) = self.decisions.pop_front() else {
+                break;
+            };
+            self.candidates -= oldest.candidates.len();
         }
     }
 
@@ -127,6 +142,11 @@ impl Past {
             bands.retain(|band| band.from <= now);
         }
         self.decisions.retain(|decision| decision.time_s <= now);
+        self.candidates = self
+            .decisions
+            .iter()
+            .map(|decision| decision.candidates.len())
+            .sum();
         self.happenings.retain(|happening| happening.time_s <= now);
         self.last = now;
         self.heard.turns += 1;

@@ -1,8 +1,8 @@
-//! Looks for applications that run and for recordings. It opens none.
+//! Looks for applications that run and for recordings, on a thread of its own. It opens none.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -15,30 +15,47 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Recordings that are listed at most, the newest first.
 const MOST: usize = 200;
 
+/// Somebody who looks once a second, until dropped.
+pub(crate) struct Lookout(Arc<Mutex<Seen>>);
+
 /// What was found last.
 #[derive(Default, PartialEq)]
-pub(super) struct Seen {
+pub(crate) struct Seen {
     pub(super) looked: bool,
-    pub(super) running: Vec<About>,
+    pub(crate) running: Vec<About>,
     pub(super) recordings: Vec<File>,
     pub(super) trouble: Option<String>,
 }
 
 /// A recording.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct File {
+pub(crate) struct File {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
     pub(super) written: SystemTime,
 }
 
+impl Lookout {
+    /// Begins to look where applications are looked for, and into folders for recordings.
+    pub(crate) fn new(ctx: &egui::Context, reach: &Reach, folders: &[PathBuf]) -> Self {
+        let seen = Arc::new(Mutex::new(Seen::default()));
+        let (told, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
+        let repaint = ctx.clone();
+        let look = move || again_and_again(&told, &reach, &folders, &repaint);
+        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(look) {
+            lock(&seen).trouble = Some(format!("no thread to look: {error}"));
+        }
+        Self(seen)
+    }
+
+    /// What was found last.
+    pub(crate) fn seen(&self) -> MutexGuard<'_, Seen> {
+        lock(&self.0)
+    }
+}
+
 /// Looks once a second, until nobody wants to know.
-pub(super) fn again_and_again(
-    told: &Weak<Mutex<Seen>>,
-    reach: &Reach,
-    folders: &[PathBuf],
-    repaint: &egui::Context,
-) {
+fn again_and_again(told: &Weak<Mutex<Seen>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
     loop {
         let found = Client::connect(reach).and_then(|client| client.applications());
         let recordings = files(folders);
@@ -91,6 +108,6 @@ fn in_folder(folder: &Path) -> Vec<File> {
         .collect()
 }
 
-pub(super) fn lock(seen: &Mutex<Seen>) -> std::sync::MutexGuard<'_, Seen> {
+fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
     seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -84,6 +84,18 @@ impl Robot {
         }
     }
 
+    /// Serves it once more, elsewhere, as a run of its own.
+    pub(crate) fn serve(&self, settings: &Settings) -> Link {
+        let title = Title {
+            application: settings.name.clone(),
+            file: "robot.toml".to_owned(),
+            executor: "threads".to_owned(),
+            speed: 1.0,
+        };
+        let subject = Arc::new(jde_link::Running::new(self.running.handle(), title));
+        Link::open(settings, subject, &Events::told()).expect("the link opens")
+    }
+
     /// What happens in it, asked directly and not over the link.
     pub(crate) fn handle(&self) -> Handle {
         self.running.handle()

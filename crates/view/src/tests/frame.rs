@@ -71,7 +71,7 @@ fn state(handle: &Handle, schema: &str) -> State {
 }
 
 #[test]
-fn an_application_is_opened_from_the_start_page_and_left_again() {
+fn the_only_application_is_opened_at_once_and_left_for_the_start_page_which_opens_it_again() {
     let robot = Robot::of("safe-navigation");
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("drive.mcap"), [0; 2048]).expect("it can be written");
@@ -79,6 +79,8 @@ fn an_application_is_opened_from_the_start_page_and_left_again() {
     let mut opening = opening(robot.reach(), None);
     opening.recordings = vec![folder.path().to_owned()];
     let mut window = open(opening, None);
+    until(&mut window, |window| has(window, "Oscilloscope"));
+    click(&mut window, "Applications");
     until(&mut window, |window| {
         window
             .query_by_role_and_label(Role::Link, "safe-navigation")
@@ -90,8 +92,30 @@ fn an_application_is_opened_from_the_start_page_and_left_again() {
         .get_by_role_and_label(Role::Link, "safe-navigation")
         .click();
     until(&mut window, |window| has(window, "Oscilloscope"));
-    click(&mut window, "Applications");
-    until(&mut window, |window| has(window, "Recordings"));
+}
+
+#[test]
+fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_again() {
+    let robot = Robot::of("safe-navigation");
+    let place = tempfile::tempdir().expect("a folder");
+    let reach = Reach::Local(Folder::at(place.path().join("jde")));
+    let settings = jde_link::Settings {
+        folder: Folder::at(place.path().join("jde")),
+        ..jde_link::Settings::local("robot")
+    };
+    let first = robot.serve(&settings);
+    let mut window = open(opening(reach, Some("robot")), None);
+    until(&mut window, |window| has(window, "Oscilloscope"));
+    drop(first);
+    until(&mut window, |window| has(window, "gone"));
+    assert!(has(&window, "Oscilloscope") && !says(&window, "runs again"));
+    let second = robot.serve(&settings);
+    until(&mut window, |window| has(window, "It runs again: open it"));
+    click(&mut window, "It runs again: open it");
+    until(&mut window, |window| {
+        has(window, "Oscilloscope") && !has(window, "gone")
+    });
+    drop(second);
 }
 
 #[test]
@@ -194,7 +218,7 @@ fn a_recording_that_takes_too_long_is_cancelled_and_its_player_ends() {
 #[expect(dead_code, reason = "the window reads and writes them, nobody here")]
 struct Tape {
     /// Where it is.
-    #[modulation(default = 10.0, unit = "s", min = 0.0, max = 100.0)]
+    #[modulation(default = 10.0, unit = "s", min = 5.0, max = 100.0)]
     position: Modulation<f64>,
     /// Whether it stands.
     #[modulation(default = Flag::TRUE)]
@@ -202,10 +226,14 @@ struct Tape {
     /// Seconds in a second.
     #[modulation(default = 1.0, min = 0.1, max = 10.0)]
     speed: Modulation<f64>,
+    /// What is wrong with it.
+    #[export]
+    damage: Export<Text<256>>,
 }
 
 impl Schema for Tape {
-    fn iterate(&mut self, _: &Context) -> Result {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.damage.write(cx, Text::new("it ends too soon, at byte 7"));
         Ok(())
     }
 }
@@ -263,6 +291,15 @@ fn a_recording_is_paused_by_space_and_sought_by_its_slider_which_stays_where_it_
         assert_eq!(place(window), sought);
         has(window, &shown)
     });
+    // A tap is as good as a drag, and at its left end it is where the recording begins.
+    let start = rect.left_center() + vec2(1.0, 0.0);
+    window.hover_at(start);
+    window.step();
+    window.drag_at(start);
+    window.drop_at(start);
+    window.step();
+    until(&mut window, |_| position() == 5.0);
+    until(&mut window, |window| has(window, "cut off"));
 }
 
 /// A process of its own with a robot; killed when dropped.

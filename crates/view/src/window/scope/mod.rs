@@ -7,10 +7,12 @@ mod bands;
 mod bar;
 mod body;
 mod cells;
+mod columns;
 mod cursors;
 pub(crate) mod field;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod group;
 mod hand;
 mod index;
 mod ink;

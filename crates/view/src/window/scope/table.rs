@@ -1,14 +1,15 @@
-//! The left half of a row: a schema's facts in columns, and what an operator can do with it; or a group's.
+//! The left half of a row: a schema's facts in columns, and what an operator can do with it.
 
 use eframe::egui::{Align2, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
-use jde_host::snapshot::{GroupView, SchemaView};
+use jde_host::snapshot::SchemaView;
 use jde_link::message::Action;
 use jde_panel::Ink;
 
 use super::bands;
 use super::cells;
+use super::columns::{self, Column};
 use super::ink::{self, Icon, ROW};
 use super::period::Period;
 use super::rows::{self, Below};
@@ -18,65 +19,7 @@ use crate::look::{self, Look, time};
 /// Room that a name keeps, points.
 const NAME: f32 = 110.0;
 /// A level of the tree.
-const INDENT: f32 = 10.0;
-
-/// A column right of the name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Column {
-    State,
-    Health,
-    Period,
-    Measured,
-    Load,
-    Overruns,
-    Buttons,
-}
-
-/// The columns by their importance: a narrow table has the first.
-const IMPORTANCE: [Column; 7] = [
-    Column::Buttons,
-    Column::State,
-    Column::Period,
-    Column::Measured,
-    Column::Load,
-    Column::Health,
-    Column::Overruns,
-];
-
-impl Column {
-    fn width(self) -> f32 {
-        match self {
-            Self::State => 86.0,
-            Self::Health => 64.0,
-            Self::Period | Self::Measured => 62.0,
-            Self::Load => 46.0,
-            Self::Overruns => 44.0,
-            Self::Buttons => 5.0 * cells::BUTTON + 4.0,
-        }
-    }
-
-    fn title(self) -> (&'static str, &'static str) {
-        match self {
-            Self::State => (
-                "state",
-                "SLEPT costs nothing; CHECKING: its precondition is false; READY: it could act, another was chosen; WINNER: it \
-                 iterates. A diamond: what it commands counts (R7).",
-            ),
-            Self::Health => ("health", "Whether it keeps its deadlines, or why it cannot run."),
-            Self::Period => (
-                "period",
-                "The cycle time asked for. Click one to type another: 50ms or 20Hz.",
-            ),
-            Self::Measured => ("measured", "The cycle time as it is."),
-            Self::Load => ("load", "Share of one processor core."),
-            Self::Overruns => ("late", "Deadlines missed and budgets passed."),
-            Self::Buttons => (
-                "operate",
-                "Play, stop, force to win, let go of it, open its panel.",
-            ),
-        }
-    }
-}
+pub(super) const INDENT: f32 = 10.0;
 
 /// Where the columns are.
 pub(super) struct Table {
@@ -96,27 +39,11 @@ pub(super) struct Done {
 
 impl Table {
     pub(super) fn new(left: f32, right: f32) -> Self {
-        let mut room = right - left - NAME;
-        let mut fitting = Vec::new();
-        for column in IMPORTANCE {
-            if column.width() > room {
-                break;
-            }
-            room -= column.width();
-            fitting.push(column);
-        }
-        fitting.sort_unstable();
-        let mut end = right - 4.0;
-        let mut columns = Vec::new();
-        for column in fitting.into_iter().rev() {
-            end -= column.width();
-            columns.push((column, end));
-        }
-        columns.reverse();
+        let columns = columns::fitting(right - left - NAME, right - 4.0);
         Self {
             left,
             right,
-            names: end,
+            names: columns.first().map_or(right - 4.0, |(_, first)| *first),
             columns,
         }
     }
@@ -151,61 +78,6 @@ impl Table {
 
     fn cell(&self, row: Rect, column: Column, x: f32) -> Rect {
         Rect::from_min_size(pos2(x + 4.0, row.top()), vec2(column.width() - 8.0, row.height()))
-    }
-
-    /// A group: its policy, winner, switches, and its worst takeover against what its contract allows.
-    pub(super) fn group(
-        &self,
-        ui: &Ui,
-        rect: Rect,
-        seen: &Seen<'_>,
-        group: &GroupView,
-        depth: usize,
-        look: &Look,
-    ) {
-        let winner = group
-            .winner
-            .and_then(|winner| seen.snapshot.schemas.get(winner))
-            .map_or("nobody", |winner| &winner.name);
-        let (worst, allowed) = (
-            time::span(group.worst as f64 / 1e9),
-            time::span(group.allowed as f64 / 1e9),
-        );
-        let late = group.worst > group.allowed;
-        let facts = format!(
-            "{} · {winner} wins · {} switches · worst takeover {worst} of {allowed}",
-            group.policy, group.switches
-        );
-        let left = self.left + 6.0 + depth as f32 * INDENT;
-        let line = Rect::from_min_max(pos2(left, rect.top()), pos2(self.right - 4.0, rect.bottom()));
-        let response = ui.interact(line, ui.scope_id().with(("group", &group.name)), Sense::hover());
-        response.widget_info(|| {
-            let text = format!("group {}: {facts}", group.name);
-            WidgetInfo::labeled(Role::Label, true, text)
-        });
-        let accent = look::ink(Ink::Accent, look);
-        let end = ink::write(ui.painter(), line, &group.name, ink::font(), accent);
-        let rest = line.with_min_x((end + 8.0).min(line.right()));
-        let color = if late {
-            look::ink(Ink::Bad, look)
-        } else {
-            ui.visuals().weak_text_color()
-        };
-        ink::write(ui.painter(), rest, &facts, ink::small(), color);
-        if response.hovered() {
-            let members = group
-                .members
-                .iter()
-                .filter_map(|&member| seen.snapshot.schemas.get(member))
-                .map(|member| member.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ");
-            response.on_hover_text(format!(
-                "{}\nOne of these wins: {members}\nPolicy: {}\nWinner: {winner}\nSwitches: {}\nWorst takeover: {worst} of the {allowed} \
-                 that its contract allows (R17)",
-                group.name, group.policy, group.switches
-            ));
-        }
     }
 
     /// A schema.

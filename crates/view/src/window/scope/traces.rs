@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use eframe::egui::{Align2, Color32, Mesh, Painter, Rangef, Rect, Shape, Stroke, pos2, vec2};
+use jde_core::State;
 use jde_host::snapshot::{GroupView, SchemaView};
 use jde_panel::Ink;
 
@@ -90,12 +91,12 @@ impl<'a> Traces<'a> {
             Some(before) => before.to,
             None => switches.front().map_or(group.winner, |first| first.from),
         };
-        let begin = self.seen.past.since().unwrap_or(0.0);
-        let mut from = if switches.is_empty() {
-            self.scale.x(begin).max(row.left())
+        let begin = if switches.is_empty() {
+            self.won_since(group)
         } else {
-            row.left().max(self.scale.x(0.0))
+            0.0
         };
+        let mut from = row.left().max(self.scale.x(begin));
         let segment = |from: f32, to: f32, winner: Option<usize>| {
             self.segment(painter, row, Rangef::new(from, to), winner);
         };
@@ -118,6 +119,19 @@ impl<'a> Traces<'a> {
         );
         let end = self.scale.x(self.seen.now()).min(row.right());
         segment(from, end, winner);
+    }
+
+    /// Since when somebody is known to win in a group of which no switch is known any more, s: a winner's state is one as well.
+    fn won_since(&self, group: &GroupView) -> f64 {
+        let since = self.seen.past.since().unwrap_or(0.0);
+        let winner = group
+            .winner
+            .and_then(|winner| self.seen.snapshot.schemas.get(winner));
+        let bands = winner.and_then(|winner| self.seen.past.bands(&winner.name));
+        let present = bands
+            .and_then(VecDeque::back)
+            .filter(|band| band.state == State::Winner);
+        present.map_or(since, |band| band.from.min(since))
     }
 
     fn segment(&self, painter: &Painter, row: Rect, x: Rangef, winner: Option<usize>) {
@@ -322,6 +336,7 @@ pub(super) fn ruler(painter: &Painter, head: Rect, body: Rect, scale: &Scale, di
     } else {
         (Color32::from_gray(222), Color32::from_gray(100))
     };
+    let unit = painter.text(head.right_top(), Align2::RIGHT_TOP, "s", ink::small(), text);
     let digits = (-division.log10().floor()).clamp(0.0, 6.0) as usize;
     let mut step = (scale.from / division).ceil();
     let mut free = head.left();
@@ -336,18 +351,19 @@ pub(super) fn ruler(painter: &Painter, head: Rect, body: Rect, scale: &Scale, di
         );
         let galley = painter.layout_no_wrap(format!("{time:.digits$}"), ink::small(), text);
         let left = x - galley.size().x / 2.0;
-        if left >= free && left + galley.size().x <= head.right() && time >= 0.0 {
+        if left >= free && left + galley.size().x <= unit.left() - 3.0 && time >= 0.0 {
             free = left + galley.size().x + 8.0;
             painter.galley(pos2(left, head.top() + 1.0), galley, text);
         }
         step += 1.0;
     }
-    painter.text(head.right_top(), Align2::RIGHT_TOP, "s", ink::small(), text);
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixture;
     use super::*;
+    use crate::look::Units;
 
     fn scale(from: f64, to: f64) -> Scale {
         let x = Rangef::new(0.0, 100.0);
@@ -366,6 +382,36 @@ mod tests {
             |first, last| found.push((first, last)),
         );
         assert_eq!(found, [(1, 3), (4, 4), (5, 5)]);
+    }
+
+    #[test]
+    fn a_group_whose_switches_are_forgotten_is_won_since_its_winner_is_one() {
+        let mut fixed = fixture::navigation();
+        let place = fixed
+            .snapshot
+            .schemas
+            .iter()
+            .position(|schema| schema.name == "teleop");
+        fixed.change(2.5, "teleop", "ready", "winner");
+        fixed.past.see(&fixed.snapshot);
+        let won = |fixed: &fixture::Fixed, winner| {
+            let (seen, index, scale) = (fixed.seen(), Index::default(), scale(0.0, 10.0));
+            let look = Look {
+                dark: true,
+                units: Units::default(),
+            };
+            let group = GroupView {
+                winner,
+                ..fixture::group("roots", None, &[0])
+            };
+            Traces::new(&seen, &index, scale, &look, 1.0).won_since(&group)
+        };
+        assert_eq!(won(&fixed, place), 2.5);
+        assert_eq!(
+            Some(won(&fixed, None)),
+            fixed.past.since(),
+            "of nobody nothing is known"
+        );
     }
 
     #[test]

@@ -299,7 +299,9 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
         .groups
         .iter()
         .find(|group| group.name == decision.group)
-        .map(|GroupView { allowed, .. }| *allowed as f64 / 1e9);
+        .map(|GroupView { allowed, .. }| *allowed as f64 / 1e9)
+        // Of one in a recording it is not known.
+        .filter(|allowed| *allowed > 0.0);
     let took = decision.takeover_us.map(|took| took / 1e6);
     let of = allowed.map_or_else(String::new, |allowed| {
         format!(" of {} allowed", time::span(allowed))

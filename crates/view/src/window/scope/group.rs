@@ -1,0 +1,105 @@
+//! The left half of a group's row: its policy, winner, switches, and its worst takeover against what its contract allows.
+
+use eframe::egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2};
+use jde_host::snapshot::GroupView;
+use jde_panel::Ink;
+
+use super::ink;
+use super::seen::Seen;
+use super::table::{INDENT, Table};
+use crate::look::{self, Look, time};
+
+impl Table {
+    /// A group: its policy, winner, switches, and its worst takeover against what its contract allows.
+    pub(super) fn group(
+        &self,
+        ui: &Ui,
+        rect: Rect,
+        seen: &Seen<'_>,
+        group: &GroupView,
+        depth: usize,
+        look: &Look,
+    ) {
+        let winner = group
+            .winner
+            .and_then(|winner| seen.snapshot.schemas.get(winner))
+            .map_or("nobody", |winner| &winner.name);
+        let takeover = takeover(group);
+        let late = takeover.is_some() && group.worst > group.allowed;
+        let facts = facts(group, winner, takeover.as_deref());
+        let left = self.left + 6.0 + depth as f32 * INDENT;
+        let line = Rect::from_min_max(pos2(left, rect.top()), pos2(self.right - 4.0, rect.bottom()));
+        let response = ui.interact(line, ui.scope_id().with(("group", &group.name)), Sense::hover());
+        response.widget_info(|| {
+            let text = format!("group {}: {facts}", group.name);
+            WidgetInfo::labeled(Role::Label, true, text)
+        });
+        let accent = look::ink(Ink::Accent, look);
+        let end = ink::write(ui.painter(), line, &group.name, ink::font(), accent);
+        let rest = line.with_min_x((end + 8.0).min(line.right()));
+        let color = if late {
+            look::ink(Ink::Bad, look)
+        } else {
+            ui.visuals().weak_text_color()
+        };
+        ink::write(ui.painter(), rest, &facts, ink::small(), color);
+        if response.hovered() {
+            let members = group
+                .members
+                .iter()
+                .filter_map(|&member| seen.snapshot.schemas.get(member))
+                .map(|member| member.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ");
+            let mut tip = format!("{}\nOne of these wins: {members}", group.name);
+            if !group.policy.is_empty() {
+                tip += &format!("\nPolicy: {}", group.policy);
+            }
+            tip += &format!("\nWinner: {winner}\nSwitches: {}", group.switches);
+            if let Some(takeover) = takeover {
+                tip += &format!("\nWorst takeover: {takeover}, which its contract allows (R17)");
+            }
+            response.on_hover_text(tip);
+        }
+    }
+}
+
+/// A group in a line. Of one in a recording neither policy nor contract may be known.
+fn facts(group: &GroupView, winner: &str, takeover: Option<&str>) -> String {
+    let switches = match group.switches {
+        1 => "1 switch".to_owned(),
+        switches => format!("{switches} switches"),
+    };
+    let policy = (!group.policy.is_empty()).then(|| group.policy.clone());
+    let winner = format!("{winner} wins");
+    let takeover = takeover.map(|takeover| format!("worst takeover {takeover}"));
+    let parts: Vec<_> = [policy, Some(winner), Some(switches), takeover]
+        .into_iter()
+        .flatten()
+        .collect();
+    parts.join(" · ")
+}
+
+/// Its longest takeover of what its contract allows.
+fn takeover(group: &GroupView) -> Option<String> {
+    let span = |nanos: u64| time::span(nanos as f64 / 1e9);
+    (group.allowed > 0).then(|| format!("{} of {}", span(group.worst), span(group.allowed)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    #[test]
+    fn a_group_is_told_as_far_as_it_is_known() {
+        let mut group = fixture::group("roots", None, &[0]);
+        let told = |group: &GroupView| facts(group, "goon", takeover(group).as_deref());
+        assert_eq!(
+            told(&group),
+            "priority · goon wins · 3 switches · worst takeover 1.24 ms of 85.0 ms"
+        );
+        (group.policy, group.allowed, group.switches) = (String::new(), 0, 1);
+        assert_eq!(told(&group), "goon wins · 1 switch");
+    }
+}
