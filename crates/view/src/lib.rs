@@ -14,6 +14,7 @@ mod player;
 mod session;
 mod settings;
 mod start;
+mod tap;
 #[cfg(test)]
 mod tests;
 mod window;

@@ -46,8 +46,9 @@ impl Filter {
 
     /// Whether a line is shown.
     pub(crate) fn shows(&self, target: &str, schema: Option<&str>, level: Level) -> bool {
-        // What the link's library finds odd is for who looks for it; what it means for the run, our own lines say.
-        if target.starts_with("zenoh") && level != Level::ERROR && self.everyone < LevelFilter::DEBUG {
+        // What libraries find odd is for who looks for it; what it means for the run, our own lines say.
+        let own = target.starts_with("jde");
+        if !own && level != Level::ERROR && self.everyone < LevelFilter::DEBUG {
             return false;
         }
         let own = schema.and_then(|name| self.schemas.iter().find(|(known, _)| known == name));
@@ -150,6 +151,14 @@ mod tests {
         let filter = Filter::default();
         assert!(filter.shows("jde_host", None, Level::WARN));
         assert!(!filter.shows("jde_host", None, Level::INFO));
+        for library in ["zenoh_transport::common", "winit::platform_impl"] {
+            assert!(!filter.shows(library, None, Level::WARN), "{library}");
+            assert!(filter.shows(library, None, Level::ERROR), "{library}");
+            assert!(
+                self::filter("debug").shows(library, None, Level::WARN),
+                "{library}"
+            );
+        }
         assert!(!self::filter("off").shows("jde_host", None, Level::ERROR));
     }
 

@@ -8,6 +8,7 @@ mod life;
 mod panel;
 mod remote;
 mod sample;
+mod watching;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,8 +23,9 @@ pub(crate) use connection::Connection;
 pub use events::Happened;
 pub use hold::Hold;
 pub use panel::PanelSample;
-pub use remote::{Remote, Watching};
+pub use remote::Remote;
 pub use sample::Sample;
+pub use watching::Watching;
 
 /// How long an application may take to answer.
 const ANSWER: Duration = Duration::from_secs(5);

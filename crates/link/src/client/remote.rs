@@ -10,12 +10,12 @@ use jde_host::story::Kind;
 use jde_panel::Gesture;
 use serde::de::DeserializeOwned;
 use zenoh::Wait;
-use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
 use super::connection::{Answer, Answered, Connection};
 use super::life::Life;
+use super::watching::{Tokens, Watching};
 use super::{ANSWER, Happened, Hold, PanelSample, Sample, events, keys};
 use crate::Error;
 use crate::folder::new_id;
@@ -41,19 +41,11 @@ struct Inner {
     about: About,
     keys: Keys,
     alive: Arc<Life>,
-    /// Tells our tokens from those of others.
-    client: String,
+    tokens: Tokens,
     variables: Mutex<Option<Arc<Vec<VariableInfo>>>>,
     _alive: Subscriber<()>,
     // The last to go.
     connection: Arc<Connection>,
-}
-
-/// Something that is listened to; dropped, it is not any more.
-pub struct Watching {
-    _subscribers: Vec<Subscriber<()>>,
-    _token: Option<LivelinessToken>,
-    _remote: Remote,
 }
 
 impl Remote {
@@ -78,7 +70,7 @@ impl Remote {
         let inner = Inner {
             keys,
             alive,
-            client: new_id()?,
+            tokens: Tokens::new(new_id()?),
             variables: Mutex::new(None),
             connection,
             about,
@@ -205,16 +197,12 @@ impl Remote {
             .callback_mut(hear)
             .wait()
             .map_err(failed)?;
-        let token = session
-            .liveliness()
-            .declare_token(self.inner.keys.want(owner, own, rate, &self.token()?))
-            .wait()
-            .map_err(failed)?;
-        Ok(Watching {
-            _subscribers: vec![subscriber],
-            _token: Some(token),
-            _remote: self.clone(),
-        })
+        let keys = &self.inner.keys;
+        let token = self
+            .inner
+            .tokens
+            .declare(session, |client| keys.want(owner, own, rate, client))?;
+        Ok(Watching::new(vec![subscriber], Some(token), self))
     }
 
     /// Has `call` called with the panel of a schema as it is drawn, at most at this rate, on a thread of the link. It is drawn
@@ -247,16 +235,11 @@ impl Remote {
             .callback_mut(hear)
             .wait()
             .map_err(failed)?;
-        let token = session
-            .liveliness()
-            .declare_token(keys.look(schema, rate, &self.token()?))
-            .wait()
-            .map_err(failed)?;
-        Ok(Watching {
-            _subscribers: vec![subscriber],
-            _token: Some(token),
-            _remote: self.clone(),
-        })
+        let token = self
+            .inner
+            .tokens
+            .declare(session, |client| keys.look(schema, rate, client))?;
+        Ok(Watching::new(vec![subscriber], Some(token), self))
     }
 
     /// Does something to a widget of a schema's panel, as `by`, `ana@laptop`: the schema takes it up between two of its
@@ -305,11 +288,7 @@ impl Remote {
             )
             .wait()
             .map_err(failed)?;
-        Ok(Watching {
-            _subscribers: vec![subscriber],
-            _token: None,
-            _remote: self.clone(),
-        })
+        Ok(Watching::new(vec![subscriber], None, self))
     }
 
     /// Has `call` called with what happens, after the last so many lines of each kind that happened before; in the order of
@@ -352,11 +331,7 @@ impl Remote {
             }
         }
         merge.begin(earlier).map_err(|reason| self.garbled(reason))?;
-        Ok(Watching {
-            _subscribers: subscribers,
-            _token: None,
-            _remote: self.clone(),
-        })
+        Ok(Watching::new(subscribers, None, self))
     }
 
     /// Has the application do what an operator wants (R14).
@@ -389,11 +364,6 @@ impl Remote {
     /// As [`Self::operate`].
     pub fn hold(&self, request: &Request, lease: Duration) -> Result<Hold, Error> {
         Hold::begin(self.clone(), request, lease)
-    }
-
-    /// What tells one token of ours from all others.
-    fn token(&self) -> Result<String, Error> {
-        Ok(format!("{}-{}", self.inner.client, new_id()?))
     }
 
     /// That a schema has a panel; refused in words if not.

@@ -7,9 +7,9 @@ use jde_link::message::Action;
 use jde_types::{Flag, Text};
 use serde_json::json;
 
-use crate::session::{Outcome, Session};
+use crate::session::{Outcome, STEERING, Session};
+use crate::tap::tap;
 
-const STEERING: &str = "replay";
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 
 /// What a person does to the slider.
@@ -106,10 +106,8 @@ impl Slider {
             let slider = egui::Slider::new(&mut place, begin..=end).show_value(false);
             let slider = ui.add(slider).on_hover_text("Where the recording is.");
             slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Place in the recording"));
-            // A tap is over within a frame, and a slider hears of what lasts.
-            let tapped = slider.interact(egui::Sense::click());
-            let tapped = tapped.interact_pointer_pos().filter(|_| tapped.clicked());
-            if let Some(at) = tapped.filter(|_| !slider.changed()) {
+            let tapped = tap(ui, &slider).filter(|_| !slider.changed());
+            if let Some(at) = tapped {
                 let (left, right) = (slider.rect.left(), slider.rect.right());
                 place = egui::remap_clamp(f64::from(at.x), f64::from(left)..=f64::from(right), begin..=end);
             }

@@ -35,6 +35,9 @@ use watched::Watched;
 
 use crate::window::Kind as Window;
 
+/// The schema by which a recording that plays is steered.
+pub(crate) const STEERING: &str = "replay";
+
 /// How many lines of each kind are fetched of what happened before.
 const EARLIER: usize = 2000;
 
@@ -143,6 +146,11 @@ impl Session {
     /// Whether it is a recording that plays.
     pub(crate) fn is_recording(&self) -> bool {
         self.about().executor == "replay"
+    }
+
+    /// Whether a modulation of a schema can be set: of a recording those that steer it.
+    pub(crate) fn can_set(&self, schema: &str) -> bool {
+        !self.gone && (!self.is_recording() || schema == STEERING)
     }
 
     /// Its schemas and groups, as declared.

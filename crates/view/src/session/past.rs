@@ -265,6 +265,40 @@ mod tests {
     }
 
     #[test]
+    fn selections_among_hundreds_are_kept_by_how_much_they_tell() {
+        let one = fixture::navigation().past.decisions[0].clone();
+        let mut past = Past::new();
+        let few = one.candidates.len();
+        assert!(few > 0 && few * MOST_DECISIONS < MOST_CANDIDATES);
+        for number in 0..MOST_DECISIONS as u64 + 5 {
+            past.hear(
+                Line::Decision(Decision {
+                    number,
+                    ..one.clone()
+                }),
+                0,
+            );
+        }
+        assert_eq!(
+            (past.decisions().len(), past.decisions()[0].number),
+            (MOST_DECISIONS, 5)
+        );
+        let many = vec![one.candidates[0].clone(); 1000];
+        for number in 0..500 {
+            let candidates = many.clone();
+            past.hear(
+                Line::Decision(Decision {
+                    number,
+                    candidates,
+                    ..one.clone()
+                }),
+                0,
+            );
+        }
+        assert_eq!((past.decisions().len(), past.decisions()[0].number), (400, 100));
+    }
+
+    #[test]
     fn lines_that_were_dropped_are_counted_as_missed() {
         let mut past = Past::new();
         past.miss(3);

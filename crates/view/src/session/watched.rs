@@ -13,7 +13,7 @@ use jde_link::{Rate, Remote, Sample, Watching};
 
 use super::lock;
 use super::waiting::Waiting;
-use super::wishes::{PATIENCE, Wishes};
+use super::wishes::{Asked, Wishes};
 
 /// What failed is tried again after so long.
 const AGAIN: Duration = Duration::from_secs(3);
@@ -31,7 +31,7 @@ struct Variable {
     wishes: Wishes,
     slot: Arc<Mutex<Slot>>,
     /// Who wants all values, each with those that came since its last question, and when that was.
-    readers: HashMap<String, (Waiting, Instant)>,
+    readers: HashMap<String, (Waiting, Asked)>,
 }
 
 /// What the link's threads fill.
@@ -163,7 +163,8 @@ impl Variable {
     /// What came since this reader's last question.
     fn since(&mut self, reader: &str, now: Instant) -> Vec<Arc<Sample>> {
         if !self.readers.contains_key(reader) {
-            self.readers.insert(reader.to_owned(), (Waiting::default(), now));
+            self.readers
+                .insert(reader.to_owned(), (Waiting::default(), Asked::new(now)));
         }
         let fresh = lock(&self.slot).fresh.get_or_insert_with(Waiting::default).take();
         for sample in fresh {
@@ -174,7 +175,7 @@ impl Variable {
         self.readers
             .get_mut(reader)
             .map(|(waiting, asked)| {
-                *asked = now;
+                *asked = Asked::new(now);
                 waiting.take()
             })
             .unwrap_or_default()
@@ -182,8 +183,7 @@ impl Variable {
 
     /// Keeps nothing for readers that are gone.
     fn forget_readers(&mut self, now: Instant) {
-        self.readers
-            .retain(|_, (_, asked)| now.saturating_duration_since(*asked) < PATIENCE);
+        self.readers.retain(|_, (_, asked)| asked.look(now));
         if self.readers.is_empty() {
             lock(&self.slot).fresh = None;
         }
@@ -203,6 +203,7 @@ impl Slot {
 pub(super) mod tests {
     use jde_types::Value as _;
 
+    use super::super::wishes::PATIENCE;
     use super::*;
 
     pub(in super::super) fn sample(sequence: u64, bytes: usize) -> Arc<Sample> {
@@ -235,6 +236,7 @@ pub(super) mod tests {
         assert_eq!(numbers(variable.since("other", start)), [2, 3]);
 
         let later = start + PATIENCE / 2;
+        variable.forget_readers(later);
         variable.since("one", later);
         hear(&variable, 4);
         variable.forget_readers(start + PATIENCE);
@@ -244,6 +246,7 @@ pub(super) mod tests {
             [4],
             "the one that stays misses none"
         );
+        variable.forget_readers(later + PATIENCE);
         variable.forget_readers(later + PATIENCE);
         hear(&variable, 5);
         assert!(variable.readers.is_empty() && lock(&variable.slot).fresh.is_none());

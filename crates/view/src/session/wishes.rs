@@ -6,25 +6,55 @@ use jde_link::Rate;
 
 /// What nobody asks for any more is let go after so long.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+/// And after so many looks: on a slow machine there may be seconds between one frame and the next, and who could not ask yet has
+/// not ceased to want it.
+const LOOKS: u32 = 2;
 
-/// The rates, each with when it was asked for last.
+/// The rates at which it is wanted.
 #[derive(Debug, Default)]
-pub(super) struct Wishes(Vec<(Rate, Instant)>);
+pub(super) struct Wishes(Vec<Wish>);
+
+#[derive(Debug)]
+struct Wish {
+    rate: Rate,
+    asked: Asked,
+}
+
+/// When something was asked for last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Asked {
+    at: Instant,
+    /// Looks since.
+    looks: u32,
+}
+
+impl Asked {
+    pub(super) fn new(now: Instant) -> Self {
+        Self { at: now, looks: 0 }
+    }
+
+    /// Whether it is wanted still. To be looked at once a frame.
+    pub(super) fn look(&mut self, now: Instant) -> bool {
+        self.looks = self.looks.saturating_add(1);
+        self.looks < LOOKS || now.saturating_duration_since(self.at) < PATIENCE
+    }
+}
 
 impl Wishes {
     /// It is wanted so often.
     pub(super) fn ask(&mut self, rate: Rate, now: Instant) {
-        match self.0.iter_mut().find(|(wanted, _)| *wanted == rate) {
-            Some((_, asked)) => *asked = now,
-            None => self.0.push((rate, now)),
+        let asked = Asked::new(now);
+        match self.0.iter_mut().find(|wish| wish.rate == rate) {
+            Some(wish) => wish.asked = asked,
+            None => self.0.push(Wish { rate, asked }),
         }
     }
 
-    /// Forgets what was not asked for lately; answers with the greatest rate that was. None: nobody wants it any more.
+    /// Forgets what was not asked for lately; answers with the greatest rate that was. None: nobody wants it any more. To be looked
+    /// at once a frame.
     pub(super) fn greatest(&mut self, now: Instant) -> Option<Rate> {
-        self.0
-            .retain(|(_, asked)| now.saturating_duration_since(*asked) < PATIENCE);
-        self.0.iter().map(|(rate, _)| *rate).max()
+        self.0.retain_mut(|wish| wish.asked.look(now));
+        self.0.iter().map(|wish| wish.rate).max()
     }
 }
 
@@ -42,6 +72,19 @@ mod tests {
         let later = start + PATIENCE;
         wishes.ask(Rate::Hz(5), later);
         assert_eq!(wishes.greatest(later), Some(Rate::Hz(5)));
-        assert_eq!(wishes.greatest(later + PATIENCE), None);
+        let last = later + PATIENCE;
+        assert_eq!(wishes.greatest(last), None);
+    }
+
+    #[test]
+    fn who_asks_in_every_frame_is_not_forgotten_however_rare_frames_are() {
+        let mut now = Instant::now();
+        let mut wishes = Wishes::default();
+        for _ in 0..5 {
+            wishes.ask(Rate::Hz(20), now);
+            now += 10 * PATIENCE;
+            assert_eq!(wishes.greatest(now), Some(Rate::Hz(20)));
+        }
+        assert_eq!(wishes.greatest(now), None, "not asked for in the frame before");
     }
 }

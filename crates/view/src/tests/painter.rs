@@ -57,10 +57,20 @@ impl Panel for Painter {
 
 static PAINTERS: jde_abi::raw::Plugin = jde_schema::plugin!("painters", "Panels of a test.", [Painter]);
 
+const TEXT: &str = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
+
 /// An application of one painter, `goon`.
 pub(crate) fn robot() -> Robot {
+    Robot::linked(TEXT, plugins())
+}
+
+/// The same, for windows a recording that plays.
+pub(crate) fn recorded() -> Robot {
+    Robot::recorded(TEXT, plugins())
+}
+
+fn plugins() -> Plugins {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PAINTERS).expect("it is linked in");
-    let text = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntype = \"painters/painter\"\n";
-    Robot::linked(text, plugins)
+    plugins
 }

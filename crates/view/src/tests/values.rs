@@ -79,6 +79,16 @@ fn r14_a_modulation_typed_in_its_place_is_in_force_until_it_is_reset() {
 }
 
 #[test]
+fn what_was_recorded_is_shown_and_not_to_be_changed() {
+    let robot = painter::recorded();
+    let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
+    until(&mut harness, |harness| {
+        harness.query_by_label("0.500 m/s").is_some()
+    });
+    assert_eq!(field(&harness, "goon.speed"), None);
+}
+
+#[test]
 fn what_is_out_of_range_or_of_another_unit_is_refused_beside_its_field() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));

@@ -46,6 +46,8 @@ pub(crate) struct Panel {
 enum News<'a> {
     /// Nothing came yet.
     Waiting,
+    /// This is a recording, and it was left out.
+    Unrecorded,
     /// Something else came than a list that can be shown.
     Refused(&'a str),
     /// A list.
@@ -137,6 +139,12 @@ impl Panel {
                 ui.label(*reason);
                 Vec::new()
             }
+            News::Unrecorded => {
+                ui.add_space(8.0);
+                ui.label(faint(look, "This panel was not recorded. They are with"));
+                ui.code("jde run APP --record FILE --panels");
+                Vec::new()
+            }
             News::Shown(list) => {
                 let mut gestures = Vec::new();
                 let kept = &mut self.kept;
@@ -174,7 +182,10 @@ impl Window for Panel {
             Some(Err(reason)) => Some(reason),
         };
         let newest = self.newest.as_ref().map(|(list, _)| Arc::clone(list));
+        let unrecorded =
+            session.is_recording() && !session.schema(&self.schema).is_some_and(|schema| schema.panel);
         let news = match (&refused, &newest) {
+            (Some(_), _) if unrecorded => News::Unrecorded,
             (Some(reason), _) => News::Refused(reason),
             (None, Some(list)) => News::Shown(list),
             (None, None) => News::Waiting,

@@ -155,7 +155,11 @@ impl Values {
         table.col(|ui| {
             if let Some(trouble) = &trouble {
                 ui.label(RichText::new(trouble).color(look::ink(Ink::Bad, look)));
-            } else if info.access == "modulation" && !info.fixed && row.leaf.is_some() {
+            } else if info.access == "modulation"
+                && !info.fixed
+                && row.leaf.is_some()
+                && session.can_set(&info.owner)
+            {
                 edit::show(ui, session, look, &mut self.edits, row, info, seen);
             } else {
                 cell::value(ui, look, row, info, seen);

@@ -7,6 +7,7 @@ use eframe::egui::{
 use jde_panel::Ink;
 
 use crate::look::{self, Look};
+use crate::tap::tap;
 
 /// Nearer to the middle than this share is the middle.
 const DEAD: f32 = 0.06;
@@ -53,7 +54,7 @@ impl Pad<'_> {
         if !ui.input(|input| input.focused) {
             return None;
         }
-        if response.drag_started() {
+        if response.drag_started() || tap(ui, response).is_some() {
             response.request_focus();
         }
         if response.dragged_by(PointerButton::Primary)

@@ -1,0 +1,126 @@
+//! What is listened to, and the tokens by which an application knows that. A token's name is used again once it is free: each that
+//! was ever declared stays in the memory of both ends for as long as they are connected.
+
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::{Session, Wait};
+
+use super::Remote;
+use crate::Error;
+
+/// Something that is listened to; dropped, it is not any more.
+pub struct Watching {
+    _subscribers: Vec<Subscriber<()>>,
+    _token: Option<Token>,
+    _remote: Remote,
+}
+
+impl Watching {
+    pub(super) fn new(subscribers: Vec<Subscriber<()>>, token: Option<Token>, remote: &Remote) -> Self {
+        Self {
+            _subscribers: subscribers,
+            _token: token,
+            _remote: remote.clone(),
+        }
+    }
+}
+
+/// Says that something is wanted, until dropped.
+pub(super) struct Token {
+    // Goes before its name is free.
+    _declared: LivelinessToken,
+    _name: Name,
+}
+
+/// The tokens of a client.
+pub(super) struct Tokens {
+    /// Tells ours from those of others.
+    client: String,
+    taken: Arc<Taken>,
+}
+
+/// The names that are in use.
+type Taken = Mutex<HashSet<String>>;
+
+/// One of them; free when dropped.
+struct Name {
+    key: String,
+    taken: Arc<Taken>,
+}
+
+impl Tokens {
+    pub(super) fn new(client: String) -> Self {
+        Self {
+            client,
+            taken: Arc::default(),
+        }
+    }
+
+    /// Declares one; `key` makes its name of a client's.
+    ///
+    /// # Errors
+    /// [`Error::Open`].
+    pub(super) fn declare(&self, session: &Session, key: impl Fn(&str) -> String) -> Result<Token, Error> {
+        let name = self.name(key);
+        let declared = session.liveliness().declare_token(&name.key).wait();
+        Ok(Token {
+            _declared: declared.map_err(|error| Error::Open(error.to_string()))?,
+            _name: name,
+        })
+    }
+
+    /// The first that is free: several may want the same.
+    fn name(&self, key: impl Fn(&str) -> String) -> Name {
+        let mut taken = lock(&self.taken);
+        let mut number = 0_u64;
+        loop {
+            let key = key(&format!("{}-{number}", self.client));
+            if taken.insert(key.clone()) {
+                return Name {
+                    key,
+                    taken: Arc::clone(&self.taken),
+                };
+            }
+            number += 1;
+        }
+    }
+}
+
+impl Drop for Name {
+    fn drop(&mut self) {
+        lock(&self.taken).remove(&self.key);
+    }
+}
+
+fn lock(taken: &Taken) -> MutexGuard<'_, HashSet<String>> {
+    taken.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_given_again_once_it_is_free_and_never_twice_at_once() {
+        let tokens = Tokens::new("c1".to_owned());
+        let laser = || tokens.name(|client| format!("want/laser/{client}"));
+        let (first, second) = (laser(), laser());
+        assert_eq!(
+            [&*first.key, &*second.key],
+            ["want/laser/c1-0", "want/laser/c1-1"]
+        );
+        assert_eq!(
+            tokens.name(|client| format!("want/pose/{client}")).key,
+            "want/pose/c1-0"
+        );
+        drop(first);
+        for _ in 0..1000 {
+            assert_eq!(laser().key, "want/laser/c1-0");
+        }
+        drop(second);
+        assert!(lock(&tokens.taken).is_empty());
+    }
+}
