@@ -95,7 +95,7 @@ type Opened = Result<(Session, Option<Player>), String>;
 impl App {
     pub(crate) fn new(ctx: &egui::Context, opening: Opening, drawer: Drawer) -> Self {
         let settings: Settings = drawer.take(SETTINGS).unwrap_or_default();
-        settings.apply(ctx);
+        settings.begin(ctx);
         let mut app = Self {
             page: Page::Start(Start::new(ctx, &opening)),
             opening,

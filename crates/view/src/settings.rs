@@ -36,10 +36,25 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Makes a context look as chosen.
+    /// Makes a context look as chosen before its first frame.
+    pub(crate) fn begin(&self, ctx: &egui::Context) {
+        ctx.set_theme(self.theme);
+        // A zoom that changes takes the screen's size along, and before the first frame that is a guess no card can draw.
+        ctx.options_mut(|options| options.zoom_factor = self.zoom());
+    }
+
+    /// Makes a context look as chosen from the next frame on.
     pub(crate) fn apply(&self, ctx: &egui::Context) {
         ctx.set_theme(self.theme);
-        ctx.set_zoom_factor(self.zoom.clamp(0.5, 3.0));
+        ctx.set_zoom_factor(self.zoom());
+    }
+
+    fn zoom(&self) -> f32 {
+        if self.zoom.is_finite() {
+            self.zoom.clamp(0.5, 3.0)
+        } else {
+            1.0
+        }
     }
 }
 
@@ -130,6 +145,26 @@ mod tests {
         };
         drawer.keep("settings", &chosen);
         assert_eq!(drawer.take::<Settings>("settings"), Some(chosen));
+    }
+
+    #[test]
+    fn the_first_frame_is_as_large_as_its_window_whatever_the_zoom() {
+        let ctx = egui::Context::default();
+        let chosen = Settings {
+            zoom: 2.0,
+            ..Settings::default()
+        };
+        chosen.begin(&ctx);
+        let size = egui::vec2(720.0, 450.0);
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
+            ..egui::RawInput::default()
+        };
+        let mut seen = None;
+        let _ = ctx.run_ui(input, |ui| {
+            seen = Some((ui.ctx().content_rect().size(), ui.ctx().zoom_factor()));
+        });
+        assert_eq!(seen, Some((size, 2.0)));
     }
 
     #[test]

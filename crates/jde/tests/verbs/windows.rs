@@ -148,7 +148,7 @@ fn iterations(place: &Place, schema: &str) -> u64 {
 }
 
 #[test]
-fn a_robot_is_stopped_and_sent_from_a_window_that_may_stall_and_die() {
+fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
     let Some(screen) = Screen::new() else { return };
     let place = Place::new();
     let robot = place.start("apps/safe-navigation.toml", &[]);
@@ -156,6 +156,11 @@ fn a_robot_is_stopped_and_sent_from_a_window_that_may_stall_and_die() {
     // Stop everything, and let it go on.
     screen.click_until(1383, 13, || state(&place, "example") == "slept");
     screen.click_until(1383, 13, || state(&place, "example") == "winner");
+    // So do two keys, whatever has the focus.
+    screen.hand(&["key", "ctrl+space"]);
+    wait(|| state(&place, "example") == "slept");
+    screen.click_until(1383, 13, || state(&place, "example") == "winner");
+    drive(&screen, &place);
     // The panel of `example`, and a target in it; its tab comes to the front in a frame of its own.
     let sent = || place.told(&["panel", "example"]).contains("To the target of");
     let came = (0..20).any(|_| {
@@ -182,6 +187,35 @@ fn a_robot_is_stopped_and_sent_from_a_window_that_may_stall_and_die() {
         "{all}"
     );
     drop(robot);
+}
+
+/// Drives by hand, with the mouse and then with a key, and lets go each time.
+fn drive(screen: &Screen, place: &Place) {
+    let driven = || state(place, "teleop") == "winner";
+    let given_back = || state(place, "example") == "winner";
+    // The switch may not be drawn yet, or the pad below it: then the next click turns it off, and the one after that on.
+    let taken = (0..20).any(|_| {
+        screen.click(1137, 88);
+        screen.hand(&["mousemove", "1200", "208", "mousedown", "1"]);
+        let taken = (0..100).any(|_| driven());
+        if !taken {
+            screen.hand(&["mouseup", "1"]);
+        }
+        taken
+    });
+    assert!(taken, "a hand on the pad does not drive");
+    screen.hand(&["mouseup", "1"]);
+    wait(given_back);
+    // What was touched last has the keyboard.
+    screen.hand(&["keydown", "Left"]);
+    wait(driven);
+    screen.hand(&["keyup", "Left"]);
+    wait(given_back);
+}
+
+/// Waits until something is so.
+fn wait(mut so: impl FnMut() -> bool) {
+    assert!((0..20_000).any(|_| so()), "it did not come to be so");
 }
 
 /// Waits until `example` has acted for another second, as WINNER.
