@@ -65,7 +65,11 @@ impl Runner {
 
     /// Draws the panel of a schema that sleeps, over the newest values; answers when to draw it again, in real time.
     pub(crate) fn draw_asleep(&mut self) -> Option<Nanos> {
-        if !matches!(self.life, Life::Slept(_)) || self.engine.panels.wanted(self.number).is_none() {
+        if !matches!(self.life, Life::Slept(_)) {
+            return None;
+        }
+        if self.engine.panels.wanted(self.number).is_none() {
+            self.draws_nothing();
             return None;
         }
         self.draw();

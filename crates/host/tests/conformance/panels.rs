@@ -36,7 +36,7 @@ pub(crate) const APP: &str = r#"
     type = "test/eye"
 "#;
 
-const TWO: &str = r#"
+pub(crate) const TWO: &str = r#"
     roots = ["high", "easel"]
     [schemas.robot]
     type = "test/robot"

@@ -9,15 +9,16 @@ use jde_core::Health;
 use jde_host::event::Event;
 use jde_schema::Pen;
 
-use crate::common::{Executor, MS, Rig, Stage, in_real_time};
+use crate::common::{Call, Executor, MS, Rig, Stage, in_real_time};
 use crate::gestures::{held, release};
-use crate::panels::{APP, drawn, look, until_shown};
+use crate::panels::{APP, TWO, drawn, look, until_shown};
 
 in_real_time!(
     a_slow_panel_takes_a_twentieth_of_the_time,
     a_panel_is_drawn_no_more_often_than_is_wanted,
     a_panel_that_hangs_is_a_schema_that_hangs,
     r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown,
+    r17_a_sleeper_that_drew_too_late_is_well_once_nobody_looks,
 );
 
 /// Draws for so long, of the machine's time.
@@ -114,6 +115,25 @@ fn r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown(executor: Exec
     until_shown(&mut rig, "easel", "all is well");
     rig.until(|rig| rig.see("easel").health == Health::Ok);
     drop(looks);
+    rig.stop();
+}
+
+fn r17_a_sleeper_that_drew_too_late_is_well_once_nobody_looks(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("high", |call, io| {
+        if call == Call::Check {
+            io.ready(true);
+        }
+        Ok(())
+    });
+    stage.paints("below", |_, _, pen| draw_slowly(pen));
+    let mut rig = Rig::start(executor, &stage, &TWO.replace("100ms", "5ms"));
+    rig.until_did("high iterate");
+    let looks = look(&rig, "below");
+    rig.until(|rig| rig.see("below").health == Health::Overrun);
+    drop(looks);
+    rig.until(|rig| rig.see("below").health == Health::Ok);
+    assert_eq!(rig.see("below").state, jde_core::State::Slept);
     rig.stop();
 }
 

@@ -64,9 +64,10 @@ impl Column {
 pub(super) fn fitting(mut room: f32, mut end: f32) -> Vec<(Column, f32)> {
     let mut fitting: Vec<_> = IMPORTANCE
         .into_iter()
-        .take_while(|column| {
-            room -= column.width();
-            room >= 0.0
+        .filter(|column| {
+            let fits = column.width() <= room;
+            room -= if fits { column.width() } else { 0.0 };
+            fits
         })
         .collect();
     fitting.sort_unstable();
@@ -91,6 +92,11 @@ mod tests {
         let few = IMPORTANCE[0].width() + IMPORTANCE[1].width();
         let kept: Vec<_> = fitting(few, few).into_iter().map(|(column, _)| column).collect();
         assert_eq!(kept, [Column::State, Column::Buttons]);
+        let kept: Vec<_> = fitting(90.0, 90.0)
+            .into_iter()
+            .map(|(column, _)| column)
+            .collect();
+        assert_eq!(kept, [Column::State], "it fits where the buttons do not");
         assert!(fitting(10.0, 10.0).is_empty());
     }
 }
