@@ -112,7 +112,9 @@ impl Desk {
             .running
             .iter()
             .find(|about| about.name == gone.name && about.id != gone.id)?;
-        let open = ui.button("It runs again: open it");
+        // Buttons of a menu have no ground of their own.
+        let open = egui::Button::new("It runs again: open it").fill(ui.visuals().selection.bg_fill);
+        let open = ui.add(open);
         open.on_hover_text("Windows on the new run, laid out as these are.")
             .clicked()
             .then(|| Leave::For(Box::new(again.clone())))
