@@ -1,155 +1,75 @@
-//! Runs every bench of the workspace in one go and compares their medians. It judges no number: timing is
-//! for people to read.
+//! Builds the benches and all that they measure, and has them measure it. They are a workspace of their own, so that what jde is
+//! compared with never enters its build; what they measure and how is theirs to say.
 
-use std::fmt::Write as _;
-use std::path::Path;
-use std::time::SystemTime;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 
-use anyhow::{Context as _, Result, bail};
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use anyhow::{Context as _, Result};
+use clap::Args;
 
 use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::shell;
 
-/// One measured function.
-#[derive(Debug)]
-struct Measurement {
-    group: String,
-    function: String,
-    median_ns: f64,
+/// Where they are.
+const FOLDER: &str = "benches";
+
+/// What to measure.
+#[derive(Args)]
+pub(crate) struct Choice {
+    /// Measure this row alone (may be repeated).
+    #[arg(long, value_name = "NAME")]
+    row: Vec<String>,
+    /// Only say which rows there are.
+    #[arg(long)]
+    list: bool,
+    /// A look: a tenth of the time, and figures that are worth less.
+    #[arg(long)]
+    quick: bool,
+    /// Keep the table and what machine this is in a file of JSON.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "benches/table.json")]
+    save: Option<PathBuf>,
 }
 
-#[derive(Deserialize)]
-struct Benchmark {
-    group_id: String,
-    #[serde(default)]
-    function_id: Option<String>,
-    #[serde(default)]
-    value_str: Option<String>,
+/// Builds and measures; its exit status is that of the benches.
+pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
+    let target = Metadata::of_workspace(root)?.target_directory;
+    if !choice.list {
+        shell::run(shell::cargo().args(["build", "--release"]).current_dir(root), paint)?;
+    }
+    shell::run(&mut build(root, &target), paint)?;
+    let built = target.join("release");
+    let mut benches = Command::new(built.join("jde-benches"));
+    benches.args(choice.arguments(&std::env::current_dir()?));
+    benches.arg("--root").arg(root).arg("--built").arg(&built);
+    benches.stdin(Stdio::null());
+    shell::show(&benches, paint);
+    let status = benches.status().context("cannot start the benches")?;
+    Ok(if status.success() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
-#[derive(Deserialize)]
-struct Estimates {
-    median: Estimate,
-}
-
-#[derive(Deserialize)]
-struct Estimate {
-    point_estimate: f64,
-}
-
-/// Runs the benches; the tables come last, so that they stay in sight.
-pub(crate) fn run(root: &Path, paint: Paint) -> Result<()> {
-    let metadata = Metadata::of_workspace(root)?;
+/// Into the same folder as the product: most libraries are the same.
+fn build(root: &Path, target: &Path) -> Command {
     let mut cargo = shell::cargo();
-    cargo.arg("bench").current_dir(root);
-    let mut count = 0;
-    for package in metadata.members() {
-        for bench in package.targets("bench") {
-            cargo.args(["--package", &package.name, "--bench", &bench.name]);
-            count += 1;
-        }
-    }
-    if count == 0 {
-        bail!("no package of the workspace has a bench");
-    }
-    let results = metadata.target_directory.join("criterion");
-    cargo.env("CRITERION_HOME", &results);
-    let start = SystemTime::now();
-    shell::run(&mut cargo, paint)?;
-    let mut measurements = Vec::new();
-    collect(&results, start, &mut measurements)?;
-    println!("{}", tables(&mut measurements));
-    Ok(())
+    cargo
+        .args(["build", "--release", "--workspace", "--target-dir"])
+        .arg(target)
+        .current_dir(root.join(FOLDER));
+    cargo
 }
 
-/// Reads what the benches left since `start`: older results are of benches that did not run.
-fn collect(folder: &Path, start: SystemTime, found: &mut Vec<Measurement>) -> Result<()> {
-    let reading = || format!("cannot read {}", folder.display());
-    if !folder.is_dir() {
-        return Ok(());
-    }
-    let estimates = folder.join("estimates.json");
-    if folder.ends_with("new") && estimates.is_file() {
-        let written = std::fs::metadata(&estimates)
-            .and_then(|file| file.modified())
-            .with_context(reading)?;
-        if written >= start {
-            let benchmark: Benchmark = read(&folder.join("benchmark.json"))?;
-            let Estimates { median } = read(&estimates)?;
-            found.push(benchmark.measured(median.point_estimate));
-        }
-        return Ok(());
-    }
-    for entry in std::fs::read_dir(folder).with_context(reading)? {
-        collect(&entry.with_context(reading)?.path(), start, found)?;
-    }
-    Ok(())
-}
-
-fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    serde_json::from_str(&text).with_context(|| format!("{} has an unknown form", path.display()))
-}
-
-impl Benchmark {
-    fn measured(self, median_ns: f64) -> Measurement {
-        let parts: Vec<String> = self.function_id.into_iter().chain(self.value_str).collect();
-        let function = if parts.is_empty() {
-            self.group_id.clone()
-        } else {
-            parts.join("/")
-        };
-        Measurement {
-            group: self.group_id,
-            function,
-            median_ns,
-        }
-    }
-}
-
-/// A table a group, the quickest first, with what the others take of its time; then those of no group.
-fn tables(measurements: &mut [Measurement]) -> String {
-    measurements.sort_by(|a, b| a.group.cmp(&b.group).then(a.median_ns.total_cmp(&b.median_ns)));
-    let width = measurements
-        .iter()
-        .map(|it| it.function.chars().count())
-        .max()
-        .unwrap_or_default();
-    let mut text = String::new();
-    let (alone, compared): (Vec<_>, Vec<_>) = measurements
-        .chunk_by(|a, b| a.group == b.group)
-        .partition(|group| group.len() == 1);
-    for group in compared {
-        let _ = writeln!(text, "\n{}", group[0].group);
-        for Measurement {
-            function, median_ns, ..
-        } in group
-        {
-            let (time, ratio) = (time(*median_ns), median_ns / group[0].median_ns);
-            let _ = writeln!(text, "  {function:width$}  {time:>10}  {ratio:>8.2} x");
-        }
-    }
-    if !alone.is_empty() {
-        let _ = writeln!(text, "\nby themselves");
-    }
-    for Measurement {
-        function, median_ns, ..
-    } in alone.into_iter().flatten()
-    {
-        let _ = writeln!(text, "  {function:width$}  {:>10}", time(*median_ns));
-    }
-    text
-}
-
-fn time(ns: f64) -> String {
-    match ns {
-        ns if ns < 1e3 => format!("{ns:.2} ns"),
-        ns if ns < 1e6 => format!("{:.2} us", ns / 1e3),
-        ns if ns < 1e9 => format!("{:.2} ms", ns / 1e6),
-        ns => format!("{:.2} s", ns / 1e9),
+impl Choice {
+    /// As the benches want it, who run elsewhere than here.
+    fn arguments(&self, here: &Path) -> Vec<PathBuf> {
+        let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
+        let flags = [("--list", self.list), ("--quick", self.quick)];
+        let flags = flags.into_iter().filter(|(_, given)| *given);
+        let save = self.save.iter().flat_map(|file| ["--save".into(), here.join(file)]);
+        rows.chain(flags.map(|(flag, _)| flag.into())).chain(save).collect()
     }
 }
 
@@ -157,33 +77,15 @@ fn time(ns: f64) -> String {
 mod tests {
     use super::*;
 
-    fn measured(json: &str, median_ns: f64) -> Measurement {
-        serde_json::from_str::<Benchmark>(json)
-            .unwrap()
-            .measured(median_ns)
-    }
-
     #[test]
-    fn a_group_is_compared_with_its_quickest() {
-        let mut measurements = [
-            measured(
-                r#"{"group_id": "read", "function_id": "mutex", "value_str": "48"}"#,
-                15.0,
-            ),
-            measured(r#"{"group_id": "scan", "function_id": null}"#, 2.5e6),
-            measured(
-                r#"{"group_id": "read", "function_id": "cell", "value_str": "48"}"#,
-                5.0,
-            ),
-        ];
-        let expected = "
-read
-  cell/48      5.00 ns      1.00 x
-  mutex/48    15.00 ns      3.00 x
-
-by themselves
-  scan         2.50 ms
-";
-        assert_eq!(tables(&mut measurements), expected);
+    fn what_is_chosen_is_handed_on() {
+        let choice = Choice {
+            row: vec!["read".to_owned(), "demo".to_owned()],
+            list: false,
+            quick: true,
+            save: Some("kept.json".into()),
+        };
+        let expected = ["--row", "read", "--row", "demo", "--quick", "--save", "here/kept.json"];
+        assert_eq!(choice.arguments(Path::new("here")), expected.map(PathBuf::from));
     }
 }

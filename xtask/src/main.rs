@@ -46,8 +46,8 @@ enum Verb {
         #[arg(long)]
         check: bool,
     },
-    /// Run the benches and print how their medians compare.
-    Bench,
+    /// Measure jde against the best there is, in the same run, and print one table (docs/performance.md).
+    Bench(bench::Choice),
 }
 
 #[derive(Args)]
@@ -99,7 +99,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Tidy => tidy::run(&root)?,
         Verb::Headers { check: false } => headers::renew(&root)?,
         Verb::Headers { check: true } => headers::check(&root)?,
-        Verb::Bench => bench::run(&root, paint)?,
+        Verb::Bench(choice) => return bench::run(&root, &choice, paint),
     }
     Ok(ExitCode::SUCCESS)
 }

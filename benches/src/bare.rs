@@ -1,0 +1,116 @@
+//! What the system offers to whoever does without a framework: threads that sleep until a deadline, and threads that wait on a
+//! futex. Written as its manual pages have it, with the finest timers.
+
+use std::num::NonZeroU64;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::thread::futex;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+/// Has threads sleep until deadlines, a thread a period, for that long; answers by how much each sleep was too long, ns.
+pub(crate) fn sleepers(periods: &[Duration], time: Duration) -> Vec<Vec<u64>> {
+    let over = Arc::new(AtomicBool::new(false));
+    let threads: Vec<_> = periods
+        .iter()
+        .map(|period| {
+            let (over, period) = (Arc::clone(&over), nanos(*period));
+            std::thread::spawn(move || sleeper(period, &over))
+        })
+        .collect();
+    std::thread::sleep(time);
+    over.store(true, Ordering::Relaxed);
+    threads
+        .into_iter()
+        .map(|thread| thread.join().expect("it only sleeps"))
+        .collect()
+}
+
+fn sleeper(period: u64, over: &AtomicBool) -> Vec<u64> {
+    sharpen_timers();
+    let mut late = Vec::with_capacity(10_000);
+    let mut due = now();
+    while !over.load(Ordering::Relaxed) {
+        due += period;
+        sleep_until(due);
+        let after = now().saturating_sub(due);
+        if late.len() < late.capacity() {
+            late.push(after);
+        }
+        // Whoever was late for more than a period skips, as schemas do.
+        due += after / period * period;
+    }
+    late
+}
+
+/// Hands over between two threads once a period, for that long; answers how long each took, ns.
+pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
+    let (bell, sent, over) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
+    let mut took = Vec::with_capacity(10_000);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            sharpen_timers();
+            let (start, mut due) = (Instant::now(), now());
+            while start.elapsed() < time {
+                due += nanos(period);
+                sleep_until(due);
+                sent.store(now(), Ordering::Relaxed);
+                ring(&bell);
+            }
+            over.store(true, Ordering::Relaxed);
+            ring(&bell);
+        });
+        let mut seen = 0;
+        loop {
+            while bell.load(Ordering::Acquire) == seen {
+                // Woken, interrupted or rung before: it looks again in any case.
+                let _ = futex::wait(&bell, futex::Flags::PRIVATE, seen, None);
+            }
+            seen = bell.load(Ordering::Acquire);
+            let after = now();
+            if over.load(Ordering::Relaxed) {
+                break;
+            }
+            took.push(after.saturating_sub(sent.load(Ordering::Relaxed)));
+        }
+    });
+    took
+}
+
+fn ring(bell: &AtomicU32) {
+    bell.fetch_add(1, Ordering::Release);
+    // Nobody may be waiting yet.
+    let _ = futex::wake(bell, futex::Flags::PRIVATE, 1);
+}
+
+/// Processor time of the whole process, ns.
+pub(crate) fn processor_time() -> u64 {
+    of(clock_gettime(ClockId::ProcessCPUTime))
+}
+
+fn sharpen_timers() {
+    // A kernel that refuses leaves them as they are, for both sides.
+    let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
+}
+
+fn now() -> u64 {
+    of(clock_gettime(ClockId::Monotonic))
+}
+
+fn sleep_until(due: u64) {
+    let due = Timespec {
+        tv_sec: (due / 1_000_000_000) as i64,
+        tv_nsec: (due % 1_000_000_000) as i64,
+    };
+    // Interrupted by nobody.
+    let _ = rustix::thread::clock_nanosleep_absolute(rustix::thread::ClockId::Monotonic, &due);
+}
+
+fn of(time: Timespec) -> u64 {
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
+
+fn nanos(time: Duration) -> u64 {
+    time.as_nanos() as u64
+}

@@ -1,0 +1,269 @@
+//! What was measured and what was wanted: figures with their units, goals, and whether they are met. Measures nothing.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// A quantity and its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "unit", content = "value")]
+pub(crate) enum Figure {
+    /// Nanoseconds.
+    Time(f64),
+    /// Times as fast as real time.
+    Speed(f64),
+    /// Events per second.
+    Rate(f64),
+    /// Of one processor, in percent.
+    Processor(f64),
+    /// Bytes.
+    Bytes(f64),
+    /// How many.
+    Count(f64),
+}
+
+/// What is wanted of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind", content = "value")]
+pub(crate) enum Goal {
+    /// Ours is at most so many times the yardstick.
+    AtMost(f64),
+    /// The yardstick is at least so many times ours.
+    TimesFaster(f64),
+    /// Ours is at most this much more than the yardstick.
+    Above(Figure),
+    /// Ours is at most this.
+    Below(Figure),
+    /// Ours is at least this.
+    Least(Figure),
+    /// Nothing: it is only told.
+    Told,
+}
+
+/// What a line is compared with.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Yardstick {
+    /// What it is.
+    pub(crate) name: String,
+    /// What it took.
+    pub(crate) figure: Figure,
+    /// Measured elsewhere, on a machine of the same kind, and not in this run.
+    pub(crate) given: bool,
+}
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Line {
+    /// What was measured.
+    pub(crate) what: String,
+    /// What ours took.
+    pub(crate) ours: Figure,
+    /// What it is compared with.
+    pub(crate) yardstick: Option<Yardstick>,
+    /// Ours by the yardstick: the median of pairs, where they were measured in pairs.
+    pub(crate) ratio: Option<f64>,
+    /// What is wanted.
+    pub(crate) goal: Goal,
+}
+
+/// Whether a line is as wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Verdict {
+    /// It is.
+    Met,
+    /// It is not.
+    Missed,
+    /// Nothing was wanted.
+    Told,
+}
+
+impl Figure {
+    /// The number without its unit.
+    pub(crate) fn value(self) -> f64 {
+        match self {
+            Self::Time(value)
+            | Self::Speed(value)
+            | Self::Rate(value)
+            | Self::Processor(value)
+            | Self::Bytes(value)
+            | Self::Count(value) => value,
+        }
+    }
+
+    /// Nanoseconds of so many milliseconds.
+    pub(crate) fn millis(millis: f64) -> Self {
+        Self::Time(millis * 1e6)
+    }
+}
+
+impl Line {
+    /// A line that is compared with nothing.
+    pub(crate) fn alone(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
+        Self {
+            what: what.into(),
+            ours,
+            yardstick: None,
+            ratio: None,
+            goal,
+        }
+    }
+
+    /// A line that is compared with what was measured in the same run.
+    pub(crate) fn beside(
+        what: impl Into<String>,
+        ours: Figure,
+        name: impl Into<String>,
+        theirs: Figure,
+        goal: Goal,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            ours,
+            yardstick: Some(Yardstick {
+                name: name.into(),
+                figure: theirs,
+                given: false,
+            }),
+            ratio: None,
+            goal,
+        }
+    }
+
+    /// A line that is compared with a figure from elsewhere.
+    pub(crate) fn given(
+        what: impl Into<String>,
+        ours: Figure,
+        name: impl Into<String>,
+        theirs: Figure,
+        goal: Goal,
+    ) -> Self {
+        let mut line = Self::beside(what, ours, name, theirs, goal);
+        line.yardstick.iter_mut().for_each(|it| it.given = true);
+        line
+    }
+
+    /// The same with the median of the ratios of pairs.
+    pub(crate) fn paired(self, ratio: f64) -> Self {
+        Self {
+            ratio: Some(ratio),
+            ..self
+        }
+    }
+
+    /// Ours by the yardstick.
+    pub(crate) fn ratio(&self) -> Option<f64> {
+        let yardstick = self.yardstick.as_ref()?;
+        Some(
+            self.ratio
+                .unwrap_or(self.ours.value() / yardstick.figure.value()),
+        )
+    }
+
+    pub(crate) fn verdict(&self) -> Verdict {
+        let ours = self.ours.value();
+        let theirs = self.yardstick.as_ref().map(|it| it.figure.value());
+        let met = match self.goal {
+            Goal::AtMost(times) => self.ratio().is_some_and(|ratio| ratio <= times),
+            Goal::TimesFaster(times) => self.ratio().is_some_and(|ratio| 1.0 / ratio >= times),
+            Goal::Above(margin) => theirs.is_some_and(|theirs| ours - theirs <= margin.value()),
+            Goal::Below(most) => ours <= most.value(),
+            Goal::Least(least) => ours >= least.value(),
+            Goal::Told => return Verdict::Told,
+        };
+        if met { Verdict::Met } else { Verdict::Missed }
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Time(ns) => f.write_str(&scaled(ns, &[(1.0, "ns"), (1e3, "us"), (1e6, "ms"), (1e9, "s")])),
+            Self::Speed(times) => write!(f, "{times:.0}x real time"),
+            Self::Rate(rate) => f.write_str(&scaled(rate, &[(1.0, "/s"), (1e3, "k/s"), (1e6, "M/s")])),
+            Self::Processor(percent) => write!(f, "{percent:.2} % CPU"),
+            Self::Bytes(bytes) => f.write_str(&scaled(bytes, &[(1.0, "B"), (1e3, "kB"), (1e6, "MB")])),
+            Self::Count(count) => write!(f, "{count:.0}"),
+        }
+    }
+}
+
+impl fmt::Display for Goal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtMost(times) => write!(f, "at most {times}x"),
+            Self::TimesFaster(times) if *times == 1.0 => f.write_str("faster"),
+            Self::TimesFaster(times) => write!(f, "{times}x faster"),
+            Self::Above(margin) => write!(f, "{margin} above at most"),
+            Self::Below(most) => write!(f, "under {most}"),
+            Self::Least(least) => write!(f, "{least} or more"),
+            Self::Told => f.write_str("-"),
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Met => "met",
+            Self::Missed => "MISSED",
+            Self::Told => "-",
+        })
+    }
+}
+
+/// The number with three digits, in the largest unit of which it has at least one.
+fn scaled(value: f64, units: &[(f64, &str)]) -> String {
+    let fits = units.iter().rev().find(|(size, _)| value.abs() >= *size);
+    let (size, unit) = *fits.unwrap_or(&units[0]);
+    let value = value / size;
+    let digits = match value.abs() {
+        value if value >= 100.0 => 0,
+        value if value >= 10.0 => 1,
+        _ => 2,
+    };
+    format!("{value:.digits$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(ours: f64, theirs: f64, goal: Goal) -> Line {
+        Line::beside("it", Figure::Time(ours), "them", Figure::Time(theirs), goal)
+    }
+
+    #[test]
+    fn a_figure_has_three_digits() {
+        assert_eq!(Figure::Time(0.5).to_string(), "0.50 ns");
+        assert_eq!(Figure::Time(12_345.0).to_string(), "12.3 us");
+        assert_eq!(Figure::Time(2.5e9).to_string(), "2.50 s");
+        assert_eq!(Figure::Rate(2.6e6).to_string(), "2.60 M/s");
+        assert_eq!(Figure::Bytes(900_000.0).to_string(), "900 kB");
+    }
+
+    #[test]
+    fn a_goal_is_met_up_to_its_limit_and_no_further() {
+        assert_eq!(line(2.0, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Met);
+        assert_eq!(line(2.1, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Missed);
+        assert_eq!(line(1.0, 3.0, Goal::TimesFaster(3.0)).verdict(), Verdict::Met);
+        assert_eq!(line(1.1, 3.0, Goal::TimesFaster(3.0)).verdict(), Verdict::Missed);
+        let above = Goal::Above(Figure::Time(100.0));
+        assert_eq!(line(101.0, 1.0, above).verdict(), Verdict::Met);
+        assert_eq!(line(102.0, 1.0, above).verdict(), Verdict::Missed);
+        let below = Goal::Below(Figure::Time(10.0));
+        assert_eq!(Line::alone("it", Figure::Time(11.0), below).verdict(), Verdict::Missed);
+        assert_eq!(Line::alone("it", Figure::Time(11.0), Goal::Told).verdict(), Verdict::Told);
+    }
+
+    #[test]
+    fn what_is_compared_with_nothing_cannot_be_met_as_a_ratio() {
+        let line = Line::alone("it", Figure::Time(1.0), Goal::AtMost(2.0));
+        assert_eq!(line.verdict(), Verdict::Missed);
+    }
+
+    #[test]
+    fn the_median_of_pairs_counts_where_there_is_one() {
+        assert_eq!(line(3.0, 1.0, Goal::AtMost(2.0)).paired(1.9).verdict(), Verdict::Met);
+    }
+}

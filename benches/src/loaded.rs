@@ -1,0 +1,55 @@
+//! The plugin of the benches, loaded from its file as any is, and applications of it. Builds nothing: `cargo xtask bench` does.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, anyhow, ensure};
+use jde_host::app::{Application, parse};
+use jde_host::plugin::{Plugins, SearchPath};
+
+use crate::scope::Scope;
+
+/// Its name, which is also in its file.
+const NAME: &str = "bench-000";
+
+/// Its file.
+pub(crate) fn file(scope: &Scope) -> PathBuf {
+    scope.built.join("libbench_000.so")
+}
+
+/// Plugins in that folder.
+pub(crate) fn plugins(folder: &Path) -> Plugins {
+    let mut path = SearchPath::default();
+    path.push(folder, "of the benches");
+    Plugins::new(path)
+}
+
+/// An application from its text.
+pub(crate) fn application(text: &str, plugins: &Plugins) -> Result<Application> {
+    parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))
+}
+
+/// Writes so many plugins into a folder, which differ in their names.
+pub(crate) fn copies(scope: &Scope, count: usize, folder: &Path) -> Result<Vec<PathBuf>> {
+    let original = fs::read(file(scope)).context("the plugin of the benches is not built")?;
+    (0..count)
+        .map(|number| {
+            let name = format!("bench-{number:03}");
+            let to = folder.join(format!("lib{}.so", name.replace('-', "_")));
+            fs::write(&to, renamed(&original, &name)?)?;
+            Ok(to)
+        })
+        .collect()
+}
+
+/// The same library with another name of the same length in its table.
+fn renamed(library: &[u8], name: &str) -> Result<Vec<u8>> {
+    let old = format!("{NAME}\0");
+    let places: Vec<usize> = (0..library.len() - old.len())
+        .filter(|place| library[*place..].starts_with(old.as_bytes()))
+        .collect();
+    ensure!(places.len() == 1 && name.len() == NAME.len(), "the plugin's name is in {} places", places.len());
+    let mut library = library.to_vec();
+    library[places[0]..places[0] + name.len()].copy_from_slice(name.as_bytes());
+    Ok(library)
+}

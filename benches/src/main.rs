@@ -1,0 +1,153 @@
+//! Measures jde against the best there is, in the same run, and prints one table. `cargo xtask bench` builds all that it needs and
+//! starts it; what each row does is in `docs/performance.md`. It fails over a row that cannot be measured, and over no figure:
+//! figures are for people to read.
+
+mod bare;
+mod figure;
+mod live;
+mod loaded;
+mod machine;
+mod pairs;
+mod product;
+mod rows;
+mod schemas;
+mod scope;
+mod table;
+mod words;
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context as _, Result};
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
+use serde::Serialize;
+
+use crate::figure::{Line, Verdict};
+use crate::machine::Machine;
+use crate::rows::{ROWS, Row};
+use crate::scope::Scope;
+use crate::table::{Paint, table};
+
+/// Measures jde against the best there is.
+#[derive(Parser)]
+#[command(name = "cargo xtask bench", disable_version_flag = true)]
+struct Cli {
+    /// Run this row alone (may be repeated).
+    #[arg(long, value_name = "NAME", value_parser = names())]
+    row: Vec<String>,
+    /// Only say which rows there are.
+    #[arg(long)]
+    list: bool,
+    /// A look: a tenth of the time, and figures that are worth less.
+    #[arg(long)]
+    quick: bool,
+    /// Keep the table and what machine this is in a file of JSON.
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+    /// The root of the product's source.
+    #[arg(long, hide = true)]
+    root: PathBuf,
+    /// Where the product is built.
+    #[arg(long, hide = true)]
+    built: PathBuf,
+}
+
+/// What `--save` keeps.
+#[derive(Serialize)]
+struct Kept<'a> {
+    machine: &'a Machine,
+    quick: bool,
+    lines: Vec<KeptLine<'a>>,
+}
+
+#[derive(Serialize)]
+struct KeptLine<'a> {
+    row: &'a str,
+    #[serde(flatten)]
+    line: &'a Line,
+    by: Option<f64>,
+    verdict: Verdict,
+}
+
+fn main() -> Result<ExitCode> {
+    let cli = Cli::parse();
+    if cli.list {
+        let width = ROWS.iter().map(|row| row.name.len()).max().unwrap_or_default();
+        for Row { name, title, long, .. } in ROWS {
+            let long = if *long { " (takes many minutes, only when it is named)" } else { "" };
+            println!("{name:width$}  {title}{long}");
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    let scope = Scope {
+        quick: cli.quick,
+        root: cli.root,
+        built: cli.built,
+    };
+    let machine = Machine::here();
+    let chosen = |row: &&Row| {
+        if cli.row.is_empty() { !row.long } else { cli.row.iter().any(|name| name == row.name) }
+    };
+    let rows: Vec<&Row> = ROWS.iter().filter(chosen).collect();
+    let mut measured = Vec::new();
+    let mut whole = true;
+    for (number, row) in rows.iter().enumerate() {
+        let start = Instant::now();
+        eprint!("[{}/{}] {} ... ", number + 1, rows.len(), row.title);
+        std::io::stderr().flush()?;
+        match (row.run)(&scope) {
+            Ok(lines) => {
+                eprintln!("{:.1} s", start.elapsed().as_secs_f64());
+                measured.push((row.name.to_owned(), lines));
+            }
+            Err(error) => {
+                eprintln!("not measured: {error:#}");
+                whole = false;
+            }
+        }
+    }
+    println!("\n{}\n", machine.words());
+    println!("{}", table(&measured, Paint(paints())));
+    if let Some(file) = cli.save {
+        let lines = measured.iter().flat_map(|(row, lines)| lines.iter().map(move |line| (row, line)));
+        let kept = Kept {
+            machine: &machine,
+            quick: scope.quick,
+            lines: lines
+                .map(|(row, line)| KeptLine {
+                    row,
+                    line,
+                    by: line.ratio(),
+                    verdict: line.verdict(),
+                })
+                .collect(),
+        };
+        let text = serde_json::to_string_pretty(&kept)? + "\n";
+        std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(ROWS.iter().map(|row| row.name))
+}
+
+fn paints() -> bool {
+    std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_have_names_of_their_own() {
+        let mut names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), ROWS.len());
+    }
+}

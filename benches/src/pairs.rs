@@ -1,0 +1,119 @@
+//! Measures several things in turn, so that whatever the machine does meanwhile it does to all of them, and compares what was
+//! measured in the same round. Never compares one run with another.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// What is measured: does its operation so many times.
+pub(crate) type Side<'a> = &'a mut dyn FnMut(u64);
+
+/// Has a result be made, and forgets it.
+#[inline(always)]
+pub(crate) fn see<T>(result: T) {
+    let _ = black_box(result);
+}
+
+/// What one side took in each round.
+#[derive(Clone, Debug)]
+pub(crate) struct Rounds(Vec<f64>);
+
+/// How long is measured.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Rounds.
+    pub(crate) rounds: usize,
+    /// Of each side in each round.
+    pub(crate) batch: Duration,
+}
+
+impl Rounds {
+    pub(crate) fn of(values: Vec<f64>) -> Self {
+        Self(values)
+    }
+
+    /// The middle one.
+    pub(crate) fn median(&self) -> f64 {
+        median(self.0.clone())
+    }
+
+    /// The middle one of the ratios of what was measured in the same round.
+    pub(crate) fn by(&self, other: &Self) -> f64 {
+        median(self.0.iter().zip(&other.0).map(|(ours, theirs)| ours / theirs).collect())
+    }
+}
+
+/// Nanoseconds that an operation of each side takes, round by round. Each round begins with another side.
+pub(crate) fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDES]) -> [Rounds; SIDES] {
+    let batches = sides.each_mut().map(|side| batch(effort.batch, side));
+    let mut all = [const { Vec::new() }; SIDES];
+    for round in 0..effort.rounds {
+        for turn in 0..SIDES {
+            let place = (round + turn) % SIDES;
+            let start = Instant::now();
+            sides[place](batches[place]);
+            all[place].push(start.elapsed().as_nanos() as f64 / batches[place] as f64);
+        }
+    }
+    all.map(Rounds)
+}
+
+/// How many operations of a side take that long.
+fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
+    let mut count = 1;
+    loop {
+        let start = Instant::now();
+        side(count);
+        let took = start.elapsed();
+        if took * 2 >= wanted {
+            let each = took.as_nanos() as f64 / count as f64;
+            return ((wanted.as_nanos() as f64 / each) as u64).max(1);
+        }
+        count *= 2;
+    }
+}
+
+/// The middle one; of nothing, not a number.
+pub(crate) fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The one below which such a share lies.
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    values.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_that_of_the_same_round() {
+        // A machine that is ten times as slow in one round is so for both.
+        let ours = Rounds(vec![2.0, 20.0, 2.0]);
+        let theirs = Rounds(vec![1.0, 10.0, 1.0]);
+        assert_eq!(ours.by(&theirs), 2.0);
+        assert_eq!(ours.median(), 2.0);
+    }
+
+    #[test]
+    fn a_quantile_is_one_of_the_values() {
+        let values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
+        assert_eq!(quantile(values.clone(), 0.99), 99.0);
+        assert_eq!(median(values), 50.0);
+        assert!(median(Vec::new()).is_nan());
+    }
+
+    #[test]
+    fn every_side_is_measured_in_every_round() {
+        let (mut one, mut two) = (0, 0);
+        let effort = Effort {
+            rounds: 7,
+            batch: Duration::from_micros(10),
+        };
+        let [a, b] = interleave(effort, [&mut |n| one += n, &mut |n| two += n]);
+        assert_eq!((a.0.len(), b.0.len()), (7, 7));
+        assert!(one > 7 && two > 7);
+    }
+}

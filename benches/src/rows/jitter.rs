@@ -1,0 +1,71 @@
+//! How late the periods of schemas begin, beside as many threads that only sleep until their deadlines.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use anyhow::{Result, ensure};
+
+use crate::figure::{Figure, Goal, Line};
+use crate::pairs::{Rounds, quantile};
+use crate::scope::Scope;
+use crate::{bare, live};
+
+/// Of each instance these are left out: the call as it awakes, and the one as it becomes the winner.
+const FIRST: usize = 4;
+
+pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
+    let mut lines = Vec::new();
+    for (period, seconds) in [(Duration::from_millis(1), 2), (Duration::from_millis(75), 4)] {
+        for schemas in [10, 100] {
+            let time = Duration::from_secs(scope.either(1, seconds));
+            lines.extend(compare(scope, schemas, period, time)?);
+        }
+    }
+    Ok(lines)
+}
+
+fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> Result<Vec<Line>> {
+    let text = application(&vec![period; schemas], "threads");
+    let (mut ours, mut bare) = (Vec::new(), Vec::new());
+    for _ in 0..scope.either(1, 9) {
+        let run = live::run(&text, time)?;
+        let late: Vec<f64> = run.notes.iter().flat_map(|woke| lateness(woke, period)).collect();
+        ensure!(!late.is_empty(), "nobody woke");
+        ours.push(late);
+        let late = bare::sleepers(&vec![period; schemas], time);
+        bare.push(late.iter().flat_map(|late| late.iter().skip(FIRST)).map(|late| *late as f64).collect());
+    }
+    let line = |what: &str, share: f64| {
+        let of = |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
+        let (ours, bare) = (of(&ours), of(&bare));
+        Line::beside(
+            format!("{schemas} schemas of {} ms late by, {what}", period.as_millis()),
+            Figure::Time(ours.median()),
+            "threads in clock_nanosleep",
+            Figure::Time(bare.median()),
+            Goal::AtMost(1.2),
+        )
+        .paired(ours.by(&bare))
+    };
+    Ok(vec![line("median", 0.5), line("p99", 0.99)])
+}
+
+/// An application of schemas that all compete at the top.
+pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
+    let names: Vec<String> = (0..periods.len()).map(|number| format!("\"s{number}\"")).collect();
+    let mut text = format!("roots = [{}]\nexecutor = \"{executor}\"\n", names.join(", "));
+    for (number, period) in periods.iter().enumerate() {
+        let _ = writeln!(text, "[schemas.s{number}]\ntype = \"pace/beat\"\nperiod = \"{}us\"", period.as_micros());
+    }
+    text
+}
+
+/// By how much wake-ups came after their places on the grid, ns. The grid begins a moment before the schema notes that it awoke,
+/// so what comes too early by less than a hundredth of a period came in time.
+fn lateness(woke: &[u64], period: Duration) -> impl Iterator<Item = f64> {
+    let period = period.as_nanos() as u64;
+    let early = period / 100;
+    let start = woke.first().copied().unwrap_or_default();
+    let times = woke.iter().skip(FIRST);
+    times.map(move |at| ((at + early - start) % period).saturating_sub(early) as f64)
+}

@@ -1,0 +1,51 @@
+//! The rows of the table, in its order: each measures one claim, and says so in `docs/performance.md`.
+
+mod contended;
+mod iteration;
+mod jitter;
+mod scale;
+mod selection;
+mod simulator;
+mod startup;
+mod takeover;
+mod variables;
+
+use anyhow::Result;
+
+use crate::figure::Line;
+use crate::scope::Scope;
+
+/// A row: one claim, in as many lines as it takes.
+pub(crate) struct Row {
+    /// What `--row` calls it.
+    pub(crate) name: &'static str,
+    /// What it measures.
+    pub(crate) title: &'static str,
+    /// Takes many minutes, and runs only when it is named.
+    pub(crate) long: bool,
+    pub(crate) run: fn(&Scope) -> Result<Vec<Line>>,
+}
+
+pub(crate) const ROWS: &[Row] = &[
+    row("read", "reading a small variable", variables::read),
+    row("image", "a picture in place, from publish to read", variables::image),
+    row("contended", "one writer and three readers at once", contended::run),
+    row("selection", "one selection with its record", selection::run),
+    row("iteration", "one iteration of a loaded schema in lockstep", iteration::run),
+    row("takeover", "from a sensor's value to the new winner's first command", takeover::run),
+    row("jitter", "how late periods begin", jitter::run),
+    row("thousand", "a thousand awake schemas in real time", scale::thousand),
+    row("ten-thousand", "ten thousand awake schemas in lockstep", scale::ten_thousand),
+    row("laser", "laser beams of the simulator", simulator::laser),
+    row("demo", "the demonstration in lockstep", simulator::demo),
+    row("startup", "starting, reloading, loading", startup::run),
+];
+
+const fn row(name: &'static str, title: &'static str, run: fn(&Scope) -> Result<Vec<Line>>) -> Row {
+    Row {
+        name,
+        title,
+        long: false,
+        run,
+    }
+}

@@ -1,0 +1,135 @@
+//! Very many schemas: in real time beside as many threads that only sleep, and in lockstep beside real time.
+
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+use jde_core::State;
+use jde_host::{Lockstep, Options};
+
+use super::jitter::application;
+use crate::figure::{Figure, Goal, Line};
+use crate::pairs::Rounds;
+use crate::scope::Scope;
+use crate::schemas::{self, ROLES};
+use crate::{bare, live, loaded};
+
+/// Schemas in real time.
+const MANY: usize = 1000;
+/// Groups, each below the other.
+const DEEP: usize = 100;
+const MS: u64 = 1_000_000;
+/// The period of all in lockstep.
+const PERIOD: u64 = 50 * MS;
+
+pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
+    let time = Duration::from_secs(scope.either(1, 5));
+    // From 10 to 75 ms.
+    let periods: Vec<Duration> = (0..MANY)
+        .map(|number| Duration::from_micros(10_000 + 65_000 * number as u64 / MANY as u64))
+        .collect();
+    let texts = [application(&periods, "pool"), application(&periods, "threads")];
+    let mut spent = [const { Vec::new() }; 3];
+    let mut missed = [0; 2];
+    for _ in 0..scope.either(1, 5) {
+        for (place, text) in texts.iter().enumerate() {
+            let run = live::run(text, time)?;
+            spent[place].push(percent(run.processor, time));
+            missed[place] += run.missed;
+        }
+        let before = bare::processor_time();
+        bare::sleepers(&periods, time);
+        spent[2].push(percent(bare::processor_time() - before, time));
+    }
+    let spent = spent.map(Rounds::of);
+    let mut lines = Vec::new();
+    for (place, executor) in ["pool", "threads"].into_iter().enumerate() {
+        let line = Line::beside(
+            format!("{MANY} schemas of 10 to 75 ms, executor \"{executor}\""),
+            Figure::Processor(spent[place].median()),
+            "as many threads in clock_nanosleep",
+            Figure::Processor(spent[2].median()),
+            Goal::AtMost(1.2),
+        );
+        lines.push(line.paired(spent[place].by(&spent[2])));
+        lines.push(Line::alone(
+            format!("their missed periods, executor \"{executor}\""),
+            Figure::Count(missed[place] as f64),
+            Goal::Below(Figure::Count(0.0)),
+        ));
+    }
+    Ok(lines)
+}
+
+pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
+    let text = deep();
+    let plugins = schemas::plugins()?;
+    let application = loaded::application(&text, &plugins)?;
+    let before = resident()?;
+    let mut lockstep = Lockstep::start(application, &plugins, Options::default())?;
+    // Each level wakes the next within a period.
+    let mut now = PERIOD * (DEEP as u64 + 2);
+    lockstep.run_until(now);
+    let awake = lockstep
+        .handle()
+        .snapshot()
+        .schemas
+        .iter()
+        .filter(|schema| schema.state != State::Slept)
+        .count();
+    let memory = resident()? - before;
+    let mut speeds = Vec::new();
+    for _ in 0..scope.either(3, 15) {
+        let (start, time) = (Instant::now(), 20 * PERIOD);
+        now += time;
+        lockstep.run_until(now);
+        speeds.push(time as f64 / start.elapsed().as_nanos() as f64);
+    }
+    Ok(vec![
+        Line::alone(
+            format!("{awake} awake schemas of 20 Hz, {DEEP} groups deep, {} wide", ROLES.len()),
+            Figure::Speed(Rounds::of(speeds).median()),
+            Goal::Least(Figure::Speed(1.0)),
+        ),
+        Line::alone(
+            "memory of each of them, its variables and threads apart",
+            Figure::Bytes(memory as f64 / awake as f64),
+            Goal::Told,
+        ),
+    ])
+}
+
+/// A group below a group below a group: in each the first is the father of the next.
+fn deep() -> String {
+    let mut text = String::from("roots = [\"f0\"]\n");
+    for level in 0..DEEP {
+        let children = ROLES.iter().enumerate().map(|(place, role)| {
+            if place == 0 && level + 1 < DEEP {
+                format!("{role} = \"f{}\"", level + 1)
+            } else {
+                format!("{role} = \"l{level}-{place}\"")
+            }
+        });
+        let children: Vec<String> = children.collect();
+        let _ = writeln!(
+            text,
+            "[schemas.f{level}]\ntype = \"pace/crowd\"\nchildren = {{ {} }}",
+            children.join(", ")
+        );
+        for place in usize::from(level + 1 < DEEP)..ROLES.len() {
+            let _ = writeln!(text, "[schemas.l{level}-{place}]\ntype = \"pace/leaf\"");
+        }
+    }
+    text
+}
+
+fn percent(spent: u64, time: Duration) -> f64 {
+    100.0 * spent as f64 / time.as_nanos() as f64
+}
+
+/// Bytes of memory that the process has.
+fn resident() -> Result<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm")?;
+    let pages = text.split(' ').nth(1).context("statm has no second number")?;
+    Ok(pages.parse::<u64>()? * rustix::param::page_size() as u64)
+}

@@ -1,0 +1,194 @@
+//! The schemas that are linked into the benches, and what they note: when they woke, and how long it took until they acted.
+//!
+//! What is noted is kept by each instance for itself until it sleeps, so that noting costs no lock.
+
+use std::sync::{Mutex, PoisonError};
+
+use jde_abi::raw;
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_schema::prelude::*;
+
+/// What instances noted, one list each.
+static NOTES: Mutex<Vec<Vec<u64>>> = Mutex::new(Vec::new());
+
+/// Most notes of one instance.
+const ROOM: usize = 10_000;
+
+/// Notes when it is called, ns of the application's time: first that it awoke, then each period.
+#[derive(Describe)]
+#[schema(motor, period = "1ms")]
+pub(crate) struct Beat {
+    woke: Vec<u64>,
+}
+
+/// Wants to act, and does nothing.
+#[derive(Describe)]
+#[schema(motor, period = "50ms")]
+pub(crate) struct Leaf {}
+
+/// A sensor and an actuator. Its value is the time of its publication, positive when there is something to act upon.
+#[derive(Describe)]
+#[schema(driver, period = "20ms")]
+pub(crate) struct Robot {
+    /// What is seen.
+    #[export]
+    seen: Export<f64>,
+    /// Speeds.
+    #[command(neutral = Twist::ZERO, validity = "1s")]
+    velocity: Command<Twist>,
+    quiet: bool,
+}
+
+/// Acts as soon as something is seen, and notes how long after.
+#[derive(Describe)]
+#[schema(motor, period = "1s")]
+pub(crate) struct Brake {
+    /// What is seen.
+    #[import(trigger)]
+    seen: Import<f64>,
+    /// Speeds.
+    #[actuator]
+    base: Actuator<Twist>,
+    acted_on: f64,
+    took: Vec<u64>,
+}
+
+/// Acts otherwise.
+#[derive(Describe)]
+#[schema(motor, period = "20ms")]
+pub(crate) struct Cruise {
+    /// Speeds.
+    #[actuator]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Beat {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.woke = Vec::with_capacity(ROOM);
+        self.woke.push(now(cx));
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        if self.woke.len() < ROOM {
+            self.woke.push(now(cx));
+        }
+        Ok(true.into())
+    }
+
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+
+    fn sleep(&mut self, _: &Context) {
+        note(std::mem::take(&mut self.woke));
+    }
+}
+
+impl Schema for Leaf {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}
+
+impl Schema for Robot {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let _ = self.velocity.get(cx);
+        self.quiet = !self.quiet;
+        let sign = if self.quiet { -1.0 } else { 1.0 };
+        self.seen.write(cx, sign * now(cx) as f64);
+        Ok(())
+    }
+}
+
+impl Schema for Brake {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        Ok(self.seen.get(cx).is_some_and(|seen| *seen > 0.0).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let accepted = self.base.command(cx, Twist::ZERO).accepted();
+        let seen = self.seen.get(cx).map_or(0.0, |seen| *seen);
+        if accepted && seen > 0.0 && seen != self.acted_on && self.took.len() < ROOM {
+            self.acted_on = seen;
+            self.took.push(now(cx) - seen as u64);
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, _: &Context) {
+        note(std::mem::take(&mut self.took));
+    }
+}
+
+impl Schema for Cruise {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.base.command(cx, Twist::planar(0.4, 0.0));
+        Ok(())
+    }
+}
+
+/// A father of very many.
+macro_rules! crowd {
+    ($($child:ident)+) => {
+        /// Wakes all its children, and leaves the rest to them.
+        #[derive(Describe)]
+        #[schema(motor, period = "50ms")]
+        pub(crate) struct Crowd {
+            $(
+                /// One of many.
+                #[child(group = "all", optional)]
+                $child: Child,
+            )+
+            woken: bool,
+        }
+
+        impl Schema for Crowd {
+            fn awake(&mut self, _: &Context) -> Result {
+                self.woken = false;
+                Ok(())
+            }
+
+            fn iterate(&mut self, cx: &Context) -> Result {
+                if !self.woken {
+                    self.woken = true;
+                    $(self.$child.wake(cx);)+
+                }
+                Ok(())
+            }
+        }
+
+        /// The roles for its children.
+        pub(crate) const ROLES: &[&str] = &[$(stringify!($child)),+];
+    };
+}
+crowd! {
+    c00 c01 c02 c03 c04 c05 c06 c07 c08 c09 c10 c11 c12 c13 c14 c15 c16 c17 c18 c19
+    c20 c21 c22 c23 c24 c25 c26 c27 c28 c29 c30 c31 c32 c33 c34 c35 c36 c37 c38 c39
+    c40 c41 c42 c43 c44 c45 c46 c47 c48 c49 c50 c51 c52 c53 c54 c55 c56 c57 c58 c59
+    c60 c61 c62 c63 c64 c65 c66 c67 c68 c69 c70 c71 c72 c73 c74 c75 c76 c77 c78 c79
+    c80 c81 c82 c83 c84 c85 c86 c87 c88 c89 c90 c91 c92 c93 c94 c95 c96 c97 c98 c99
+}
+
+static PLUGIN: raw::Plugin =
+    jde_schema::plugin!("pace", "Schemas of the benches.", [Beat, Leaf, Robot, Brake, Cruise, Crowd]);
+
+/// The plugin of all these.
+pub(crate) fn plugins() -> anyhow::Result<Plugins> {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&PLUGIN)?;
+    Ok(plugins)
+}
+
+/// Takes what was noted since the last call.
+pub(crate) fn notes() -> Vec<Vec<u64>> {
+    std::mem::take(&mut *NOTES.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+fn note(notes: Vec<u64>) {
+    NOTES.lock().unwrap_or_else(PoisonError::into_inner).push(notes);
+}
+
+fn now(cx: &Context) -> u64 {
+    cx.now().as_nanos() as u64
+}

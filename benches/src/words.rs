@@ -1,0 +1,53 @@
+//! Variables of so many words, with whatever reads and writes them. For the rows about variables alone.
+
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result};
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_board::typed::{TypedReader, TypedWriter};
+use jde_board::{Access, Board, Declaration, Variable};
+
+/// So many words.
+pub(crate) type Words<const WORDS: usize> = [u64; WORDS];
+
+/// A variable of so many words that can be borrowed by so many readers.
+pub(crate) fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Variable>> {
+    let field = Field {
+        name: String::from("data"),
+        doc: String::new(),
+        unit: String::new(),
+        kind: FieldKind::Scalar(Scalar::U64),
+        form: Form::Array(words),
+        offset: 0,
+    };
+    let value_type = Type {
+        name: String::from("bench/Words"),
+        doc: String::new(),
+        bytes: words * 8,
+        align: 8,
+        fields: vec![field],
+    };
+    let declaration = Declaration {
+        owner: String::from("bench"),
+        name: String::from("value"),
+        doc: String::new(),
+        unit: String::new(),
+        value_type: Arc::new(value_type),
+        access,
+        initial: None,
+        writers: 1,
+        readers,
+    };
+    Board::new().declare(declaration).context("a variable was refused")
+}
+
+/// Both ends of an export, with a first value.
+pub(crate) fn ends<const WORDS: usize>(
+    access: Access,
+) -> Result<(TypedWriter<Words<WORDS>>, TypedReader<Words<WORDS>>)> {
+    let variable = variable(WORDS, access, 1)?;
+    let mut writer = TypedWriter::open(&variable, 1, "writer")?;
+    let reader = TypedReader::open(&variable, "reader")?;
+    writer.write([1; WORDS], 0, 0)?;
+    Ok((writer, reader))
+}
