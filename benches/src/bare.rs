@@ -94,7 +94,8 @@ fn sharpen_timers() {
     let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
 }
 
-fn now() -> u64 {
+/// The system's monotonic time, ns: the same for all processes.
+pub(crate) fn now() -> u64 {
     of(clock_gettime(ClockId::Monotonic))
 }
 

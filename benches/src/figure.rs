@@ -12,8 +12,6 @@ pub(crate) enum Figure {
     Time(f64),
     /// Times as fast as real time.
     Speed(f64),
-    /// Events per second.
-    Rate(f64),
     /// Of one processor, in percent.
     Processor(f64),
     /// Bytes.
@@ -84,7 +82,6 @@ impl Figure {
         match self {
             Self::Time(value)
             | Self::Speed(value)
-            | Self::Rate(value)
             | Self::Processor(value)
             | Self::Bytes(value)
             | Self::Count(value) => value,
@@ -180,7 +177,6 @@ impl fmt::Display for Figure {
         match *self {
             Self::Time(ns) => f.write_str(&scaled(ns, &[(1.0, "ns"), (1e3, "us"), (1e6, "ms"), (1e9, "s")])),
             Self::Speed(times) => write!(f, "{times:.0}x real time"),
-            Self::Rate(rate) => f.write_str(&scaled(rate, &[(1.0, "/s"), (1e3, "k/s"), (1e6, "M/s")])),
             Self::Processor(percent) => write!(f, "{percent:.2} % CPU"),
             Self::Bytes(bytes) => f.write_str(&scaled(bytes, &[(1.0, "B"), (1e3, "kB"), (1e6, "MB")])),
             Self::Count(count) => write!(f, "{count:.0}"),
@@ -238,7 +234,6 @@ mod tests {
         assert_eq!(Figure::Time(0.5).to_string(), "0.50 ns");
         assert_eq!(Figure::Time(12_345.0).to_string(), "12.3 us");
         assert_eq!(Figure::Time(2.5e9).to_string(), "2.50 s");
-        assert_eq!(Figure::Rate(2.6e6).to_string(), "2.60 M/s");
         assert_eq!(Figure::Bytes(900_000.0).to_string(), "900 kB");
     }
 

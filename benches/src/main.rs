@@ -13,7 +13,6 @@ mod rows;
 mod schemas;
 mod scope;
 mod table;
-mod words;
 
 use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
@@ -53,6 +52,9 @@ struct Cli {
     /// Where the product is built.
     #[arg(long, hide = true)]
     built: PathBuf,
+    /// A Python that has what jde is compared with there.
+    #[arg(long, hide = true)]
+    python: Option<PathBuf>,
 }
 
 /// What `--save` keeps.
@@ -73,6 +75,12 @@ struct KeptLine<'a> {
 }
 
 fn main() -> Result<ExitCode> {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    if let [role, folder] = arguments.as_slice()
+        && role == rows::LISTEN
+    {
+        return rows::listen(folder.as_ref()).map(|()| ExitCode::SUCCESS);
+    }
     let cli = Cli::parse();
     if cli.list {
         let width = ROWS.iter().map(|row| row.name.len()).max().unwrap_or_default();
@@ -86,6 +94,7 @@ fn main() -> Result<ExitCode> {
         quick: cli.quick,
         root: cli.root,
         built: cli.built,
+        python: cli.python,
     };
     let machine = Machine::here();
     let chosen = |row: &&Row| {

@@ -1,6 +1,7 @@
 //! The executable as users have it, started in a private place. Builds nothing.
 
 use std::fs::{DirBuilder, File};
+use std::io::{Seek as _, Write as _};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -33,6 +34,14 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
         String::from_utf8_lossy(&output.stderr)
     );
     Ok(String::from_utf8(output.stdout)?)
+}
+
+/// As [`read`], for one that reads `text` from its standard input.
+pub(crate) fn tell(command: &mut Command, text: &str) -> Result<String> {
+    let mut file = tempfile::tempfile()?;
+    file.write_all(text.as_bytes())?;
+    file.rewind()?;
+    read(command.stdin(file))
 }
 
 /// Where what a process says that nobody asked for goes.

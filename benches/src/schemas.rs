@@ -62,6 +62,41 @@ pub(crate) struct Cruise {
     base: Actuator<Twist>,
 }
 
+/// A value of 64 bytes.
+#[derive(Clone, Copy, Value)]
+#[repr(C)]
+#[value(name = "bench_msgs/msg/Small")]
+pub(crate) struct Small {
+    /// When it was sent, by the system's clock.
+    sent: u64,
+    /// Something.
+    rest: [u64; 7],
+}
+
+/// A value as large as a picture.
+#[derive(Clone, Copy, Value)]
+#[repr(C)]
+#[value(name = "bench_msgs/msg/Large")]
+pub(crate) struct Large {
+    /// When it was sent, by the system's clock.
+    sent: u64,
+    /// Something.
+    rest: [u8; 640 * 480 * 3],
+}
+
+/// Says something small and something large in turn.
+#[derive(Describe)]
+#[schema(motor, period = "20ms")]
+pub(crate) struct Teller {
+    /// 64 bytes.
+    #[export]
+    small: Export<Small>,
+    /// As large as a picture.
+    #[export]
+    large: Export<Large>,
+    turn: bool,
+}
+
 impl Schema for Beat {
     fn awake(&mut self, cx: &Context) -> Result {
         self.woke = Vec::with_capacity(ROOM);
@@ -128,6 +163,22 @@ impl Schema for Cruise {
     }
 }
 
+impl Schema for Teller {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.turn = !self.turn;
+        if self.turn {
+            let mut small = self.small.loan(cx);
+            small.sent = crate::bare::now();
+            small.publish();
+        } else {
+            let mut large = self.large.loan(cx);
+            large.sent = crate::bare::now();
+            large.publish();
+        }
+        Ok(())
+    }
+}
+
 /// A father of very many.
 macro_rules! crowd {
     ($($child:ident)+) => {
@@ -171,7 +222,7 @@ crowd! {
 }
 
 static PLUGIN: raw::Plugin =
-    jde_schema::plugin!("pace", "Schemas of the benches.", [Beat, Leaf, Robot, Brake, Cruise, Crowd]);
+    jde_schema::plugin!("pace", "Schemas of the benches.", [Beat, Leaf, Robot, Brake, Cruise, Teller, Crowd]);
 
 /// The plugin of all these.
 pub(crate) fn plugins() -> anyhow::Result<Plugins> {

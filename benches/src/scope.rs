@@ -14,6 +14,8 @@ pub(crate) struct Scope {
     pub(crate) root: PathBuf,
     /// Where the product is built: its executable and its plugins.
     pub(crate) built: PathBuf,
+    /// A Python that has what jde is compared with there, if there is one.
+    pub(crate) python: Option<PathBuf>,
 }
 
 impl Scope {

@@ -4,6 +4,8 @@ use std::fs;
 
 use jde_schema::prelude::*;
 
+/// The file that gets the notes of [`Clockwork`].
+const NOTES: &str = "JDE_BENCH_NOTES";
 /// The file that hears of the first iteration of [`First`].
 const HEARS: &str = "JDE_BENCH_FIRST";
 
@@ -54,6 +56,48 @@ pub struct First {
     told: bool,
 }
 
+/// Notes by how much its periods begin too late, and never wants to act. The grid begins a moment before it notes that it awoke, so
+/// what comes too early by less than a hundredth of a period came in time.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+pub struct Clockwork {
+    began: u64,
+    late: Vec<u64>,
+}
+
+impl Schema for Clockwork {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.late = Vec::with_capacity(10_000);
+        self.began = now(cx);
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let (period, early) = (10_000_000, 100_000);
+        let late = ((now(cx) + early - self.began) % period).saturating_sub(early);
+        if self.late.len() < self.late.capacity() {
+            self.late.push(late);
+        }
+        Ok(false.into())
+    }
+
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        let Some(file) = std::env::var_os(NOTES) else { return };
+        let notes: String = self.late.iter().map(|late| format!("{late}\n")).collect();
+        if let Err(error) = fs::write(file, notes) {
+            error!(cx, "cannot write its notes: {error}");
+        }
+    }
+}
+
+fn now(cx: &Context) -> u64 {
+    cx.now().as_nanos() as u64
+}
+
 impl Schema for Idle {
     fn iterate(&mut self, _: &Context) -> Result {
         let _ = &self.out;
@@ -98,5 +142,5 @@ impl Schema for First {
 jde_schema::export!(
     "bench-000",
     "Schemas that do next to nothing.",
-    [Idle, Act, Head, Segment, First]
+    [Idle, Act, Head, Segment, First, Clockwork]
 );

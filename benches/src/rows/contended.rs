@@ -9,12 +9,12 @@ use anyhow::{Result, ensure};
 use arc_swap::ArcSwap;
 use jde_board::Access;
 use jde_board::typed::{TypedReader, TypedWriter};
+use jde_paths::{Words, variable};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::figure::{Figure, Goal, Line};
 use crate::pairs::{Rounds, see};
 use crate::scope::Scope;
-use crate::words::{Words, variable};
 
 const READERS: usize = 3;
 /// Reads and writes between two looks at whether it is over.

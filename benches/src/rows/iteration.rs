@@ -4,14 +4,13 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 
 use anyhow::Result;
-use jde_host::{Lockstep, Options};
+use jde_paths::Periods;
 
 use crate::figure::{Figure, Goal, Line};
 use crate::loaded;
 use crate::pairs::{interleave, see};
 use crate::scope::Scope;
 
-const MS: u64 = 1_000_000;
 /// Schemas in the row that hands a value on.
 const ROW: usize = 17;
 /// What copper-rs 0.9 takes for its example of such a row, compiled in: 0.64 to 0.82 us.
@@ -36,9 +35,10 @@ const MOTOR: &str = r#"
 "#;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
-    let mut perceptive = Periods::of(scope, PERCEPTIVE)?;
-    let mut motor = Periods::of(scope, MOTOR)?;
-    let mut row = Periods::of(scope, &row())?;
+    let plugins = loaded::plugins(&scope.built);
+    let mut perceptive = Periods::of(PERCEPTIVE, &plugins)?;
+    let mut motor = Periods::of(MOTOR, &plugins)?;
+    let mut row = Periods::of(&row(), &plugins)?;
     let bare: extern "C" fn(*mut u8) -> i32 = black_box(nothing);
     let mut state = 0;
     let [perceives, acts, hands_on, call] = interleave(
@@ -92,25 +92,4 @@ fn row() -> String {
         );
     }
     text
-}
-
-/// An application that goes on a period at a time.
-struct Periods {
-    lockstep: Lockstep,
-    now: u64,
-}
-
-impl Periods {
-    fn of(scope: &Scope, text: &str) -> Result<Self> {
-        let plugins = loaded::plugins(&scope.built);
-        let application = loaded::application(text, &plugins)?;
-        let lockstep = Lockstep::start(application, &plugins, Options::default())?;
-        Ok(Self { lockstep, now: 0 })
-    }
-
-    fn pass(&mut self, periods: u64) {
-        self.now += periods * MS;
-        let ended = self.lockstep.run_until(self.now);
-        assert!(ended.is_none(), "nobody ends it");
-    }
 }

@@ -1,14 +1,21 @@
 //! The rows of the table, in its order: each measures one claim, and says so in `docs/performance.md`.
 
+mod authority;
+mod build;
 mod contended;
 mod iteration;
 mod jitter;
+mod link;
+mod recording;
 mod scale;
 mod selection;
+mod senses;
 mod simulator;
 mod startup;
 mod takeover;
 mod variables;
+
+pub(crate) use self::link::{LISTEN, listen};
 
 use anyhow::Result;
 
@@ -30,6 +37,7 @@ pub(crate) const ROWS: &[Row] = &[
     row("read", "reading a small variable", variables::read),
     row("image", "a picture in place, from publish to read", variables::image),
     row("contended", "one writer and three readers at once", contended::run),
+    row("authority", "commands and the authority over them", authority::run),
     row("selection", "one selection with its record", selection::run),
     row("iteration", "one iteration of a loaded schema in lockstep", iteration::run),
     row("takeover", "from a sensor's value to the new winner's first command", takeover::run),
@@ -38,7 +46,14 @@ pub(crate) const ROWS: &[Row] = &[
     row("ten-thousand", "ten thousand awake schemas in lockstep", scale::ten_thousand),
     row("laser", "laser beams of the simulator", simulator::laser),
     row("demo", "the demonstration in lockstep", simulator::demo),
+    row("senses", "what other sensors and the world cost", senses::run),
+    row("recording", "recording the demonstration", recording::run),
+    row("link", "a value from one process to another", link::run),
     row("startup", "starting, reloading, loading", startup::run),
+    Row {
+        long: true,
+        ..row("build", "from a fresh clone to a moving robot", build::run)
+    },
 ];
 
 const fn row(name: &'static str, title: &'static str, run: fn(&Scope) -> Result<Vec<Line>>) -> Row {

@@ -2,13 +2,15 @@
 
 use std::fmt::Write as _;
 use std::hint::black_box;
+use std::path::Path;
+use std::process::Command;
 
 use anyhow::{Context as _, Result, anyhow};
 use jde_sim::{LaserConfig, Pose2, RobotConfig, World};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
 use parry2d_f64::shape::Polyline;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::figure::{Figure, Goal, Line};
 use crate::pairs::{Rounds, interleave, see};
@@ -69,6 +71,10 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
         let what = format!("a beam of {beams}, {SEGMENTS} segments");
         lines.push(Line::beside(&what, a_ray(&ours), "parry2d", a_ray(&alone), Goal::AtMost(1.1)).paired(ours.by(&alone)));
         lines.push(Line::given(&what, a_ray(&ours), "parry2d", Figure::Time(1e9 / GIVEN), Goal::AtMost(1.1)));
+        if let Some(python) = &scope.python {
+            let scan = ir_sim(scope, python, &walls, &laser)?;
+            lines.push(Line::beside(&what, a_ray(&ours), "ir-sim", Figure::Time(scan / beams as f64), Goal::TimesFaster(1.0)));
+        }
         lines.push(
             Line::beside(format!("{what}, with noise"), a_ray(&noise), "parry2d", a_ray(&alone), Goal::Told)
                 .paired(noise.by(&alone)),
@@ -122,6 +128,39 @@ fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
     let points = walls.iter().flatten().map(|point| Vector::new(point[0], point[1]));
     let indices = (0..walls.len() as u32).map(|wall| [2 * wall, 2 * wall + 1]);
     Polyline::new(points.collect(), Some(indices.collect()))
+}
+
+/// What ir-sim is asked.
+#[derive(Serialize)]
+struct Asked<'a> {
+    walls: &'a [[[f64; 2]; 2]],
+    at: [f64; 2],
+    beams: usize,
+    degrees: f64,
+    range: f64,
+    seconds: f64,
+}
+
+/// What it answers.
+#[derive(Deserialize)]
+struct Scanned {
+    scan_ns: f64,
+}
+
+/// What a scan takes ir-sim, ns.
+fn ir_sim(scope: &Scope, python: &Path, walls: &[[[f64; 2]; 2]], laser: &LaserConfig) -> Result<f64> {
+    let asked = Asked {
+        walls,
+        at: AT,
+        beams: laser.beams,
+        degrees: laser.field_of_view.to_degrees(),
+        range: laser.range_max,
+        seconds: scope.either(0.5, 3.0),
+    };
+    let mut command = Command::new(python);
+    command.arg(scope.root.join("benches/peers/ir_sim.py"));
+    let said = product::tell(&mut command, &serde_json::to_string(&asked)?)?;
+    Ok(serde_json::from_str::<Scanned>(&said)?.scan_ns)
 }
 
 /// What `jde demo --json` ends with, as far as it is used here.

@@ -6,11 +6,11 @@ use std::sync::Mutex;
 use anyhow::{Context as _, Result};
 use iceoryx2::prelude::*;
 use jde_board::Access;
+use jde_paths::{Words, ends, variable};
 
 use crate::figure::{Figure, Goal, Line};
 use crate::pairs::{interleave, see};
 use crate::scope::Scope;
-use crate::words::{Words, ends, variable};
 
 /// Words of a 640 x 480 picture of three bytes a pixel.
 const IMAGE: usize = 640 * 480 * 3 / 8;

@@ -8,10 +8,13 @@ use jde_board::typed::{TypedReader, TypedWriter};
 use jde_board::{Access, Board, Declaration, Variable};
 
 /// So many words.
-pub(crate) type Words<const WORDS: usize> = [u64; WORDS];
+pub type Words<const WORDS: usize> = [u64; WORDS];
 
 /// A variable of so many words that can be borrowed by so many readers.
-pub(crate) fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Variable>> {
+///
+/// # Errors
+/// Nothing that can be tried again.
+pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Variable>> {
     let field = Field {
         name: String::from("data"),
         doc: String::new(),
@@ -41,8 +44,11 @@ pub(crate) fn variable(words: usize, access: Access, readers: usize) -> Result<A
     Board::new().declare(declaration).context("a variable was refused")
 }
 
-/// Both ends of an export, with a first value.
-pub(crate) fn ends<const WORDS: usize>(
+/// Both ends of a variable, with a first value.
+///
+/// # Errors
+/// Nothing that can be tried again.
+pub fn ends<const WORDS: usize>(
     access: Access,
 ) -> Result<(TypedWriter<Words<WORDS>>, TypedReader<Words<WORDS>>)> {
     let variable = variable(WORDS, access, 1)?;

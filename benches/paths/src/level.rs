@@ -1,0 +1,85 @@
+//! A selection with its record: what a winner's iteration leads to, and what a change of readiness does.
+
+use std::hint::black_box;
+
+use anyhow::{Result, anyhow};
+use jde_core::{Check, Effect, GroupSpec, Hierarchy, Kind, SchemaId, SchemaSpec, Spec};
+
+const MS: u64 = 1_000_000;
+
+/// A group of candidates, all ready; the first wins.
+pub struct Level {
+    hierarchy: Hierarchy,
+    effects: Vec<Effect>,
+    time: u64,
+    /// Whose readiness changes: the last.
+    last: SchemaId,
+    ready: bool,
+}
+
+impl Level {
+    /// So many of them.
+    ///
+    /// # Errors
+    /// Nothing that can be tried again.
+    pub fn new(candidates: u32) -> Result<Self> {
+        let schemas = (0..candidates).map(|number| SchemaSpec::new(format!("s{number}"), Kind::Motor, 100 * MS));
+        let spec = Spec {
+            schemas: schemas.collect(),
+            groups: vec![GroupSpec::new("roots", None, (0..candidates).map(SchemaId).collect())],
+        };
+        let hierarchy = Hierarchy::new(spec).map_err(|faults| anyhow!("{faults:?}"))?;
+        let mut level = Self {
+            hierarchy,
+            effects: Vec::new(),
+            time: 0,
+            last: SchemaId(candidates - 1),
+            ready: true,
+        };
+        level.hierarchy.start(0, &mut level.effects);
+        for number in 0..candidates {
+            level.check(SchemaId(number), true);
+        }
+        level.effects.clear();
+        Ok(level)
+    }
+
+    /// The winner iterates once, and competes again.
+    ///
+    /// # Panics
+    /// If the rules do not let it, or leave no record.
+    pub fn iterate(&mut self) {
+        self.time += MS;
+        let may = self.hierarchy.begin(self.time, SchemaId(0), &mut self.effects);
+        assert!(may, "the winner may iterate");
+        self.hierarchy.end(self.time, SchemaId(0), &mut self.effects);
+        self.told();
+    }
+
+    /// The last candidate is ready, or is no longer.
+    ///
+    /// # Panics
+    /// If the rules leave no record.
+    pub fn change(&mut self) {
+        self.time += MS;
+        self.ready = !self.ready;
+        self.check(self.last, self.ready);
+        self.told();
+    }
+
+    fn check(&mut self, id: SchemaId, ready: bool) {
+        let check = Check {
+            ready,
+            urgency: 0.0,
+            cause: self.time,
+        };
+        self.hierarchy.checked(self.time, id, check, &mut self.effects);
+    }
+
+    /// There was a record, which whoever wanted it has seen.
+    fn told(&mut self) {
+        let told = black_box(&self.effects).iter().any(|it| matches!(it, Effect::Decided(_)));
+        assert!(told, "each selection leaves a record");
+        self.effects.clear();
+    }
+}

@@ -1,0 +1,146 @@
+//! Passes a hot path so many times, for whoever counts instructions: `jde-paths NAME TIMES`. Without a name it says which there are.
+
+use std::hint::black_box;
+
+use anyhow::{Context as _, Result, bail};
+use jde_board::Access;
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_paths::{Level, Periods, ends, variable};
+use jde_schema::derived::raw;
+use jde_schema::prelude::*;
+
+/// Wants to act always, and does nothing.
+#[derive(Describe)]
+#[schema(motor, period = "1ms")]
+struct Act {
+    /// What is kept awake for it.
+    #[import(optional)]
+    input: Import<f64>,
+}
+
+/// Says what it is told.
+#[derive(Describe)]
+#[schema(perceptive, period = "1ms")]
+struct Echo {
+    /// What it is told.
+    #[import(optional)]
+    input: Import<f64>,
+    /// The same.
+    #[export]
+    out: Export<f64>,
+}
+
+impl Schema for Act {
+    fn iterate(&mut self, _: &Context) -> jde_schema::Result {
+        let _ = &self.input;
+        Ok(())
+    }
+}
+
+impl Schema for Echo {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
+        let told = self.input.get(cx).map(|told| *told);
+        self.out.write(cx, told.unwrap_or_default());
+        Ok(())
+    }
+}
+
+static PLUGIN: raw::Plugin = jde_schema::plugin!("paths", "Schemas on the hot paths.", [Act, Echo]);
+
+/// A motor schema that always wins.
+const MOTOR: &str = "roots = [\"act\"]\n[schemas.act]\ntype = \"paths/act\"\n";
+/// Two that perceive, each of which says what the other says.
+const ECHOES: &str = r#"
+    roots = ["hub"]
+    [schemas.hub]
+    type = "paths/act"
+    period = "3600s"
+    imports = { input = "one.out" }
+    [schemas.one]
+    type = "paths/echo"
+    imports = { input = "two.out" }
+    [schemas.two]
+    type = "paths/echo"
+    imports = { input = "one.out" }
+"#;
+
+/// A path by its name.
+type Path = (&'static str, fn(u64) -> Result<()>);
+
+const PATHS: &[Path] = &[
+    ("read-64-bytes", read),
+    ("publish-64-bytes", publish),
+    ("pass-a-picture", picture),
+    ("select-among-100", select),
+    ("change-among-100", change),
+    ("iterate-a-winner", winner),
+    ("iterate-two-that-perceive", echoes),
+];
+
+fn main() -> Result<()> {
+    let mut arguments = std::env::args().skip(1);
+    let Some(name) = arguments.next() else {
+        PATHS.iter().for_each(|(name, _)| println!("{name}"));
+        return Ok(());
+    };
+    let times = arguments.next().context("say how many times")?.parse()?;
+    let Some((_, pass)) = PATHS.iter().find(|(known, _)| *known == name) else {
+        bail!("there is no path `{name}`");
+    };
+    pass(times)
+}
+
+fn read(times: u64) -> Result<()> {
+    let (_writer, mut reader) = ends::<8>(Access::Export)?;
+    for _ in 0..times {
+        black_box(reader.get());
+    }
+    Ok(())
+}
+
+fn publish(times: u64) -> Result<()> {
+    let (mut writer, _reader) = ends::<8>(Access::Export)?;
+    for time in 0..times {
+        black_box(writer.write(black_box([1; 8]), time, time))?;
+    }
+    Ok(())
+}
+
+fn picture(times: u64) -> Result<()> {
+    let picture = variable(640 * 480 * 3 / 8, Access::Export, 1)?;
+    let (mut writer, mut reader) = (picture.writer(1, "writer")?, picture.reader("reader"));
+    for time in 0..times {
+        writer.loan()[0] = 1;
+        black_box(writer.publish(time, time))?;
+        black_box(reader.latch().map(|latched| latched.bytes[0]));
+        reader.release();
+    }
+    Ok(())
+}
+
+fn select(times: u64) -> Result<()> {
+    let mut level = Level::new(100)?;
+    (0..times).for_each(|_| level.iterate());
+    Ok(())
+}
+
+fn change(times: u64) -> Result<()> {
+    let mut level = Level::new(100)?;
+    (0..times).for_each(|_| level.change());
+    Ok(())
+}
+
+fn winner(times: u64) -> Result<()> {
+    periods(MOTOR, times)
+}
+
+fn echoes(times: u64) -> Result<()> {
+    periods(ECHOES, times)
+}
+
+fn periods(text: &str, times: u64) -> Result<()> {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&PLUGIN)?;
+    Periods::of(text, &plugins)?.pass(times);
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! An application in lockstep that goes on a period at a time.
+
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use jde_host::app::parse;
+use jde_host::plugin::Plugins;
+use jde_host::{Lockstep, Options};
+
+/// The period of the schemas whose iterations are counted, ns.
+const PERIOD: u64 = 1_000_000;
+
+/// An application in lockstep.
+pub struct Periods {
+    lockstep: Lockstep,
+    now: u64,
+}
+
+impl Periods {
+    /// Of that text, with those plugins.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn of(text: &str, plugins: &Plugins) -> Result<Self> {
+        let application = parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))?;
+        let lockstep = Lockstep::start(application, plugins, Options::default())?;
+        Ok(Self { lockstep, now: 0 })
+    }
+
+    /// So many periods of 1 ms.
+    ///
+    /// # Panics
+    /// If the application ends.
+    pub fn pass(&mut self, periods: u64) {
+        self.now += periods * PERIOD;
+        let ended = self.lockstep.run_until(self.now);
+        assert!(ended.is_none(), "nobody ends it");
+    }
+}

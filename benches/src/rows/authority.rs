@@ -1,0 +1,44 @@
+//! Commands, and the authority over them: what a schema, and whoever takes its authority, pay. Compared with nothing.
+
+use anyhow::Result;
+use jde_board::Access;
+use jde_paths::variable;
+
+use crate::figure::{Figure, Goal, Line};
+use crate::pairs::{Rounds, interleave, see};
+use crate::scope::Scope;
+
+/// Words of a velocity.
+const TWIST: usize = 6;
+
+pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
+    let access = Access::Command {
+        validity: 500_000_000,
+    };
+    let (commanded, handed) = (variable(TWIST, access, 1)?, variable(TWIST, access, 1)?);
+    commanded.grant(1);
+    let mut writer = commanded.writer(1, "writer")?;
+    let _writer = handed.writer(1, "writer")?;
+    let [command, hand] = interleave(
+        scope.effort(),
+        [
+            &mut |times| {
+                for time in 0..times {
+                    writer.loan()[0] = time as u8;
+                    see(writer.publish(time, time));
+                }
+            },
+            &mut |times| {
+                for _ in 0..times {
+                    handed.grant(1);
+                    handed.withdraw(1);
+                }
+            },
+        ],
+    );
+    let line = |what: &str, rounds: &Rounds| Line::alone(what, Figure::Time(rounds.median()), Goal::Told);
+    Ok(vec![
+        line("publish a command of 48 B", &command),
+        line("grant authority and withdraw it", &hand),
+    ])
+}

@@ -1,0 +1,201 @@
+//! A value from one process to another: over the link, and over Zenoh alone with the settings and the niceness that the link gives it,
+//! in turns. The other process is this program again.
+
+use std::io::Read as _;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, anyhow, ensure};
+use jde_host::{Options, Running};
+use jde_link::{Client, Events, Folder, Link, Rate, Reach, Settings, Title};
+use serde::{Deserialize, Serialize};
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use crate::figure::{Figure, Goal, Line};
+use crate::pairs::{Rounds, median};
+use crate::schemas::{Large, Small};
+use crate::scope::Scope;
+use crate::{bare, loaded, schemas};
+
+/// What the other process is started with, before the folder where everybody meets.
+pub(crate) const LISTEN: &str = "--listen";
+/// Less urgent than the robot, as the link's threads are.
+const NICE: i32 = 10;
+/// From one value to the next, of each kind.
+const PERIOD: Duration = Duration::from_millis(20);
+/// Values in a round.
+const ROUND: usize = 25;
+
+const APPLICATION: &str = "roots = [\"teller\"]\n[schemas.teller]\ntype = \"pace/teller\"\nperiod = \"20ms\"\n";
+
+/// How long values were under way, ns.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Heard {
+    small: Vec<u64>,
+    large: Vec<u64>,
+    bare_small: Vec<u64>,
+    bare_large: Vec<u64>,
+}
+
+pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
+    let files = tempfile::tempdir()?;
+    let folder = Folder::at(files.path().join("jde"));
+    let plugins = schemas::plugins()?;
+    let application = loaded::application(APPLICATION, &plugins)?;
+    let events = Events::of(&application);
+    let title = Title::new(&application, 1.0);
+    let running = Running::start(application, &plugins, Options::default())?;
+    let settings = Settings {
+        folder: folder.clone(),
+        ..Settings::local("bench")
+    };
+    let subject = Arc::new(jde_link::Running::new(running.handle(), title));
+    let _link = Link::open(&settings, subject, &events)?;
+    let session = session(folder.path(), "listen")?;
+    let publisher = |key: &'static str| {
+        let publisher = session.declare_publisher(key).congestion_control(CongestionControl::Drop);
+        publisher.wait().map_err(|error| anyhow!("{error}"))
+    };
+    let (small, large) = (publisher("bench/small")?, publisher("bench/large")?);
+    let mut guest = Guest::start(folder.path())?;
+    let room = vec![1u8; size_of::<Large>()];
+    let start = Instant::now();
+    let time = Duration::from_secs(scope.either(2, 20));
+    let mut turn = 0u32;
+    while start.elapsed() < time {
+        // What a schema writes at the same instant is another round's.
+        std::thread::sleep(PERIOD);
+        turn += 1;
+        let publisher = if turn.is_multiple_of(2) { &small } else { &large };
+        let bytes = if turn.is_multiple_of(2) { size_of::<Small>() } else { size_of::<Large>() };
+        let sent = bare::now();
+        let mut message = room[..bytes].to_vec();
+        message[..8].copy_from_slice(&sent.to_ne_bytes());
+        publisher.put(message).wait().map_err(|error| anyhow!("{error}"))?;
+    }
+    let heard = guest.end()?;
+    drop(running);
+    let line = |what: &str, ours: &[u64], theirs: &[u64]| -> Result<Line> {
+        ensure!(!ours.is_empty() && !theirs.is_empty(), "nothing came: {} and {}", ours.len(), theirs.len());
+        let (ours, theirs) = (rounds(ours), rounds(theirs));
+        Ok(Line::beside(
+            format!("{what} to another process"),
+            Figure::Time(ours.median()),
+            "Zenoh alone",
+            Figure::Time(theirs.median()),
+            Goal::AtMost(1.1),
+        ))
+    };
+    Ok(vec![
+        line("64 B", &heard.small, &heard.bare_small)?,
+        line("900 kB", &heard.large, &heard.bare_large)?,
+    ])
+}
+
+/// The medians of so many values in a row each.
+fn rounds(times: &[u64]) -> Rounds {
+    let rounds = times.chunks(ROUND).map(|round| median(round.iter().map(|time| *time as f64).collect()));
+    Rounds::of(rounds.collect())
+}
+
+/// The other process: hears both until its standard input ends, and tells.
+pub(crate) fn listen(folder: &Path) -> Result<()> {
+    let heard: Arc<Mutex<Heard>> = Arc::default();
+    let note = |of: fn(&mut Heard) -> &mut Vec<u64>| {
+        let heard = Arc::clone(&heard);
+        move |bytes: &[u8]| {
+            let now = bare::now();
+            if let Some(sent) = bytes.first_chunk() {
+                let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+                of(&mut heard).push(now.saturating_sub(u64::from_ne_bytes(*sent)));
+            }
+        }
+    };
+    // Zenoh's threads are as nice as whoever starts them.
+    rustix::process::nice(NICE)?;
+    let client = Client::connect(&Reach::Local(Folder::at(folder)))?;
+    let remote = client.application(None)?;
+    let (small, large) = (note(|heard| &mut heard.small), note(|heard| &mut heard.large));
+    let watching = [
+        remote.watch("teller.small", Rate::Full, move |sample| small(sample.bytes.as_deref().unwrap_or(&[])))?,
+        remote.watch("teller.large", Rate::Full, move |sample| large(sample.bytes.as_deref().unwrap_or(&[])))?,
+    ];
+    let session = session(folder, "connect")?;
+    let (small, large) = (note(|heard| &mut heard.bare_small), note(|heard| &mut heard.bare_large));
+    let subscribe = |key: &'static str, note: Box<dyn Fn(&[u8]) + Send + Sync>| {
+        let subscriber = session.declare_subscriber(key);
+        let subscriber = subscriber.callback(move |sample| note(&sample.payload().to_bytes()));
+        subscriber.wait().map_err(|error| anyhow!("{error}"))
+    };
+    let subscribed = [
+        subscribe("bench/small", Box::new(small))?,
+        subscribe("bench/large", Box::new(large))?,
+    ];
+    println!("ready");
+    std::io::stdin().read_to_end(&mut Vec::new())?;
+    drop((watching, subscribed));
+    let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+    println!("{}", serde_json::to_string(&*heard)?);
+    Ok(())
+}
+
+/// A session with the settings of the link's, at a socket of its own in that folder.
+fn session(folder: &Path, end: &'static str) -> Result<Session> {
+    let endpoint = format!("unixsock-stream/{}", folder.join("bare.sock").display());
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", String::from("\"peer\"")),
+        ("listen/endpoints", String::from("[]")),
+        ("scouting/multicast/enabled", String::from("false")),
+        ("scouting/gossip/enabled", String::from("false")),
+        ("timestamping/enabled", String::from("false")),
+        ("adminspace/enabled", String::from("false")),
+        ("transport/shared_memory/enabled", String::from("false")),
+        ("transport/link/rx/max_message_size", (64 << 20).to_string()),
+        (&format!("{end}/endpoints"), format!("[\"{endpoint}\"]")),
+    ] {
+        config.insert_json5(key, &value).map_err(|error| anyhow!("{key}: {error}"))?;
+    }
+    let open = std::thread::spawn(move || {
+        // A system that refuses it refuses it to the link as well.
+        let _ = rustix::process::nice(NICE);
+        zenoh::open(config).wait()
+    });
+    let opened = open.join().map_err(|_| anyhow!("Zenoh panicked"))?;
+    opened.map_err(|error| anyhow!("{error}"))
+}
+
+/// The other process; ended when dropped.
+struct Guest(Child);
+
+impl Guest {
+    /// Starts it, and waits until it listens.
+    fn start(folder: &Path) -> Result<Self> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg(LISTEN).arg(folder).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut guest = Self(command.spawn()?);
+        let mut ready = [0; 6];
+        let stdout = guest.0.stdout.as_mut().context("its output is piped")?;
+        stdout.read_exact(&mut ready).context("the other process does not listen")?;
+        Ok(guest)
+    }
+
+    /// Asks it what it heard, which ends it.
+    fn end(&mut self) -> Result<Heard> {
+        drop(self.0.stdin.take());
+        let mut said = String::new();
+        self.0.stdout.take().context("its output is piped")?.read_to_string(&mut said)?;
+        Ok(serde_json::from_str(&said)?)
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
