@@ -49,16 +49,15 @@ static PLUGIN: raw::Plugin = jde_schema::plugin!("paths", "Schemas on the hot pa
 
 /// A motor schema that always wins.
 const MOTOR: &str = "roots = [\"act\"]\n[schemas.act]\ntype = \"paths/act\"\n";
-/// Two that perceive, each of which says what the other says.
+/// Two that perceive, the second of which says what the first says.
 const ECHOES: &str = r#"
     roots = ["hub"]
     [schemas.hub]
     type = "paths/act"
     period = "3600s"
-    imports = { input = "one.out" }
+    imports = { input = "two.out" }
     [schemas.one]
     type = "paths/echo"
-    imports = { input = "two.out" }
     [schemas.two]
     type = "paths/echo"
     imports = { input = "one.out" }

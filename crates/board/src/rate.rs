@@ -9,8 +9,10 @@ const WEIGHT: f64 = 1.0 / 8.0;
 /// A pause counts as at most this many mean intervals, so that a schema that slept is soon measured right again.
 const LONGEST: f64 = 4.0;
 
-/// Exponential average of the intervals between values.
+/// Exponential average of the intervals between values. Writers write it at each publish, so it has a cache line of its own: what is
+/// beside it is what readers look at.
 #[derive(Default)]
+#[repr(align(64))]
 pub(crate) struct Rate {
     /// Bits of the mean interval in ns; 0 until there are two values.
     interval: AtomicU64,

@@ -9,6 +9,9 @@ use crate::store::Cell;
 use crate::variable::lock;
 use crate::{Stamp, Variable};
 
+/// What holds of every reader.
+const ITS_CELLS: &str = "a reader's hold is made for its variable's cell";
+
 /// Reads a variable. Dropped, it lets go of its value.
 pub struct Reader {
     variable: Arc<Variable>,
@@ -39,19 +42,26 @@ enum Seen {
     Value(Stamp),
 }
 
-/// How the latched value is kept.
+/// How the latched value is kept. What is kept outlives a release: while nothing newer is published the next latch finds it here, and
+/// looks at a single word to know that.
 enum Hold {
-    /// Small values, and readers beyond the declared number.
-    Copy(Aligned),
-    /// Others.
-    Pin(Option<Pin>),
+    /// Small values: a copy, with the stamp of what is in it.
+    Copy { bytes: Aligned, of: Option<Stamp> },
+    /// Readers of others beyond the declared number: a copy that is made anew each time, so that it never goes by the number alone.
+    Crowded(Aligned),
+    /// Others: a pin, with the stamp of what it holds. A reader has one at most, and there is a slot for it, used or not.
+    Pin(Option<(Pin, Stamp)>),
 }
 
 impl Reader {
     pub(crate) fn new(variable: Arc<Variable>, ticket: usize) -> Self {
         let hold = match &variable.cell {
             Cell::Pinned(_) if ticket < variable.describe().readers => Hold::Pin(None),
-            Cell::Ring(_) | Cell::Pinned(_) => Hold::Copy(Aligned::new(variable.bytes())),
+            Cell::Pinned(_) => Hold::Crowded(Aligned::new(variable.bytes())),
+            Cell::Ring(_) => Hold::Copy {
+                bytes: Aligned::new(variable.bytes()),
+                of: None,
+            },
         };
         Self {
             bytes: variable.bytes(),
@@ -100,7 +110,6 @@ impl Reader {
     #[inline]
     pub fn release(&mut self) {
         self.seen = Seen::NotLooked;
-        self.let_go();
     }
 
     /// Number of the newest value, without latching it; 0 before the first.
@@ -112,9 +121,28 @@ impl Reader {
     /// Gets hold of the newest value, if there is one.
     #[inline]
     fn take(&mut self) -> Option<Stamp> {
-        let mark = match (&mut self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), Cell::Ring(ring)) => ring.read(copy.words_mut(self.bytes.div_ceil(8))),
-            (Hold::Copy(copy), Cell::Pinned(pinned)) => {
+        let stamp = match (&mut self.hold, &self.variable.cell) {
+            (Hold::Copy { bytes, of }, Cell::Ring(ring)) => match *of {
+                Some(stamp) if stamp.sequence == ring.newest() => stamp,
+                Some(_) | None => {
+                    let stamp = ring.read(bytes.words_mut(self.bytes.div_ceil(8))).into();
+                    *of = Some(stamp);
+                    stamp
+                }
+            },
+            (Hold::Pin(held), Cell::Pinned(pinned)) => match held {
+                Some((pin, stamp)) if pinned.is_newest(pin) => *stamp,
+                Some(_) | None => {
+                    if let Some((pin, _)) = held.take() {
+                        pinned.unpin(pin);
+                    }
+                    let pin = pinned.pin();
+                    let stamp = pinned.mark(&pin).into();
+                    *held = Some((pin, stamp));
+                    stamp
+                }
+            },
+            (Hold::Crowded(copy), Cell::Pinned(pinned)) => {
                 let _one_at_a_time = lock(&self.variable.copying);
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
@@ -122,42 +150,29 @@ impl Reader {
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
                 let mark = pinned.mark(&pin);
                 pinned.unpin(pin);
-                mark
+                mark.into()
             }
-            (Hold::Pin(held), Cell::Pinned(pinned)) => {
-                let pin = pinned.pin();
-                let mark = pinned.mark(&pin);
-                *held = Some(pin);
-                mark
+            (Hold::Copy { .. }, Cell::Pinned(_)) | (Hold::Crowded(_) | Hold::Pin(_), Cell::Ring(_)) => {
+                unreachable!("{ITS_CELLS}")
             }
-            (Hold::Pin(_), Cell::Ring(_)) => unreachable!("small values are copied"),
         };
-        if !self.variable.shows(mark.sequence) {
-            self.let_go();
+        if !self.variable.shows(stamp.sequence) {
             self.seen = Seen::Nothing;
             return None;
         }
-        self.seen = Seen::Value(mark.into());
-        Some(mark.into())
-    }
-
-    #[inline]
-    fn let_go(&mut self) {
-        if let (Hold::Pin(pin), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
-            && let Some(pin) = pin.take()
-        {
-            pinned.unpin(pin);
-        }
+        self.seen = Seen::Value(stamp);
+        Some(stamp)
     }
 
     /// What is held, with its stamp.
     #[inline]
     fn show(&self, stamp: Stamp) -> Latched<'_> {
         let bytes = match (&self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), _) => copy.bytes(self.bytes),
+            (Hold::Copy { bytes, .. } | Hold::Crowded(bytes), _) => bytes.bytes(self.bytes),
             // SAFETY: pinned in this cell.
-            (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
-            (Hold::Pin(_), _) => unreachable!("a stamp is kept only with its value"),
+            (Hold::Pin(Some((pin, _))), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
+            (Hold::Pin(None), _) => unreachable!("a stamp is kept only with its value"),
+            (Hold::Pin(Some(_)), Cell::Ring(_)) => unreachable!("{ITS_CELLS}"),
         };
         Latched { bytes, stamp }
     }
@@ -165,7 +180,11 @@ impl Reader {
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        self.release();
+        if let (Hold::Pin(held), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
+            && let Some((pin, _)) = held.take()
+        {
+            pinned.unpin(pin);
+        }
         self.variable.close_reader(self.ticket);
     }
 }

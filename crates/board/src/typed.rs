@@ -101,15 +101,14 @@ impl<T: Plain> TypedReader<T> {
     }
 
     /// A copy of the newest value; none before the first.
+    #[inline]
     pub fn get(&mut self) -> Option<(T, Stamp)> {
         let borrowed = self.borrow()?;
-        let copy = (*borrowed, borrowed.stamp);
-        // A pin kept longer than the copy would only cost the writer a slot.
-        self.reader.release();
-        Some(copy)
+        Some((*borrowed, borrowed.stamp))
     }
 
     /// The newest value, in place; none before the first.
+    #[inline]
     pub fn borrow(&mut self) -> Option<Ref<'_, T>> {
         self.reader.release();
         let latched = self.reader.latch()?;

@@ -2,6 +2,8 @@
 //!
 //! Data only; nothing here acts.
 
+use std::sync::Arc;
+
 use crate::record::{Candidate, Case, Record};
 use crate::spec::{GroupId, Nanos, SchemaId};
 use crate::state::{Health, State};
@@ -87,7 +89,7 @@ pub struct Level {
     pub case: Case,
     /// The awake members in the father's order. On a collision the father may choose a ready one or nobody; on an
     /// absence any of them or nobody.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Arc<[Candidate]>,
     /// The present winner, which stays while the father is asked.
     pub winner: Option<SchemaId>,
 }

@@ -3,6 +3,7 @@
 //! It refuses to be the memory of the past: the hierarchy hands each record out once and keeps none.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use crate::hierarchy::Timer;
 use crate::spec::{GroupId, Nanos, Policy, SchemaId};
@@ -21,8 +22,9 @@ pub struct Record {
     pub group: GroupId,
     /// The situation.
     pub case: Case,
-    /// The awake members, in the father's order, as they were before the selection.
-    pub candidates: Vec<Candidate>,
+    /// The awake members, in the father's order, as they were before the selection. Records of a group that did not change between
+    /// them share it.
+    pub candidates: Arc<[Candidate]>,
     /// Who was chosen before: the winner, or the one a handover under way goes to.
     pub before: Option<SchemaId>,
     /// Who is chosen now.

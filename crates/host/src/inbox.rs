@@ -77,7 +77,7 @@ mod tests {
         let level = Level {
             group: GroupId(group),
             case: Case::Absence,
-            candidates: Vec::new(),
+            candidates: [].into(),
             winner: None,
         };
         Signal::Asked {

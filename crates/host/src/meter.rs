@@ -28,6 +28,15 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
+    /// An iteration took so long.
+    pub(crate) fn iterated(&self, took: Nanos) {
+        // One thread at a time writes these, which makes a swap unnecessary.
+        self.iterations.store(self.iterations.load(Relaxed) + 1, Relaxed);
+        if took > self.longest.load(Relaxed) {
+            self.longest.store(took, Relaxed);
+        }
+    }
+
     /// A call begins.
     pub(crate) fn enter(&self, now: Nanos) {
         self.running_since.store(now + 1, Relaxed);
@@ -45,7 +54,8 @@ impl Meter {
 
     /// A periodic cycle began at `start` and took `busy`.
     pub(crate) fn cycle(&self, start: Nanos, busy: Nanos) {
-        let last = self.last_cycle.swap(start + 1, Relaxed);
+        let last = self.last_cycle.load(Relaxed);
+        self.last_cycle.store(start + 1, Relaxed);
         if last != 0 {
             blend(&self.mean_cycle, (start + 1).saturating_sub(last));
         }

@@ -179,7 +179,7 @@ impl Runner {
         let mut looked = false;
         if let Life::Awake { due, .. } = self.life {
             let now = self.engine.clock.now();
-            self.told = Turn::of(Turn::CYCLED, self.number);
+            self.begin_turn(Turn::of(Turn::CYCLED, self.number));
             looked = if now >= due {
                 self.cycle(now, due);
                 true
@@ -306,9 +306,7 @@ impl Runner {
         let result = instance.iterate();
         self.told.acted = instance.called(&mut self.told);
         let took = self.engine.clock.now().saturating_sub(start);
-        let meter = &self.engine.meters[self.number];
-        meter.iterations.fetch_add(1, Relaxed);
-        meter.longest.fetch_max(took, Relaxed);
+        self.engine.meters[self.number].iterated(took);
         result
     }
 
@@ -323,15 +321,22 @@ impl Runner {
 
     /// Tells of the turn that is over, if there was one.
     fn tell(&mut self) {
-        let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
-        if let Some(journal) = &self.journal
-            && !turn.is_empty()
-        {
-            journal.tell(&turn);
+        if let Some(journal) = &self.journal {
+            let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
+            if !turn.is_empty() {
+                journal.tell(&turn);
+            }
         }
     }
 
-    /// Between turns nothing is looked at: the next turn sees the newest values, and no slot of the board stays taken.
+    /// A turn of that kind begins, for those who want to know of it.
+    fn begin_turn(&mut self, turn: Turn) {
+        if self.journal.is_some() {
+            self.told = turn;
+        }
+    }
+
+    /// Between turns nothing is looked at: the next turn sees the newest values.
     fn rest(&mut self) {
         if let Life::Awake { instance, .. } = &mut self.life {
             instance.rest();

@@ -199,6 +199,13 @@ impl Pinned {
         }
     }
 
+    /// Whether a pinned value is the newest still. While it is pinned no writer takes its slot, so a head that names the slot names
+    /// this very value.
+    #[inline]
+    pub fn is_newest(&self, pin: &Pin) -> bool {
+        slot_of(self.head().load(Ordering::Acquire)) == pin.0
+    }
+
     /// Lets go of a value.
     #[inline]
     pub fn unpin(&self, pin: Pin) {

@@ -3,6 +3,7 @@
 //! It refuses to wait for the father: the present winner stays, and the priority order decides when the budget ends.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::Hierarchy;
 use super::parts::Asked;
@@ -74,7 +75,7 @@ impl Hierarchy {
         now: Nanos,
         group: GroupId,
         case: Case,
-        candidates: Vec<Candidate>,
+        candidates: Arc<[Candidate]>,
         why: Why,
         out: &mut Vec<Effect>,
     ) {
@@ -155,8 +156,8 @@ impl Hierarchy {
                 known: true,
             },
         };
-        let candidates = self.candidates(group);
-        self.decide(now, group, candidates, decision, asked.why, out);
+        let lineup = self.lineup(group);
+        self.decide(now, group, lineup, decision, asked.why, out);
         if let Some(again) = asked.again {
             self.select(now, group, again, out);
         }
@@ -171,8 +172,8 @@ impl Hierarchy {
         reason: String,
         out: &mut Vec<Effect>,
     ) {
-        let candidates = self.candidates(group);
-        let decision = match self.judge(now, group, &candidates, Policy::Priority) {
+        let lineup = self.lineup(group);
+        let decision = match self.judge(now, group, &lineup, Policy::Priority) {
             Verdict::Decided(decision) => decision,
             Verdict::Ask(case) => self.absent(group, case),
         };
@@ -186,7 +187,7 @@ impl Hierarchy {
         if let Some(father) = self.plan.group(group).father {
             self.set_health(father, Health::ArbitrationFailed(reason), out);
         }
-        self.decide(now, group, candidates, decision, why, out);
+        self.decide(now, group, lineup, decision, why, out);
     }
 
     fn arbitration_went_well(&mut self, group: GroupId, out: &mut Vec<Effect>) {

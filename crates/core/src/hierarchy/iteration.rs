@@ -25,7 +25,7 @@ impl Hierarchy {
     /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking, lead to a
     /// selection (R2). A check of one that sleeps or is inside an abandoned iteration has no effect.
     pub fn checked(&mut self, now: Nanos, id: SchemaId, check: Check, out: &mut Vec<Effect>) {
-        let Some(node) = self.nodes.get_mut(id.index()) else {
+        let Some(node) = self.nodes.get(id.index()) else {
             return;
         };
         if node.state == State::Slept || node.run == Run::Abandoned {
@@ -34,14 +34,19 @@ impl Hierarchy {
         let Some(group) = self.plan.group_of(id) else {
             return;
         };
-        node.urgency = Urgency::new(check.urgency);
+        let urgency = Urgency::new(check.urgency);
         let news = !node.checked || node.ready != check.ready;
+        if !news && node.urgency == urgency {
+            return;
+        }
+        let node = self.node_mut(id);
+        node.urgency = urgency;
         node.checked = true;
         node.ready = check.ready;
+        let state = node.state;
         if !news {
             return;
         }
-        let state = node.state;
         if state != State::Winner {
             // The snapshot of the selection shows the state that the check found.
             self.change(
@@ -71,7 +76,7 @@ impl Hierarchy {
         if !may || self.leaving(id).is_some() {
             return false;
         }
-        self.node_mut(id).run = Run::Iterating;
+        self.ran(id, Run::Iterating);
         if let Some(group) = self.plan.group_of(id)
             && let Some(origin) = self.group_mut(group).taking.take()
         {
@@ -89,11 +94,11 @@ impl Hierarchy {
     /// Reports that the iteration of a schema ended, in whatever way: by returning, or by a panic (after
     /// [`faulted`](Self::faulted)). A handover that waited for it goes on; a winner competes again (R2).
     pub fn end(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        let Some(node) = self.nodes.get_mut(id.index()) else {
+        if !self.plan.knows(id) {
             return;
-        };
-        let ended = std::mem::replace(&mut node.run, Run::Between);
-        let awake = node.state != State::Slept;
+        }
+        let ended = self.ran(id, Run::Between);
+        let awake = self.is_awake(id);
         if ended == Run::Between || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
             return;
         }
@@ -103,5 +108,10 @@ impl Hierarchy {
             self.select(now, group, Why::new(Cause::Iterated(id), now), out);
         }
         self.settle(out);
+    }
+
+    /// Notes where a schema is with respect to its iteration, which no line-up shows; answers where it was.
+    fn ran(&mut self, id: SchemaId, run: Run) -> Run {
+        std::mem::replace(&mut self.nodes[id.index()].run, run)
     }
 }

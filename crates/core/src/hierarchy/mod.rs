@@ -13,6 +13,7 @@ mod arbitration;
 mod authority;
 mod handover;
 mod iteration;
+mod lineup;
 mod operator;
 mod parts;
 mod plan;
@@ -43,6 +44,7 @@ pub use iteration::Check;
 pub use operator::Operator;
 pub use timer::Timer;
 
+use lineup::Lineups;
 use parts::{Group, Node, Phase};
 use plan::Plan;
 use selection::Why;
@@ -54,6 +56,7 @@ pub struct Hierarchy {
     phase: Phase,
     nodes: Vec<Node>,
     groups: Vec<Group>,
+    lineups: Lineups,
     timers: BTreeMap<Timer, Nanos>,
     records: u64,
     tickets: u64,
@@ -71,6 +74,7 @@ impl Hierarchy {
         Ok(Self {
             nodes: vec![Node::default(); spec.schemas.len()],
             groups: vec![Group::default(); spec.groups.len()],
+            lineups: Lineups::new(spec.schemas.len(), spec.groups.len()),
             plan: Arc::new(Plan::new(spec)),
             phase: Phase::Fresh,
             timers: BTreeMap::new(),
@@ -162,7 +166,9 @@ impl Hierarchy {
         &self.nodes[id.index()]
     }
 
+    /// The facts of a schema, to change them: every change that a line-up shows goes through here.
     fn node_mut(&mut self, id: SchemaId) -> &mut Node {
+        self.lineups.touch(&self.plan, id);
         &mut self.nodes[id.index()]
     }
 

@@ -9,6 +9,7 @@ use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 pub(super) struct Plan {
     pub(super) spec: Spec,
     group_of: Vec<Option<GroupId>>,
+    place_of: Vec<usize>,
     under: Vec<Vec<GroupId>>,
     roots: Vec<GroupId>,
 }
@@ -16,6 +17,7 @@ pub(super) struct Plan {
 impl Plan {
     pub(super) fn new(spec: Spec) -> Self {
         let mut group_of = vec![None; spec.schemas.len()];
+        let mut place_of = vec![0; spec.schemas.len()];
         let mut under = vec![Vec::new(); spec.schemas.len()];
         let mut roots = Vec::new();
         for (index, group) in (0u32..).zip(&spec.groups) {
@@ -24,13 +26,15 @@ impl Plan {
                 Some(father) => under[father.index()].push(id),
                 None => roots.push(id),
             }
-            for member in &group.members {
+            for (place, member) in group.members.iter().enumerate() {
                 group_of[member.index()] = Some(id);
+                place_of[member.index()] = place;
             }
         }
         Self {
             spec,
             group_of,
+            place_of,
             under,
             roots,
         }
@@ -58,6 +62,11 @@ impl Plan {
 
     pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
         self.group_of[id.index()]
+    }
+
+    /// Its place in the father's order; 0 for one that does not compete.
+    pub(super) fn place_of(&self, id: SchemaId) -> usize {
+        self.place_of[id.index()]
     }
 
     pub(super) fn father(&self, id: SchemaId) -> Option<SchemaId> {

@@ -10,6 +10,8 @@ use crate::spec::{Nanos, Policy, SchemaId};
 pub(super) struct Field<'a> {
     /// The awake members in the father's order; at least one is ready.
     pub(super) candidates: &'a [Candidate],
+    /// The place of the first that is ready.
+    pub(super) first: Option<usize>,
     /// All members in the father's order.
     pub(super) members: &'a [SchemaId],
     /// Who is chosen at present.
@@ -57,9 +59,8 @@ impl Field<'_> {
     }
 
     fn first(&self) -> Choice {
-        self.ready()
-            .next()
-            .map(|c| (c.id, "the first of the ready in the father's order"))
+        let first = self.candidates.get(self.first?)?;
+        Some((first.id, "the first of the ready in the father's order"))
     }
 
     fn most_urgent(&self) -> Choice {

@@ -68,10 +68,8 @@ impl Hierarchy {
     }
 
     pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
-        if let Some(node) = self.nodes.get_mut(id.index())
-            && node.health != health
-        {
-            node.health = health.clone();
+        if self.plan.knows(id) && *self.health(id) != health {
+            self.node_mut(id).health = health.clone();
             out.push(Effect::Health { id, health });
         }
     }

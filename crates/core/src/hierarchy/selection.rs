@@ -3,9 +3,9 @@
 //! It refuses to select below a father that is losing its place, and while the father is being asked.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use super::Hierarchy;
+use super::lineup::Lineup;
 use super::parts::{Origin, Phase, Run};
 use super::policy::Field;
 use super::timer::Timer;
@@ -69,28 +69,11 @@ impl Hierarchy {
             asked.again.get_or_insert(why);
             return;
         }
-        let candidates = self.candidates(id);
-        match self.judge(now, id, &candidates, self.plan.group(id).policy) {
-            Verdict::Decided(decision) => self.decide(now, id, candidates, decision, why, out),
-            Verdict::Ask(case) => self.ask(now, id, case, candidates, why, out),
+        let lineup = self.lineup(id);
+        match self.judge(now, id, &lineup, self.plan.group(id).policy) {
+            Verdict::Decided(decision) => self.decide(now, id, lineup, decision, why, out),
+            Verdict::Ask(case) => self.ask(now, id, case, lineup.candidates, why, out),
         }
-    }
-
-    /// The awake members that somebody wants, in the father's order.
-    pub(super) fn candidates(&self, id: GroupId) -> Vec<Candidate> {
-        let members = self.plan.members(id).iter();
-        members
-            .filter(|&&m| self.is_awake(m) && self.node(m).wanted())
-            .map(|&m| {
-                let node = self.node(m);
-                Candidate {
-                    id: m,
-                    state: node.state,
-                    ready: node.ready,
-                    urgency: node.urgency.get(),
-                }
-            })
-            .collect()
     }
 
     /// Whether a member can be chosen although it is not ready.
@@ -100,7 +83,7 @@ impl Hierarchy {
     }
 
     /// Looks at a snapshot under a policy.
-    pub(super) fn judge(&self, now: Nanos, id: GroupId, candidates: &[Candidate], policy: Policy) -> Verdict {
+    pub(super) fn judge(&self, now: Nanos, id: GroupId, lineup: &Lineup, policy: Policy) -> Verdict {
         if let Some(forced) = self.forced_choice(id) {
             let decision = Decision::new(
                 Case::Forced,
@@ -110,20 +93,19 @@ impl Hierarchy {
             );
             return Verdict::Decided(decision);
         }
-        let mut ready = candidates.iter().filter(|c| c.ready);
-        let case = match (ready.next(), ready.next()) {
-            (None, _) => return self.judge_absence(id, candidates, policy),
-            (Some(only), None) => {
-                let decision =
-                    Decision::new(Case::Alone, Some(only.id), Decider::Nobody, "the only one ready");
+        let case = match (lineup.first, lineup.several) {
+            (None, _) => return self.judge_absence(id, &lineup.candidates, policy),
+            (Some(only), false) => {
+                let only = Some(lineup.candidates[only].id);
+                let decision = Decision::new(Case::Alone, only, Decider::Nobody, "the only one ready");
                 return Verdict::Decided(decision);
             }
-            (Some(_), Some(_)) => Case::Collision,
+            (Some(_), true) => Case::Collision,
         };
         if policy == Policy::Father && self.father_hears(id) {
             return Verdict::Ask(case);
         }
-        let chosen = self.field(now, id, candidates).choose(policy);
+        let chosen = self.field(now, id, lineup).choose(policy);
         let (choice, reason) = chosen.map_or((None, "nobody is ready"), |(id, reason)| (Some(id), reason));
         let decider = match policy {
             // Its father sleeps: an operator plays the members.
@@ -153,7 +135,7 @@ impl Hierarchy {
         &mut self,
         now: Nanos,
         id: GroupId,
-        candidates: Vec<Candidate>,
+        lineup: Lineup,
         decision: Decision,
         why: Why,
         out: &mut Vec<Effect>,
@@ -174,14 +156,14 @@ impl Hierarchy {
             group.since = now;
             group.last = choice;
         }
-        self.arm_turn(now, id, case, choice, &candidates);
+        self.arm_turn(now, id, case, choice, &lineup);
         out.push(Effect::Decided(Record {
             number,
             time: now,
             cause_time: why.time,
             group: id,
             case,
-            candidates,
+            candidates: lineup.candidates,
             before,
             choice,
             decider,
@@ -236,11 +218,12 @@ impl Hierarchy {
             .is_some_and(|father| self.is_awake(father))
     }
 
-    fn field<'a>(&'a self, now: Nanos, id: GroupId, candidates: &'a [Candidate]) -> Field<'a> {
+    fn field<'a>(&'a self, now: Nanos, id: GroupId, lineup: &'a Lineup) -> Field<'a> {
         let group = self.group(id);
         let (since, last) = (group.since, group.last);
         Field {
-            candidates,
+            candidates: &lineup.candidates,
+            first: lineup.first,
             members: self.plan.members(id),
             chosen: group.choice(),
             since,
@@ -255,16 +238,15 @@ impl Hierarchy {
         id: GroupId,
         case: Case,
         choice: Option<SchemaId>,
-        candidates: &[Candidate],
+        lineup: &Lineup,
     ) {
-        let plan = Arc::clone(&self.plan);
         let end = match case {
             Case::Collision => {
                 let field = Field {
                     chosen: choice,
-                    ..self.field(now, id, candidates)
+                    ..self.field(now, id, lineup)
                 };
-                field.turn_end(plan.group(id).policy)
+                field.turn_end(self.plan.group(id).policy)
             }
             Case::Alone | Case::Absence | Case::Forced => None,
         };

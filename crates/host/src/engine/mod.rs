@@ -17,7 +17,7 @@ mod unload;
 mod wiring;
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
@@ -98,6 +98,8 @@ pub(crate) struct Engine {
     rules: Mutex<Rules>,
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
+    /// Whether there is an outcome: looked at far more often than it changes.
+    concluded: AtomicBool,
     ended: Condvar,
     /// What operators wrote over and did not let go of. Its lock is taken after that of the rules, or alone.
     held: Mutex<Held>,
@@ -114,6 +116,8 @@ pub(crate) struct Rules {
     groups: Groups,
     /// Fathers and roles whose last wake or sleep was refused: a row of refusals is told once.
     unheard: BTreeSet<(usize, usize)>,
+    /// When the bells were last told to call for a timer.
+    alarm: Option<Nanos>,
     /// While it is `Some`, nobody gains authority, and those put to sleep are listed here instead of rung for.
     closing: Option<Vec<usize>>,
 }
@@ -150,6 +154,7 @@ impl Engine {
             commands,
             groups,
             unheard: BTreeSet::new(),
+            alarm: None,
             closing: None,
         };
         let panels = Arc::new(Panels::new(application.instances.len()));
@@ -170,6 +175,7 @@ impl Engine {
             rules: Mutex::new(rules),
             bells: OnceLock::new(),
             outcome: Mutex::new(None),
+            concluded: AtomicBool::new(false),
             ended: Condvar::new(),
             held: Mutex::default(),
             watches: Mutex::default(),
@@ -295,11 +301,15 @@ impl Engine {
     pub(crate) fn conclude(&self, outcome: Outcome) {
         let mut slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
         slot.get_or_insert(outcome);
+        self.concluded.store(true, Ordering::Release);
         drop(slot);
         self.ended.notify_all();
     }
 
     pub(crate) fn outcome(&self) -> Option<Outcome> {
+        if !self.concluded.load(Ordering::Acquire) {
+            return None;
+        }
         self.outcome
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -379,8 +389,12 @@ impl Engine {
             self.apply(&mut rules, now, effect);
         }
         rules.effects = effects;
-        if let Some(bells) = self.bells.get().and_then(Weak::upgrade) {
-            bells.alarm(rules.hierarchy.next_timer());
+        let next = rules.hierarchy.next_timer();
+        if rules.alarm != next
+            && let Some(bells) = self.bells.get().and_then(Weak::upgrade)
+        {
+            rules.alarm = next;
+            bells.alarm(next);
         }
         (result, moment)
     }
@@ -447,7 +461,9 @@ impl Engine {
             }
             Effect::Decided(record) => {
                 let more = rules.groups.decided(&record);
-                self.tell(rules, &Event::Decided(record));
+                if !rules.observers.is_empty() {
+                    self.tell(rules, &Event::Decided(record));
+                }
                 if let Some(more) = more {
                     self.tell(rules, &more);
                 }

@@ -3,6 +3,7 @@
 //! Calls take no virtual time, so nothing overruns here and a call that never returns stops the whole run.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_core::Nanos;
@@ -16,6 +17,8 @@ use crate::runner::Runner;
 #[derive(Default)]
 pub(crate) struct Queue {
     signals: Mutex<VecDeque<(usize, Signal)>>,
+    /// Whether there may be any: looked at after every turn, which seldom leads to one.
+    waits: AtomicBool,
 }
 
 /// All runners on one thread.
@@ -38,6 +41,7 @@ impl Bells for Queue {
             |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
         if !(matches!(signal, Signal::Triggered) && signals.iter().any(waits)) {
             signals.push_back((instance, signal));
+            self.waits.store(true, Ordering::Release);
         }
     }
 
@@ -46,10 +50,16 @@ impl Bells for Queue {
 
 impl Queue {
     pub(crate) fn pop(&self) -> Option<(usize, Signal)> {
-        self.signals
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop_front()
+        if !self.waits.load(Ordering::Acquire) {
+            return None;
+        }
+        let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
+        let signal = signals.pop_front();
+        if signal.is_none() {
+            // Under the lock: whoever brings one afterwards says so afterwards.
+            self.waits.store(false, Ordering::Release);
+        }
+        signal
     }
 }
 

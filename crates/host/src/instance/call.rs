@@ -224,6 +224,9 @@ impl Call<'_> {
 
     /// Whether it may not write that port of the application.
     fn refuses_port(&mut self, port: usize) -> bool {
+        if let Leave::All = self.leave {
+            return false;
+        }
         let what = |call: &Self| format!("write `{}`", call.port_name(port));
         match self.desk.ports(|ports| ports.is_wish(port)) {
             None => true,

@@ -4,6 +4,7 @@
 //! still asks for is refused, and a successor of the instance gets ports of its own. Waits for no call, only for a single use of
 //! a port, and the caretaker of the executors not even for that.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use jde_core::Nanos;
@@ -14,6 +15,8 @@ use super::remains::Remains;
 /// The ports of an instance, for as long as its calls are not given up.
 pub(crate) struct Desk {
     gate: Mutex<Gate>,
+    /// Calls may have looked at values since the last release. Written between calls, which follow each other.
+    holds: AtomicBool,
 }
 
 enum Gate {
@@ -31,6 +34,7 @@ impl Desk {
         let gate = Gate::Open { ports, call: None };
         Self {
             gate: Mutex::new(gate),
+            holds: AtomicBool::new(true),
         }
     }
 
@@ -58,10 +62,28 @@ impl Desk {
         match &mut *self.lock() {
             Gate::Open { ports, call } => {
                 *call = None;
-                Some(body(ports))
+                let left = body(ports);
+                self.holds.store(ports.holds(), Ordering::Release);
+                Some(left)
             }
             Gate::Closed { .. } => None,
         }
+    }
+
+    /// Lets go of the values that calls have looked at, if there are any.
+    pub(super) fn release(&self) {
+        if self.holds.load(Ordering::Acquire) {
+            self.ports(Ports::release);
+            self.holds.store(false, Ordering::Release);
+        }
+    }
+
+    /// Time of the newest value that calls have looked at since the last release; 0 if they looked at none.
+    pub(super) fn newest(&self) -> Nanos {
+        if !self.holds.load(Ordering::Acquire) {
+            return 0;
+        }
+        self.ports(|ports| ports.newest()).unwrap_or_default()
     }
 
     /// Whether a call was given up.

@@ -117,7 +117,7 @@ impl Instance {
         Ok(Answer {
             ready,
             urgency,
-            newest: self.desk.ports(|ports| ports.newest()).unwrap_or_default(),
+            newest: self.desk.newest(),
         })
     }
 
@@ -205,7 +205,7 @@ impl Instance {
     }
 
     fn release(&mut self) {
-        self.desk.ports(Ports::release);
+        self.desk.release();
     }
 
     fn end(&mut self) {
@@ -274,10 +274,10 @@ impl Instance {
         leave: Leave,
         call: impl FnOnce(&mut Option<Body>, &mut Call<'_>) -> R,
     ) -> (R, Option<String>, Leave) {
-        let engine = Arc::clone(&self.engine);
+        let engine = &self.engine;
         let meter = &engine.meters[self.number];
         let mut context = Call {
-            engine: &engine,
+            engine,
             number: self.number,
             name: &self.name,
             build: &self.build,

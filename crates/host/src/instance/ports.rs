@@ -18,6 +18,10 @@ pub(crate) struct Ports {
     looks: Option<Looks>,
     /// Counts the releases: what was read in one is not looked at in the next.
     releases: u64,
+    /// Something was looked at since the last release.
+    holds: bool,
+    /// Something was loaned since loans were last forgotten.
+    lends: bool,
     /// Rooms that a call which is about to be given up may still write to.
     pub(super) loaned: Vec<Parted>,
 }
@@ -119,6 +123,8 @@ impl Ports {
             ports,
             looks: None,
             releases: 0,
+            holds: false,
+            lends: false,
             loaned: Vec::new(),
         }
     }
@@ -193,6 +199,7 @@ impl Ports {
 
     /// The value of an input, the same until [`Self::release`].
     pub(crate) fn read(&mut self, port: usize, now: Nanos) -> Result<View<'_>, PortError> {
+        self.holds = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
             Port::Output(_) | Port::Wish { .. } => Err(PortError::WrongPort),
@@ -256,6 +263,7 @@ impl Ports {
 
     /// Room for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
+        self.lends = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
@@ -313,6 +321,7 @@ impl Ports {
     /// Lets go of every value read; the next read sees the newest.
     pub(crate) fn release(&mut self) {
         self.releases += 1;
+        self.holds = false;
         for port in &mut self.ports {
             match port {
                 Port::Input(reader) => reader.release(),
@@ -330,8 +339,16 @@ impl Ports {
         }
     }
 
+    /// Whether something was looked at since the last release.
+    pub(crate) fn holds(&self) -> bool {
+        self.holds
+    }
+
     /// Forgets loans that were not published.
     pub(crate) fn discard_loans(&mut self) {
+        if !std::mem::take(&mut self.lends) {
+            return;
+        }
         self.loaned.clear();
         for port in &mut self.ports {
             match port {

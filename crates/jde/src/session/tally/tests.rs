@@ -29,7 +29,7 @@ fn decided(number: u64, time: Nanos, before: Option<u32>, choice: Option<u32>) -
         cause_time: time,
         group: GroupId(BASE as u32),
         case: Case::Alone,
-        candidates: Vec::new(),
+        candidates: [].into(),
         before: before.map(SchemaId),
         choice: choice.map(SchemaId),
         decider: Decider::Policy(Policy::Priority),
