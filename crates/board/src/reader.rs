@@ -9,14 +9,13 @@ use crate::store::Cell;
 use crate::variable::lock;
 use crate::{Stamp, Variable};
 
-/// What holds of every reader.
-const ITS_CELLS: &str = "a reader's hold is made for its variable's cell";
-
 /// Reads a variable. Dropped, it lets go of its value.
 pub struct Reader {
     variable: Arc<Variable>,
     ticket: usize,
     hold: Hold,
+    /// Of the value that is held, if one is.
+    stamp: Option<Stamp>,
     seen: Seen,
     /// Bytes of a value.
     bytes: usize,
@@ -38,19 +37,19 @@ enum Seen {
     NotLooked,
     /// There is no value to see.
     Nothing,
-    /// A value, which is held.
-    Value(Stamp),
+    /// The value that is held.
+    Held,
 }
 
 /// How the latched value is kept. What is kept outlives a release: while nothing newer is published the next latch finds it here, and
 /// looks at a single word to know that.
 enum Hold {
-    /// Small values: a copy, with the stamp of what is in it.
-    Copy { bytes: Aligned, of: Option<Stamp> },
-    /// Readers of others beyond the declared number: a copy that is made anew each time, so that it never goes by the number alone.
+    /// Small values: a copy.
+    Copy(Aligned),
+    /// Readers of others beyond the declared number: a copy that is made anew each time.
     Crowded(Aligned),
-    /// Others: a pin, with the stamp of what it holds. A reader has one at most, and there is a slot for it, used or not.
-    Pin(Option<(Pin, Stamp)>),
+    /// Others: a pin. A reader has one at most, and there is a slot for it, used or not.
+    Pin(Option<Pin>),
 }
 
 impl Reader {
@@ -58,16 +57,14 @@ impl Reader {
         let hold = match &variable.cell {
             Cell::Pinned(_) if ticket < variable.describe().readers => Hold::Pin(None),
             Cell::Pinned(_) => Hold::Crowded(Aligned::new(variable.bytes())),
-            Cell::Ring(_) => Hold::Copy {
-                bytes: Aligned::new(variable.bytes()),
-                of: None,
-            },
+            Cell::Ring(_) => Hold::Copy(Aligned::new(variable.bytes())),
         };
         Self {
             bytes: variable.bytes(),
             variable,
             ticket,
             hold,
+            stamp: None,
             seen: Seen::NotLooked,
         }
     }
@@ -86,23 +83,24 @@ impl Reader {
 
     /// The newest value at the first call; the same value, at the same address, until `release`. None if then nothing was
     /// published and there is no initial value: that, too, stays so until `release`.
-    #[inline]
+    #[inline(always)]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
-        let stamp = match self.seen {
-            Seen::Value(stamp) => stamp,
-            Seen::Nothing => return None,
-            Seen::NotLooked => self.take()?,
-        };
-        Some(self.show(stamp))
+        if let Seen::NotLooked = self.seen {
+            self.seen = self.look();
+        }
+        self.latched()
     }
 
     /// The value that is latched, if one is.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
-        match self.seen {
-            Seen::Value(stamp) => Some(self.show(stamp)),
-            Seen::Nothing | Seen::NotLooked => None,
+        match (self.seen, &self.stamp) {
+            (Seen::Held, Some(stamp)) => Some(Latched {
+                bytes: self.held(),
+                stamp: *stamp,
+            }),
+            (Seen::Held, None) | (Seen::Nothing | Seen::NotLooked, _) => None,
         }
     }
 
@@ -118,30 +116,37 @@ impl Reader {
         self.variable.newest()
     }
 
-    /// Gets hold of the newest value, if there is one.
-    #[inline]
-    fn take(&mut self) -> Option<Stamp> {
-        let stamp = match (&mut self.hold, &self.variable.cell) {
-            (Hold::Copy { bytes, of }, Cell::Ring(ring)) => match *of {
-                Some(stamp) if stamp.sequence == ring.newest() => stamp,
-                Some(_) | None => {
-                    let stamp = ring.read(bytes.words_mut(self.bytes.div_ceil(8))).into();
-                    *of = Some(stamp);
-                    stamp
+    /// Sees to it that the newest value is held, if there is one.
+    #[inline(always)]
+    fn look(&mut self) -> Seen {
+        let newest = match (&self.hold, &self.variable.cell, &self.stamp) {
+            (Hold::Copy(_), Cell::Ring(ring), Some(stamp)) => ring.newest() == stamp.sequence,
+            (Hold::Pin(Some(pin)), Cell::Pinned(pinned), _) => pinned.is_newest(pin),
+            _ => false,
+        };
+        if !newest {
+            self.take();
+        }
+        match &self.stamp {
+            Some(stamp) if self.variable.shows(stamp.sequence) => Seen::Held,
+            Some(_) | None => Seen::Nothing,
+        }
+    }
+
+    /// Gets hold of the newest value.
+    #[inline(never)]
+    fn take(&mut self) {
+        let mark = match (&mut self.hold, &self.variable.cell) {
+            (Hold::Copy(copy), Cell::Ring(ring)) => ring.read(copy.words_mut(self.bytes.div_ceil(8))),
+            (Hold::Pin(held), Cell::Pinned(pinned)) => {
+                if let Some(older) = held.take() {
+                    pinned.unpin(older);
                 }
-            },
-            (Hold::Pin(held), Cell::Pinned(pinned)) => match held {
-                Some((pin, stamp)) if pinned.is_newest(pin) => *stamp,
-                Some(_) | None => {
-                    if let Some((pin, _)) = held.take() {
-                        pinned.unpin(pin);
-                    }
-                    let pin = pinned.pin();
-                    let stamp = pinned.mark(&pin).into();
-                    *held = Some((pin, stamp));
-                    stamp
-                }
-            },
+                let pin = pinned.pin();
+                let mark = pinned.mark(&pin);
+                *held = Some(pin);
+                mark
+            }
             (Hold::Crowded(copy), Cell::Pinned(pinned)) => {
                 let _one_at_a_time = lock(&self.variable.copying);
                 let pin = pinned.pin();
@@ -150,38 +155,31 @@ impl Reader {
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
                 let mark = pinned.mark(&pin);
                 pinned.unpin(pin);
-                mark.into()
+                mark
             }
-            (Hold::Copy { .. }, Cell::Pinned(_)) | (Hold::Crowded(_) | Hold::Pin(_), Cell::Ring(_)) => {
-                unreachable!("{ITS_CELLS}")
+            (Hold::Copy(_), Cell::Pinned(_)) | (Hold::Crowded(_) | Hold::Pin(_), Cell::Ring(_)) => {
+                unreachable!("a reader's hold is made for its variable's cell")
             }
         };
-        if !self.variable.shows(stamp.sequence) {
-            self.seen = Seen::Nothing;
-            return None;
-        }
-        self.seen = Seen::Value(stamp);
-        Some(stamp)
+        self.stamp = Some(mark.into());
     }
 
-    /// What is held, with its stamp.
-    #[inline]
-    fn show(&self, stamp: Stamp) -> Latched<'_> {
-        let bytes = match (&self.hold, &self.variable.cell) {
-            (Hold::Copy { bytes, .. } | Hold::Crowded(bytes), _) => bytes.bytes(self.bytes),
+    /// The bytes of the value that is held.
+    #[inline(always)]
+    fn held(&self) -> &[u8] {
+        match (&self.hold, &self.variable.cell) {
+            (Hold::Copy(copy) | Hold::Crowded(copy), _) => copy.bytes(self.bytes),
             // SAFETY: pinned in this cell.
-            (Hold::Pin(Some((pin, _))), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
-            (Hold::Pin(None), _) => unreachable!("a stamp is kept only with its value"),
-            (Hold::Pin(Some(_)), Cell::Ring(_)) => unreachable!("{ITS_CELLS}"),
-        };
-        Latched { bytes, stamp }
+            (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
+            (Hold::Pin(_), _) => unreachable!("a stamp is kept only with its value"),
+        }
     }
 }
 
 impl Drop for Reader {
     fn drop(&mut self) {
         if let (Hold::Pin(held), Cell::Pinned(pinned)) = (&mut self.hold, &self.variable.cell)
-            && let Some((pin, _)) = held.take()
+            && let Some(pin) = held.take()
         {
             pinned.unpin(pin);
         }

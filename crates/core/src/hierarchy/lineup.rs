@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
+use super::parts::Node;
 use super::plan::Plan;
 use crate::record::Candidate;
 use crate::spec::{GroupId, SchemaId};
@@ -31,7 +32,7 @@ pub(super) struct Lineups {
     touched: Vec<bool>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Kept {
     candidates: Arc<[Candidate]>,
     /// A bit for each candidate that is ready.
@@ -71,32 +72,68 @@ impl Eq for Lineups {}
 impl Hierarchy {
     /// Who competes in a group now.
     pub(super) fn lineup(&mut self, id: GroupId) -> Lineup {
-        let mut kept = std::mem::take(&mut self.lineups.groups[id.index()]);
+        let Self {
+            plan, nodes, lineups, ..
+        } = self;
+        let Lineups { groups, touched } = lineups;
+        let kept = &mut groups[id.index()];
+        if !kept.touched.is_empty() && !kept.catch_up(plan, nodes, touched) {
+            *kept = Kept::of(plan, nodes, id);
+        }
+        debug_assert!(*kept == Kept::of(plan, nodes, id), "a change that nobody was told of");
+        kept.lineup()
+    }
+}
+
+impl Kept {
+    /// A group looked at anew.
+    fn of(plan: &Plan, nodes: &[Node], id: GroupId) -> Self {
+        let members = plan.members(id).iter();
+        let candidates: Arc<[Candidate]> = members
+            .filter_map(|&member| candidate(nodes, member))
+            .collect();
+        let mut ready = vec![0; candidates.len().div_ceil(64)];
+        for (place, candidate) in candidates.iter().enumerate() {
+            ready[place / 64] |= u64::from(candidate.ready) << (place % 64);
+        }
+        Self {
+            candidates,
+            ready,
+            touched: Vec::new(),
+        }
+    }
+
+    /// Looks again at those to whom something happened; false if somebody else competes than before.
+    fn catch_up(&mut self, plan: &Plan, nodes: &[Node], touched: &mut [bool]) -> bool {
         let mut whole = true;
-        for member in kept.touched.drain(..) {
-            self.lineups.touched[member.index()] = false;
-            let known = kept
-                .candidates
-                .binary_search_by_key(&self.plan.place_of(member), |known| self.plan.place_of(known.id));
-            match (known, self.candidate(member)) {
-                (Ok(place), Some(candidate)) if kept.candidates[place] != candidate => {
-                    Arc::make_mut(&mut kept.candidates)[place] = candidate;
+        for member in self.touched.drain(..) {
+            touched[member.index()] = false;
+            let place = plan.place_of(member);
+            let known = if self.candidates.get(place).is_some_and(|known| known.id == member) {
+                Ok(place)
+            } else {
+                self.candidates
+                    .binary_search_by_key(&place, |known| plan.place_of(known.id))
+            };
+            match (known, candidate(nodes, member)) {
+                (Ok(place), Some(candidate)) if self.candidates[place] != candidate => {
+                    Arc::make_mut(&mut self.candidates)[place] = candidate;
                     let bit = 1 << (place % 64);
                     if candidate.ready {
-                        kept.ready[place / 64] |= bit;
+                        self.ready[place / 64] |= bit;
                     } else {
-                        kept.ready[place / 64] &= !bit;
+                        self.ready[place / 64] &= !bit;
                     }
                 }
                 (Ok(_), Some(_)) | (Err(_), None) => {}
                 (Ok(_), None) | (Err(_), Some(_)) => whole = false,
             }
         }
-        if !whole {
-            self.line_up(id, &mut kept);
-        }
-        debug_assert!(self.is_right(id, &kept), "a change that nobody was told of");
-        let mut ready = kept.ready.iter().enumerate().filter(|(_, word)| **word != 0);
+        whole
+    }
+
+    fn lineup(&self) -> Lineup {
+        let mut ready = self.ready.iter().enumerate().filter(|(_, word)| **word != 0);
         let (first, several) = match ready.next() {
             None => (None, false),
             Some((place, word)) => {
@@ -104,41 +141,21 @@ impl Hierarchy {
                 (Some(first), !word.is_power_of_two() || ready.next().is_some())
             }
         };
-        let lineup = Lineup {
-            candidates: Arc::clone(&kept.candidates),
+        Lineup {
+            candidates: Arc::clone(&self.candidates),
             first,
             several,
-        };
-        self.lineups.groups[id.index()] = kept;
-        lineup
-    }
-
-    /// Looks at all members.
-    fn line_up(&self, id: GroupId, kept: &mut Kept) {
-        let members = self.plan.members(id).iter();
-        kept.candidates = members.filter_map(|&member| self.candidate(member)).collect();
-        kept.ready.clear();
-        kept.ready.resize(kept.candidates.len().div_ceil(64), 0);
-        for (place, candidate) in kept.candidates.iter().enumerate() {
-            kept.ready[place / 64] |= u64::from(candidate.ready) << (place % 64);
         }
     }
+}
 
-    /// Whether what is kept is what would be made anew.
-    fn is_right(&self, id: GroupId, kept: &Kept) -> bool {
-        let mut anew = Kept::default();
-        self.line_up(id, &mut anew);
-        kept.candidates == anew.candidates && kept.ready == anew.ready
-    }
-
-    /// A member as a selection sees it, if it competes.
-    fn candidate(&self, id: SchemaId) -> Option<Candidate> {
-        let node = self.node(id);
-        (node.state != State::Slept && node.wanted()).then(|| Candidate {
-            id,
-            state: node.state,
-            ready: node.ready,
-            urgency: node.urgency.get(),
-        })
-    }
+/// A member as a selection sees it, if it competes.
+fn candidate(nodes: &[Node], id: SchemaId) -> Option<Candidate> {
+    let node = &nodes[id.index()];
+    (node.state != State::Slept && node.wanted()).then(|| Candidate {
+        id,
+        state: node.state,
+        ready: node.ready,
+        urgency: node.urgency.get(),
+    })
 }
