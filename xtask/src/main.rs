@@ -5,6 +5,7 @@ mod bench;
 mod cargo_json;
 mod clients;
 mod demo;
+mod faults;
 mod headers;
 mod metadata;
 mod paint;
@@ -48,6 +49,19 @@ enum Verb {
     },
     /// Measure jde against the best there is, in the same run, and print one table (docs/performance.md).
     Bench(bench::Choice),
+    /// Inject faults into running applications, and see that the rules hold all the same; `--help` tells more.
+    #[command(disable_help_flag = true)]
+    Faults(Faults),
+}
+
+#[derive(Args)]
+struct Faults {
+    /// The build for development instead of the optimised one.
+    #[arg(long)]
+    dev: bool,
+    /// What the campaign is told.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    words: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
@@ -100,6 +114,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Headers { check: false } => headers::renew(&root)?,
         Verb::Headers { check: true } => headers::check(&root)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
+        Verb::Faults(Faults { dev, words }) => return faults::run(&root, dev, &words, paint),
     }
     Ok(ExitCode::SUCCESS)
 }

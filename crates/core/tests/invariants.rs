@@ -3,7 +3,6 @@
 //! It refuses to know how the rules are kept: see `shadow` for what is checked, and `Wishes` for R6.
 
 mod random;
-mod shadow;
 
 use std::collections::BTreeSet;
 
@@ -11,9 +10,9 @@ use jde_core::{
     Answer, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused, SchemaId,
     Spec, State, Timer,
 };
+use jde_shadow::{Shadow, below, ids};
 use proptest::prelude::*;
 use random::{MS, POLICIES, specs};
-use shadow::{Shadow, below, ids};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]

@@ -4,14 +4,12 @@
 //! wakes, ends, or faults, and each timer fires, at any moment. It refuses to be believed on trust: executors that
 //! are wrong on purpose run through the same model, and each must be caught.
 
-mod shadow;
-
 use std::hash::{Hash, Hasher};
 
 use jde_core::{
     Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Restart, SchemaId, SchemaSpec, Spec, State, Timer,
 };
-use shadow::{Shadow, ids};
+use jde_shadow::{Shadow, ids};
 use stateright::{Checker, Model, Property};
 
 const TELEOP: SchemaId = SchemaId(0);

@@ -2,7 +2,6 @@
 //!
 //! It refuses stories it does not understand: an unknown key, phrase or name fails with the file and the step.
 
-mod shadow;
 mod story;
 
 use std::collections::BTreeMap;

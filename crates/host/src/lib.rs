@@ -27,6 +27,7 @@ mod running;
 pub mod snapshot;
 pub mod story;
 pub mod turn;
+pub mod witness;
 
 pub use build::BuildName;
 pub use engine::{decider_name, policy_name};

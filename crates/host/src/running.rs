@@ -24,6 +24,7 @@ use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::snapshot::Snapshot;
 use crate::turn::OnTurn;
+use crate::witness::Witness;
 
 /// Is shown an application that is about to start, and may keep it from starting.
 pub type BeforeStart = Box<dyn FnOnce(&Handle) -> Result<(), Hindrance>>;
@@ -43,6 +44,8 @@ pub struct Options {
     pub speed: f64,
     /// Is told of every turn of a schema and what it saw, to have it taken again (see [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
+    /// Watches every transaction of the rules.
+    pub witness: Option<Box<dyn Witness>>,
     /// What runs the schemas that want a process of their own.
     pub apart: Option<Program>,
 }
@@ -111,6 +114,7 @@ impl Default for Options {
             limit: None,
             speed: 1.0,
             on_turn: None,
+            witness: None,
             apart: None,
         }
     }
@@ -129,6 +133,7 @@ impl Running {
             Clock::real(options.speed),
             options.observers,
             options.on_turn,
+            options.witness,
             options.apart,
         )?;
         let alarm = Arc::new(Alarm::default());
@@ -214,6 +219,7 @@ impl Lockstep {
             Clock::standing(),
             options.observers,
             options.on_turn,
+            options.witness,
             options.apart,
         )?;
         let mut executor = lockstep::Lockstep::new(Arc::clone(&engine), runners);
@@ -419,6 +425,7 @@ fn prepare(
     clock: Clock,
     observers: Vec<Box<dyn Observer>>,
     on_turn: Option<OnTurn>,
+    witness: Option<Box<dyn Witness>>,
     apart: Option<Program>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
     let instances = application.instances.iter();
@@ -431,7 +438,7 @@ fn prepare(
         .map(|instance| original(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
     let (engine, ports) =
-        Engine::new(application, clock, observers, on_turn, apart).map_err(StartError::Wiring)?;
+        Engine::new(application, clock, observers, on_turn, witness, apart).map_err(StartError::Wiring)?;
     let mut runners = Vec::with_capacity(builds.len());
     for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
         let mut runner = Runner::new(&engine, number, build, ports);

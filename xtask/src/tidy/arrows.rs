@@ -39,6 +39,8 @@ const TABLE: &[Row] = &[
     alone("crates/abi"),
     // Rules without clock, thread or I/O need no library.
     alone("crates/core"),
+    // It watches the rules in their tests, and in the campaign of faults.
+    row("crates/shadow", &["crates/core"]),
     // The names that application files reserve are listed once, in the ABI's reader.
     row("crates/macros", &["crates/abi"]),
     row("crates/sim", &[]),
@@ -123,6 +125,20 @@ const TABLE: &[Row] = &[
     row(
         "crates/driver-suite",
         &["crates/board", "crates/host", "crates/schema"],
+    ),
+    // It runs whole applications, and looks at everything from outside.
+    row(
+        "crates/faults",
+        &[
+            "crates/abi",
+            "crates/board",
+            "crates/core",
+            "crates/host",
+            "crates/p2os-server",
+            "crates/shadow",
+            "crates/sim",
+            "crates/types",
+        ],
     ),
     row("crates/port", &[]),
     row("crates/device", &["crates/port", "crates/schema"]),

@@ -6,7 +6,7 @@ use jde_core::{Answer, Check, Effect, Hierarchy, Nanos, Operator, Record, Refuse
 
 use super::words::{Names, Told, case, decider, health, number, policy, state, time};
 use super::{Step, Story, Why};
-use crate::shadow::{Shadow, ids};
+use jde_shadow::{Shadow, ids};
 
 /// Plays all steps; gives all effects.
 pub(super) fn play(story: &Story) -> Result<Vec<Effect>, String> {

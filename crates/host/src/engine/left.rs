@@ -50,7 +50,7 @@ impl Engine {
         self.hung(instance, reason);
         // It may have faulted long before, and have published since.
         self.variables.retract_exports(instance);
-        self.transact(|hierarchy, now, out| hierarchy.end(now, schema(instance), out));
+        self.transact_end(None, instance);
         let process = Footprint::now();
         tracing::warn!(
             schema = self.name(instance),

@@ -13,6 +13,7 @@ mod operate;
 mod panels;
 mod reload;
 mod services;
+mod transact;
 mod unload;
 mod wiring;
 
@@ -34,6 +35,7 @@ use crate::meter::Meter;
 use crate::panels::Panels;
 use crate::reload::Swap;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
+use crate::witness::Witness;
 use authority::Commands;
 use observe::Groups;
 pub use observe::{decider_name, policy_name};
@@ -112,6 +114,7 @@ pub(crate) struct Rules {
     hierarchy: Hierarchy,
     effects: Vec<Effect>,
     observers: Vec<Box<dyn Observer>>,
+    witness: Option<Box<dyn Witness>>,
     commands: Commands,
     groups: Groups,
     /// Fathers and roles whose last wake or sleep was refused: a row of refusals is told once.
@@ -129,6 +132,7 @@ impl Engine {
         clock: Clock,
         observers: Vec<Box<dyn Observer>>,
         on_turn: Option<OnTurn>,
+        witness: Option<Box<dyn Witness>>,
         apart: Option<Program>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
@@ -151,6 +155,7 @@ impl Engine {
             hierarchy,
             effects: Vec::new(),
             observers,
+            witness,
             commands,
             groups,
             unheard: BTreeSet::new(),
@@ -223,15 +228,14 @@ impl Engine {
 
     /// Asks leave to iterate.
     pub(crate) fn begin(&self, instance: usize) -> (bool, Moment) {
-        self.transact_of(instance, |hierarchy, now, out| {
-            hierarchy.begin(now, schema(instance), out)
-        })
+        let id = schema(instance);
+        self.transact_begin(instance, |hierarchy, now, out| hierarchy.begin(now, id, out))
     }
 
     /// Asks leave for the first iteration since it became WINNER; no if it has had that already.
     pub(crate) fn begin_first(&self, instance: usize) -> (bool, Moment) {
         let id = schema(instance);
-        self.transact_of(instance, |hierarchy, now, out| {
+        self.transact_begin(instance, |hierarchy, now, out| {
             hierarchy.is_taking(id) && hierarchy.begin(now, id, out)
         })
     }
@@ -243,10 +247,7 @@ impl Engine {
 
     /// The iteration ended.
     pub(crate) fn end(&self, instance: usize) -> Moment {
-        self.transact_of(instance, |hierarchy, now, out| {
-            hierarchy.end(now, schema(instance), out);
-        })
-        .1
+        self.transact_end(self.journal_of(instance), instance)
     }
 
     /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the
@@ -328,153 +329,6 @@ impl Engine {
 
     pub(crate) fn name(&self, instance: usize) -> &str {
         &self.application.instances[instance].name
-    }
-
-    /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
-    fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
-        self.transact_as(None, change).0
-    }
-
-    /// As [`Self::transact`]; turns tell of it if anything came of it. For what schemas do again and again.
-    fn transact_if_any<R>(
-        &self,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
-        let mut moment = Moment::default();
-        let result = self.transact(|hierarchy, now, out| {
-            let result = change(hierarchy, now, out);
-            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
-                let order = journal.next();
-                moment = Moment { order, time: now };
-            }
-            result
-        });
-        (result, moment)
-    }
-
-    /// As [`Self::transact`], of which turns tell.
-    fn transact_told<R>(
-        &self,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
-        self.transact_as(self.journal.as_deref(), change)
-    }
-
-    /// As [`Self::transact_told`], in a turn of an instance. Nobody asks what a driver's were: what comes of them is in its exports.
-    fn transact_of<R>(
-        &self,
-        instance: usize,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
-        let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
-        self.transact_as(self.journal.as_deref().filter(|_| !is_driver), change)
-    }
-
-    fn transact_as<R>(
-        &self,
-        journal: Option<&Journal>,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
-        let mut rules = self.lock();
-        let now = self.clock.now();
-        let order = journal.map_or(0, Journal::next);
-        let time = if order > 0 { now } else { 0 };
-        let moment = Moment { order, time };
-        for calmed in rules.groups.calmed(now) {
-            self.tell(&mut rules, &calmed);
-        }
-        let mut effects = std::mem::take(&mut rules.effects);
-        let result = change(&mut rules.hierarchy, now, &mut effects);
-        for effect in effects.drain(..) {
-            self.apply(&mut rules, now, effect);
-        }
-        rules.effects = effects;
-        let next = rules.hierarchy.next_timer();
-        if rules.alarm != next
-            && let Some(bells) = self.bells.get().and_then(Weak::upgrade)
-        {
-            rules.alarm = next;
-            bells.alarm(next);
-        }
-        (result, moment)
-    }
-
-    /// Tells of a transaction that is in nobody's turn.
-    fn tell_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
-        if let Some(journal) = &self.journal {
-            journal.tell(&Turn {
-                way,
-                checked,
-                ..Turn::of(kind, instance)
-            });
-        }
-    }
-
-    fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {
-        match effect {
-            Effect::Woken(id) => self.ring(id.index(), Signal::Awake),
-            Effect::Slept { id, .. } => match &mut rules.closing {
-                Some(order) => order.push(id.index()),
-                None => self.ring(id.index(), Signal::Asleep),
-            },
-            Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
-            Effect::Granted(_) => {}
-            Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
-            Effect::Promoted(id) => self.ring(id.index(), Signal::Promoted),
-            Effect::Demoted(_) => {}
-            Effect::Ask { group, ticket, level } => {
-                if let Some(father) = self.application.groups[group.index()].father {
-                    self.ring(father, Signal::Asked { group, ticket, level });
-                }
-            }
-            Effect::Brake { group } => {
-                for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
-                    self.ring(driver, Signal::Triggered);
-                }
-            }
-            Effect::Hold { group, until } => {
-                rules
-                    .commands
-                    .hold(&self.below(&rules.hierarchy, group), now, until)
-            }
-            Effect::Changed { id, from, to } => {
-                tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
-                self.tell(
-                    rules,
-                    &Event::Changed {
-                        time: now,
-                        schema: id.index(),
-                        from,
-                        to,
-                    },
-                );
-            }
-            Effect::Health { id, health } => {
-                self.tell(
-                    rules,
-                    &Event::Health {
-                        time: now,
-                        schema: id.index(),
-                        health,
-                    },
-                );
-            }
-            Effect::Decided(record) => {
-                let more = rules.groups.decided(&record);
-                if !rules.observers.is_empty() {
-                    self.tell(rules, &Event::Decided(record));
-                }
-                if let Some(more) = more {
-                    self.tell(rules, &more);
-                }
-            }
-            Effect::Took {
-                group,
-                record,
-                id,
-                latency,
-            } => self.took(rules, now, group, record, id, latency),
-        }
     }
 
     /// The instances that act for a group: its members and all below them.

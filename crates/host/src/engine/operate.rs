@@ -325,7 +325,7 @@ impl Engine {
 
     /// Puts everything to sleep; answers with the order in which it must happen, children before fathers.
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
-        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.shutdown(now, out));
+        let moment = self.transact_over();
         self.tell_turn(Turn::ENDED, 0, 0, moment);
         self.lock().closing.replace(Vec::new()).unwrap_or_default()
     }

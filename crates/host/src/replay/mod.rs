@@ -96,7 +96,7 @@ impl Replay {
         past: Box<dyn Past>,
         slack: Nanos,
     ) -> Result<Self, StartError> {
-        let (engine, ports) = Engine::new(application, Clock::again(slack > 0), observers, None, None)
+        let (engine, ports) = Engine::new(application, Clock::again(slack > 0), observers, None, None, None)
             .map_err(StartError::Wiring)?;
         let mut runners = Vec::new();
         for (number, ports) in ports.into_iter().enumerate() {

@@ -56,7 +56,7 @@ impl Scene {
             limit: Some(limit),
             speed: speed.unwrap_or(1.0),
             on_turn: Some(jde_log::turns(&recorder, &application, speed.is_none())),
-            apart: None,
+            ..Options::default()
         };
         if speed.is_some() {
             Running::start(application, &scene.plugins, options)

@@ -1,15 +1,13 @@
 //! An observer that knows the hierarchy only by its effects, and says which rule a list of effects breaks.
 //!
-//! Shared by the random tests, the model and the scenarios. It refuses to use the code under test for its verdicts:
+//! Shared by the tests of the rules and by the campaign of faults. It refuses to use the code under test for its verdicts:
 //! states and authority are rebuilt from the effects, fathers and members come from the specification.
-
-#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use jde_core::{Effect, GroupId, Hierarchy, Kind, SchemaId, Spec, State};
 
-/// What the effects so far say.
+/// What the effects so far say. What it answers with as an error names the rule that is broken.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub(crate) struct Shadow {
+pub struct Shadow {
     states: Vec<State>,
     authority: Vec<bool>,
     /// Iterations that run, as the executor knows it, and whether one was abandoned.
@@ -19,13 +17,15 @@ pub(crate) struct Shadow {
 }
 
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
-pub(crate) enum Abandoned {
+enum Abandoned {
     No,
     Yes,
 }
 
 impl Shadow {
-    pub(crate) fn new(spec: &Spec) -> Self {
+    /// Everybody sleeps.
+    #[must_use]
+    pub fn new(spec: &Spec) -> Self {
         Self {
             states: vec![State::Slept; spec.schemas.len()],
             authority: vec![false; spec.schemas.len()],
@@ -36,31 +36,37 @@ impl Shadow {
     }
 
     /// An iteration began.
-    pub(crate) fn began(&mut self, id: SchemaId) {
+    pub fn began(&mut self, id: SchemaId) {
         self.running[id.index()] = Some(Abandoned::No);
     }
 
     /// An iteration ended; called before the hierarchy hears of it.
-    pub(crate) fn ended(&mut self, id: SchemaId) {
+    pub fn ended(&mut self, id: SchemaId) {
         self.running[id.index()] = None;
     }
 
-    pub(crate) fn is_running(&self, id: SchemaId) -> bool {
+    /// Whether an iteration of it runs.
+    #[must_use]
+    pub fn is_running(&self, id: SchemaId) -> bool {
         self.running[id.index()].is_some()
     }
 
     /// Whether the iteration that runs has lost its place.
-    pub(crate) fn is_abandoned(&self, id: SchemaId) -> bool {
+    #[must_use]
+    pub fn is_abandoned(&self, id: SchemaId) -> bool {
         self.running[id.index()] == Some(Abandoned::Yes)
     }
 
     /// The application is shutting down: every group brakes.
-    pub(crate) fn shutting_down(&mut self) {
+    pub fn shutting_down(&mut self) {
         self.over = true;
     }
 
     /// Applies the effects of one transaction in order.
-    pub(crate) fn apply(&mut self, spec: &Spec, effects: &[Effect]) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// The rule that one of them breaks, and which.
+    pub fn apply(&mut self, spec: &Spec, effects: &[Effect]) -> Result<(), String> {
         for effect in effects {
             self.apply_one(spec, effect)
                 .map_err(|broken| format!("{broken}, at {effect:?}"))?;
@@ -69,7 +75,10 @@ impl Shadow {
     }
 
     /// Compares with the hierarchy after a transaction, and checks what holds between any two.
-    pub(crate) fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// The rule that does not hold, or where the hierarchy says otherwise than its effects.
+    pub fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
         let spec = h.spec();
         for id in ids(spec) {
             check(self.states[id.index()] == h.state(id), || {
@@ -232,8 +241,16 @@ impl Shadow {
         }
     }
 
-    pub(crate) fn state(&self, id: SchemaId) -> State {
+    /// The state of a schema.
+    #[must_use]
+    pub fn state(&self, id: SchemaId) -> State {
         self.states[id.index()]
+    }
+
+    /// Whether it may command and wake children (R7).
+    #[must_use]
+    pub fn has_authority(&self, id: SchemaId) -> bool {
+        self.authority[id.index()]
     }
 
     fn siblings<'a>(&self, spec: &'a Spec, id: SchemaId) -> impl Iterator<Item = SchemaId> + use<'a> {
@@ -254,16 +271,23 @@ impl Shadow {
     }
 }
 
-pub(crate) fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
+/// All schemas.
+///
+/// # Panics
+/// If there are more than numbers for them.
+pub fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
     (0..u32::try_from(spec.schemas.len()).expect("a small specification")).map(SchemaId)
 }
 
-pub(crate) fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
+/// The place of the group in which it competes.
+#[must_use]
+pub fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
     spec.groups.iter().position(|g| g.members.contains(&id))
 }
 
 /// All motor schemas below, looked up the slow way.
-pub(crate) fn below(spec: &Spec, id: SchemaId) -> Vec<SchemaId> {
+#[must_use]
+pub fn below(spec: &Spec, id: SchemaId) -> Vec<SchemaId> {
     let mut found = Vec::new();
     for group in spec.groups.iter().filter(|g| g.father == Some(id)) {
         for &member in &group.members {

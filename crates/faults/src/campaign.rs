@@ -1,0 +1,245 @@
+//! The campaign: case after case until enough faults were injected, each judged by itself.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
+
+use anyhow::{Result, bail};
+
+use crate::case::{Case, Clock, What};
+use crate::observer::Tamper;
+use crate::outside;
+use crate::plan::{Kind, plan};
+use crate::run::{Gear, Leaks, Report, run};
+use crate::stage::{Root, Stage};
+use crate::table::Table;
+
+/// How long a case may take of the machine's time, processes included, before it counts as one that never ends.
+const CASE: Duration = Duration::from_secs(120);
+
+/// Shares of all faults, by where they are injected.
+const SHARES: [(Clock, What, u64); 5] = [
+    (Clock::Lockstep, What::Demo, 30),
+    (Clock::Lockstep, What::Hundred, 30),
+    (Clock::RealTime, What::Demo, 15),
+    (Clock::RealTime, What::Hundred, 20),
+    (Clock::Outside, What::Demo, 5),
+];
+
+/// What a campaign is.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// What all choices follow from.
+    pub seed: u64,
+    /// Faults.
+    pub count: u64,
+    /// The kinds of these alone.
+    pub kinds: Vec<Kind>,
+    /// By these clocks alone.
+    pub clocks: Vec<Clock>,
+    /// This case alone.
+    pub case: Option<Case>,
+    /// More folders of plugins.
+    pub plugins: Vec<PathBuf>,
+    /// The executable, for processes of its own.
+    pub jde: Option<PathBuf>,
+    /// Where the workspace is.
+    pub root: Root,
+    /// A lie, to see that it is found.
+    pub tamper: Option<Tamper>,
+}
+
+/// Hears how it goes.
+pub trait Progress {
+    /// A case begins.
+    fn begins(&mut self, case: Case, injected: u64);
+    /// A case is over.
+    fn ended(&mut self, report: &Report);
+}
+
+/// What came of a campaign.
+pub struct Finished {
+    /// What was injected and survived.
+    pub table: Table,
+    /// What the process held at the end, in words.
+    pub held: String,
+    /// Memory that it held beyond what it may.
+    pub leak: Option<String>,
+    /// The least share of turns that any bystander had in real time.
+    pub kept: Option<f64>,
+}
+
+impl Campaign {
+    /// Runs it, until it is done or `stop` is set.
+    ///
+    /// # Errors
+    /// It cannot be run: plugins, the demonstration or the executable are missing.
+    pub fn run(&self, stop: &AtomicBool, progress: &mut dyn Progress) -> Result<Finished> {
+        let gear = Gear::new(&self.plugins)?;
+        let mut table = Table::default();
+        let mut leaks = Leaks::default();
+        let mut kept: Option<f64> = None;
+        let watchdog = Watchdog::new(self.clone());
+        for (clock, what, quota) in self.lanes()? {
+            let mut injected = 0;
+            let mut number = self.case.map_or(0, |case| case.number);
+            // A case in which nothing fits injects nothing: there are not more of these than this in a row.
+            let mut empty = 0;
+            while injected < quota && empty < 100 && !stop.load(Ordering::Relaxed) {
+                let case = Case { clock, what, number };
+                let most = if self.case.is_some() {
+                    u64::MAX
+                } else {
+                    quota - injected
+                };
+                progress.begins(case, table.injected());
+                watchdog.begins(case);
+                let report = self.case(&gear, case, most, &mut leaks, stop)?;
+                watchdog.ended();
+                number += 1;
+                empty = if report.faults.is_empty() { empty + 1 } else { 0 };
+                injected += report.faults.len() as u64;
+                kept = [kept, report.kept].into_iter().flatten().reduce(f64::min);
+                table.add(&report);
+                progress.ended(&report);
+                if self.case.is_some() {
+                    break;
+                }
+            }
+        }
+        Ok(Finished {
+            table,
+            held: leaks.words(),
+            leak: leaks.conclude(),
+            kept,
+        })
+    }
+
+    fn case(
+        &self,
+        gear: &Gear,
+        case: Case,
+        most: u64,
+        leaks: &mut Leaks,
+        stop: &AtomicBool,
+    ) -> Result<Report> {
+        if case.clock == Clock::Outside {
+            return outside::run(self, case, stop);
+        }
+        let stage = Stage::of(&self.root, self.seed, case)?;
+        let faults = plan(self.seed, case, &stage, &self.kinds, most);
+        let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
+        let mut report = run(
+            gear,
+            case,
+            &stage,
+            faults,
+            self.seed ^ case.number,
+            self.tamper,
+            stop,
+        )?;
+        // The first case makes what all of them use.
+        if leaks.is_begun() {
+            report.broken.extend(leaks.judge(report.left));
+        } else {
+            leaks.begin(report.left);
+        }
+        // Kept open until the process ends, as a leak is.
+        std::mem::forget(leak);
+        Ok(report)
+    }
+
+    fn lanes(&self) -> Result<Vec<(Clock, What, u64)>> {
+        if let Some(Case { clock, what, .. }) = self.case {
+            return Ok(vec![(clock, what, u64::MAX)]);
+        }
+        let fits =
+            |clock: Clock| self.clocks.contains(&clock) && self.kinds.iter().any(|kind| kind.fits(clock));
+        let lanes: Vec<_> = SHARES.into_iter().filter(|(clock, ..)| fits(*clock)).collect();
+        if lanes.is_empty() {
+            bail!("none of these kinds can be injected there; leave out --kind or --only");
+        }
+        let all: u64 = lanes.iter().map(|(.., share)| share).sum();
+        let quota = |share: u64| (self.count * share).div_ceil(all).max(1);
+        Ok(lanes
+            .into_iter()
+            .map(|(clock, what, share)| (clock, what, quota(share)))
+            .collect())
+    }
+
+    /// The one command that runs a case again.
+    #[must_use]
+    pub fn again(&self, case: Case) -> String {
+        let kinds = if self.kinds.len() == Kind::ALL.len() {
+            String::new()
+        } else {
+            self.kinds
+                .iter()
+                .map(|kind| format!(" --kind {}", kind.name()))
+                .collect()
+        };
+        format!("cargo xtask faults --seed {}{kinds} --case {case}", self.seed)
+    }
+}
+
+impl Finished {
+    /// What was run, on what, and what was measured beside the table.
+    #[must_use]
+    pub fn words(&self, campaign: &Campaign) -> String {
+        let processors = std::thread::available_parallelism().map_or(0, usize::from);
+        let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
+        let kept = self.kept.map_or_else(String::new, |kept| {
+            format!(
+                " In real time no bystander had less than {:.1} % of its turns.",
+                kept * 100.0
+            )
+        });
+        format!(
+            "`cargo xtask faults --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{kept}",
+            campaign.seed,
+            campaign.count,
+            self.table.injected(),
+            kernel.trim(),
+            self.held
+        )
+    }
+}
+
+/// Ends the process if a case never ends: whatever hangs then is what the campaign looks for.
+struct Watchdog {
+    tell: Sender<Option<Case>>,
+}
+
+impl Watchdog {
+    fn new(campaign: Campaign) -> Self {
+        let (tell, told) = channel::<Option<Case>>();
+        std::thread::spawn(move || {
+            let mut running = None;
+            loop {
+                match (told.recv_timeout(CASE), running) {
+                    (Ok(case), _) => running = case,
+                    (Err(RecvTimeoutError::Disconnected), _) => return,
+                    (Err(RecvTimeoutError::Timeout), None) => {}
+                    (Err(RecvTimeoutError::Timeout), Some(case)) => {
+                        eprintln!(
+                            "\nbroken: {case} has not ended within {CASE:?}\n  again: {}",
+                            campaign.again(case)
+                        );
+                        std::process::exit(1);
+                    }
+                }
+            }
+        });
+        Self { tell }
+    }
+
+    fn begins(&self, case: Case) {
+        // It listens for as long as this lives.
+        let _ = self.tell.send(Some(case));
+    }
+
+    fn ended(&self) {
+        let _ = self.tell.send(None);
+    }
+}

@@ -1,0 +1,115 @@
+//! The name of a case: one application that runs with some faults. All that happens in it follows from the seed and this name.
+
+use std::fmt;
+use std::str::FromStr;
+
+use anyhow::{Context as _, bail};
+
+/// By whose time it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub enum Clock {
+    /// Virtual time, one thread.
+    Lockstep,
+    /// The machine's time, in this process.
+    RealTime,
+    /// The machine's time, in processes of their own.
+    Outside,
+}
+
+/// What runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum What {
+    /// Safe navigation, with schemas that misbehave among its own.
+    Demo,
+    /// A hundred schemas in groups deep and wide.
+    Hundred,
+}
+
+/// An application that runs with some faults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Case {
+    /// By whose time.
+    pub clock: Clock,
+    /// What runs.
+    pub what: What,
+    /// Which of those.
+    pub number: u64,
+}
+
+impl Clock {
+    /// What people type and read.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lockstep => "lockstep",
+            Self::RealTime => "real-time",
+            Self::Outside => "outside",
+        }
+    }
+}
+
+impl What {
+    /// What people type and read.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Demo => "demo",
+            Self::Hundred => "hundred",
+        }
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/{}", self.clock.name(), self.what.name(), self.number)
+    }
+}
+
+impl FromStr for Case {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        let wrong =
+            || format!("`{text}` is no case; write one as a failure shows it, such as lockstep/hundred/12");
+        let mut parts = text.split('/');
+        let (clock, what, number) = (parts.next(), parts.next(), parts.next());
+        let clocks = [Clock::Lockstep, Clock::RealTime, Clock::Outside];
+        let clock = clocks.into_iter().find(|known| Some(known.name()) == clock);
+        let what = [What::Demo, What::Hundred]
+            .into_iter()
+            .find(|known| Some(known.name()) == what);
+        let number = number.and_then(|number| number.parse().ok());
+        let case = Self {
+            clock: clock.with_context(wrong)?,
+            what: what.with_context(wrong)?,
+            number: number.with_context(wrong)?,
+        };
+        if parts.next().is_some() || (case.clock == Clock::Outside && case.what == What::Hundred) {
+            bail!(wrong());
+        }
+        Ok(case)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Case;
+
+    #[test]
+    fn a_case_is_read_as_it_is_shown() {
+        for text in ["lockstep/hundred/12", "real-time/demo/0", "outside/demo/3"] {
+            let case: Case = text.parse().expect(text);
+            assert_eq!(case.to_string(), text);
+        }
+        for text in [
+            "",
+            "lockstep",
+            "lockstep/demo",
+            "lockstep/demo/x",
+            "outside/hundred/1",
+            "lockstep/demo/1/2",
+        ] {
+            assert!(text.parse::<Case>().is_err(), "{text}");
+        }
+    }
+}

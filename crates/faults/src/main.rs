@@ -1,0 +1,169 @@
+//! `cargo xtask faults`: runs a campaign of faults and prints what was injected and survived. Exit status 0 only if everything was,
+//! 1 if something was not, 2 if the campaign could not be run.
+
+mod page;
+mod screen;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context as _, Result};
+use clap::Parser;
+use jde_faults::campaign::Campaign;
+use jde_faults::case::{Case, Clock};
+use jde_faults::observer::Tamper;
+use jde_faults::plan::Kind;
+use jde_faults::run::SERVE;
+use jde_faults::stage::Root;
+use jde_host::apart::serve;
+use jde_host::plugin::Plugins;
+use screen::Screen;
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+/// Inject hundreds of faults of every kind into running applications, and see that the rules hold all the same.
+///
+/// Two applications run, again and again: the demonstration with schemas among its own that misbehave when told, and one of a
+/// hundred schemas; in lockstep, in real time, and in processes of their own. An observer judges all the while: R1, R5, R7, R9 and
+/// R10, no motion that nobody commands, every other schema's period, nothing left over. One seed gives one campaign.
+#[derive(Parser)]
+#[command(
+    name = "cargo xtask faults",
+    disable_version_flag = true,
+    after_help = "Examples:
+  cargo xtask faults
+  cargo xtask faults --seed 7 --count 1000 --only lockstep
+  cargo xtask faults --kind hang --kind crash
+  cargo xtask faults --seed 7 --case real-time/hundred/12    one case again, with its faults told
+  cargo xtask faults --save docs/faults.md"
+)]
+struct Arguments {
+    /// What all choices follow from.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// How many faults.
+    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..))]
+    count: u64,
+    /// This kind alone (may be repeated).
+    #[arg(long, value_name = "KIND", hide_possible_values = true, help = kinds())]
+    kind: Vec<Kind>,
+    /// There alone (may be repeated).
+    #[arg(long, value_name = "WHERE")]
+    only: Vec<Clock>,
+    /// This case alone, as a failure names it.
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["count", "only", "save"])]
+    case: Option<Case>,
+    /// Put the table into the page of that file, between its two marks.
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+    /// One more folder with plugins (may be repeated).
+    #[arg(long, value_name = "DIR")]
+    plugins: Vec<PathBuf>,
+    /// The executable for the cases in processes of their own [default: the one beside this program].
+    #[arg(long, value_name = "FILE")]
+    jde: Option<PathBuf>,
+    /// Lie to the observer, to see that it is found.
+    #[arg(long, value_name = "LIE", hide = true)]
+    tamper: Option<Tamper>,
+}
+
+fn kinds() -> String {
+    let names = Kind::ALL.map(Kind::name).join(", ");
+    format!("This kind alone (may be repeated): {names}")
+}
+
+fn main() -> ExitCode {
+    if std::env::args_os().nth(1).is_some_and(|first| first == SERVE) {
+        return serve_schema();
+    }
+    match run(Arguments::parse()) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// This program as the process of one schema.
+fn serve_schema() -> ExitCode {
+    match serve(&Plugins::default()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("jde-faults: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<ExitCode> {
+    let or_all = |kinds: Vec<Kind>| {
+        if kinds.is_empty() {
+            Kind::ALL.to_vec()
+        } else {
+            kinds
+        }
+    };
+    let clocks = vec![Clock::Lockstep, Clock::RealTime, Clock::Outside];
+    let campaign = Campaign {
+        seed: arguments.seed,
+        count: arguments.count,
+        kinds: or_all(arguments.kind),
+        clocks: if arguments.only.is_empty() {
+            clocks
+        } else {
+            arguments.only
+        },
+        case: arguments.case,
+        plugins: arguments.plugins,
+        jde: arguments.jde,
+        root: Root::usual(),
+        tamper: arguments.tamper,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // The second one ends it at once.
+        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))?;
+        signal_hook::flag::register(signal, Arc::clone(&stop)).context("the system tells of no signals")?;
+    }
+    let mut screen = Screen::new(&campaign);
+    let finished = campaign.run(&stop, &mut screen)?;
+    screen.end();
+    let table = finished.table.markdown();
+    println!("{table}");
+    println!("{}", finished.words(&campaign));
+    for (case, broken) in finished.table.broken() {
+        println!("broken: {broken}\n  again: {}", campaign.again(*case));
+    }
+    if let Some(leak) = &finished.leak {
+        println!("broken: {leak}");
+    }
+    let interrupted = stop.load(Ordering::Relaxed);
+    if interrupted {
+        println!("interrupted: what is above is what there was time for");
+    }
+    if let Some(file) = &arguments.save
+        && !interrupted
+    {
+        page::save(file, &table, &finished.words(&campaign))?;
+    }
+    let survived = finished.table.broken().is_empty() && finished.leak.is_none();
+    Ok(if survived && !interrupted {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::Arguments;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,202 @@
+//! Every command that reaches a driver: who gave it, whether that one might (R7), and whether it still may be in force (R9).
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+use jde_abi::describe::{Kind, Role};
+use jde_board::{Access, Reader, Variable, Watch};
+use jde_core::Nanos;
+use jde_host::Handle;
+
+use super::history::Standing;
+use super::{Known, Tamper, lock};
+use crate::case::Clock;
+
+/// How long a group may take until its brake is seen, where others need the processor too: a patience and a loaded machine.
+const SLACK: Nanos = 250_000_000;
+
+/// All commands of an application.
+#[derive(Default)]
+pub(crate) struct Commands {
+    lines: BTreeMap<String, Line>,
+    motors: Vec<bool>,
+    given: Vec<Given>,
+    closed: bool,
+    /// Brakes are not seen, on purpose.
+    blind: bool,
+}
+
+/// A command of a driver.
+struct Line {
+    neutral: Vec<u8>,
+    newest: Option<Given>,
+    /// Since when the newest is in force although nobody is there to give it.
+    orphan: Option<Nanos>,
+    reader: Reader,
+}
+
+#[derive(Clone, Debug)]
+struct Given {
+    line: String,
+    writer: u32,
+    sequence: u64,
+    time: Nanos,
+    seen: Nanos,
+    valid_until: Nanos,
+    neutral: bool,
+}
+
+impl Commands {
+    /// Watches the commands of an application from the first on.
+    pub(super) fn watch(shared: &Arc<Mutex<Self>>, handle: &Handle, tamper: Option<Tamper>) -> Vec<Watch> {
+        let application = handle.application();
+        let mut commands = lock(shared);
+        commands.blind = tamper == Some(Tamper::Brake);
+        commands.motors = application
+            .instances
+            .iter()
+            .map(|instance| instance.schema.kind == Kind::Motor)
+            .collect();
+        let all = handle.board().list();
+        let all = all.filter(|variable| matches!(variable.describe().access, Access::Command { .. }));
+        let mut watches = Vec::new();
+        for variable in all {
+            let line = variable.describe().full_name();
+            commands.lines.insert(
+                line.clone(),
+                Line {
+                    neutral: neutral_of(handle, &variable),
+                    newest: None,
+                    orphan: None,
+                    reader: variable.reader("faults"),
+                },
+            );
+            let (shared, handle) = (Arc::downgrade(shared), handle.clone());
+            watches.push(variable.watch(move || {
+                if let Some(shared) = shared.upgrade() {
+                    lock(&shared).take(&line, handle.now());
+                }
+            }));
+        }
+        watches
+    }
+
+    /// Nothing that comes from here on is judged.
+    pub(super) fn close(&mut self) {
+        self.closed = true;
+        // Their readers must not outlive the application in what is counted as left over.
+        self.lines.clear();
+    }
+
+    /// Judges all that was given since the last time, and what is in force.
+    pub(super) fn judge(&mut self, known: &mut Known, now: Nanos) {
+        for mut given in std::mem::take(&mut self.given) {
+            if given.neutral || !self.is_motor(given.writer) {
+                continue;
+            }
+            if known.tampers(Tamper::Stranger) {
+                given.writer = (0..self.motors.len() as u32)
+                    .find(|other| {
+                        self.is_motor(*other) && !known.history.held_authority(*other as usize, 0, now)
+                    })
+                    .unwrap_or(given.writer);
+            }
+            let giver = given.writer as usize;
+            let might = known.history.held_authority(giver, given.time, given.seen);
+            if !might && !known.history.is_held(giver, given.time) {
+                let (line, at) = (&given.line, given.time as f64 / 1e9);
+                let name = known.name(giver);
+                let broken =
+                    format!("R7: `{line}` took a command of `{name}`, which had no authority, at {at:.6} s");
+                known.tell(broken);
+            }
+        }
+        let motors = &self.motors;
+        let is_motor = |writer: u32| motors.get(writer as usize).copied().unwrap_or(false);
+        for (name, line) in &mut self.lines {
+            let in_force = line
+                .newest
+                .as_ref()
+                .filter(|newest| is_motor(newest.writer) && !newest.neutral && newest.valid_until >= now);
+            let Some(newest) = in_force else {
+                line.orphan = None;
+                continue;
+            };
+            let standing = known.history.standing(newest.writer as usize, now);
+            let Standing::Orphan(group) = standing else {
+                line.orphan = None;
+                continue;
+            };
+            let since = *line.orphan.get_or_insert(now);
+            if known.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
+                let giver = known.name(newest.writer as usize).to_owned();
+                known.tell(format!(
+                    "R9: a command of `{giver}` to `{name}` is in force although nobody wins in group {group}, at {:.6} s",
+                    now as f64 / 1e9
+                ));
+                // Once.
+                line.newest = None;
+            }
+        }
+    }
+
+    /// Whether any command of this driver that moves something is in force, by a schema or by an absence policy.
+    pub(super) fn is_driven(&self, driver: &str, now: Nanos) -> bool {
+        let of_it = |name: &str| name.split_once('.').is_some_and(|(owner, _)| owner == driver);
+        let lines = self.lines.iter().filter(|(name, _)| of_it(name));
+        lines
+            .filter_map(|(_, line)| line.newest.as_ref())
+            .any(|newest| !newest.neutral && newest.valid_until >= now)
+    }
+
+    fn is_motor(&self, writer: u32) -> bool {
+        self.motors.get(writer as usize).copied().unwrap_or(false)
+    }
+
+    fn take(&mut self, name: &str, seen: Nanos) {
+        if self.closed {
+            return;
+        }
+        let Some(line) = self.lines.get_mut(name) else {
+            return;
+        };
+        let given = line.reader.latch().map(|latched| Given {
+            line: name.to_owned(),
+            writer: latched.stamp.writer,
+            sequence: latched.stamp.sequence,
+            time: latched.stamp.time,
+            seen,
+            valid_until: latched.stamp.valid_until,
+            neutral: latched.bytes == line.neutral,
+        });
+        line.reader.release();
+        let Some(given) = given else {
+            return;
+        };
+        if self.blind && given.neutral {
+            return;
+        }
+        let newer = line
+            .newest
+            .as_ref()
+            .is_none_or(|newest| newest.sequence < given.sequence);
+        if newer {
+            line.newest = Some(given.clone());
+            self.given.push(given);
+        }
+    }
+}
+
+/// The neutral value of a command, as its driver declares it.
+fn neutral_of(handle: &Handle, variable: &Variable) -> Vec<u8> {
+    let declared = variable.describe();
+    let application = handle.application();
+    let owner = application
+        .instance(&declared.owner)
+        .map(|place| &application.instances[place]);
+    let port = owner.and_then(|owner| owner.schema.ports.iter().find(|port| port.name == declared.name));
+    match port.map(|port| &port.role) {
+        Some(Role::Command { neutral, .. }) => neutral.clone(),
+        _ => Vec::new(),
+    }
+}

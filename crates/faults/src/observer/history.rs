@@ -1,0 +1,127 @@
+//! Who held authority when, and which groups hold their last command: what publications are judged by when the dust has settled.
+//! Keeps the last few spans of each schema; nobody is judged by older ones.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use jde_core::{GroupId, Nanos, SchemaId, Spec, State};
+
+/// Spans of authority that are kept of a schema: more than change hands between two looks.
+const KEPT: usize = 64;
+
+/// Since the start.
+#[derive(Debug, Default)]
+pub(crate) struct History {
+    spans: Vec<VecDeque<(Nanos, Option<Nanos>)>>,
+    states: Vec<State>,
+    holds: BTreeMap<usize, Nanos>,
+    group_of: Vec<Option<usize>>,
+    fathers: Vec<Option<usize>>,
+    members: Vec<Vec<usize>>,
+}
+
+/// Why a command may be in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    /// Who gave it has authority.
+    Holds,
+    /// Somebody else won on its path, and has not commanded yet.
+    TakenOver,
+    /// Nobody won, and the group holds its last command for a while (R9).
+    Held,
+    /// Nobody won in that group: it should have braked (R9).
+    Orphan(usize),
+}
+
+impl History {
+    /// Learns who is whose father.
+    pub(crate) fn begin(&mut self, spec: &Spec) {
+        let count = spec.schemas.len();
+        self.spans = vec![VecDeque::new(); count];
+        self.states = vec![State::Slept; count];
+        self.group_of = vec![None; count];
+        self.fathers = spec
+            .groups
+            .iter()
+            .map(|group| group.father.map(SchemaId::index))
+            .collect();
+        self.members = spec
+            .groups
+            .iter()
+            .map(|group| group.members.iter().map(|member| member.index()).collect())
+            .collect();
+        for (group, members) in self.members.iter().enumerate() {
+            for member in members {
+                self.group_of[*member] = Some(group);
+            }
+        }
+    }
+
+    pub(crate) fn knows(&self) -> bool {
+        !self.states.is_empty()
+    }
+
+    pub(crate) fn granted(&mut self, id: SchemaId, at: Nanos) {
+        let spans = &mut self.spans[id.index()];
+        if spans.back().is_some_and(|(_, end)| end.is_none()) {
+            return;
+        }
+        if spans.len() == KEPT {
+            spans.pop_front();
+        }
+        spans.push_back((at, None));
+    }
+
+    pub(crate) fn withdrawn(&mut self, id: SchemaId, at: Nanos) {
+        if let Some((_, end @ None)) = self.spans[id.index()].back_mut() {
+            *end = Some(at);
+        }
+    }
+
+    pub(crate) fn changed(&mut self, id: SchemaId, to: State) {
+        self.states[id.index()] = to;
+    }
+
+    pub(crate) fn holds(&mut self, group: GroupId, until: Nanos) {
+        self.holds.insert(group.index(), until);
+    }
+
+    /// Whether it held authority at any instant from `from` to `to`.
+    pub(crate) fn held_authority(&self, schema: usize, from: Nanos, to: Nanos) -> bool {
+        let Some(spans) = self.spans.get(schema) else {
+            return false;
+        };
+        spans
+            .iter()
+            .any(|(begin, end)| *begin <= to && end.is_none_or(|end| end >= from))
+    }
+
+    /// Whether the last command from it or those below stands by its group's absence policy, at any instant from `from` on.
+    pub(crate) fn is_held(&self, schema: usize, from: Nanos) -> bool {
+        let mut at = Some(schema);
+        while let Some(group) = at.and_then(|schema| self.group_of[schema]) {
+            if self.holds.get(&group).is_some_and(|until| *until >= from) {
+                return true;
+            }
+            at = self.fathers[group];
+        }
+        false
+    }
+
+    /// How a command stands that this schema gave: by the highest group of its path that somebody else won, or nobody. What is
+    /// below sleeps for that, and need not brake by itself.
+    pub(crate) fn standing(&self, giver: usize, now: Nanos) -> Standing {
+        let mut standing = Standing::Holds;
+        let mut at = Some(giver);
+        while let Some((schema, group)) = at.and_then(|schema| Some((schema, self.group_of[schema]?))) {
+            let mut members = self.members[group].iter();
+            match members.find(|member| self.states[**member] == State::Winner) {
+                Some(winner) if *winner == schema => {}
+                Some(_) => standing = Standing::TakenOver,
+                None if self.holds.get(&group).is_some_and(|until| *until >= now) => standing = Standing::Held,
+                None => standing = Standing::Orphan(group),
+            }
+            at = self.fathers[group];
+        }
+        standing
+    }
+}

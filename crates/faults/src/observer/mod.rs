@@ -1,0 +1,222 @@
+//! Watches an application from outside and says which rule is broken. It asks none of the code that it watches whether it is well:
+//! states and authority are rebuilt from effects, commands are read from the board, motion from the simulated robot's truth,
+//! and turns are counted.
+
+mod commands;
+mod history;
+mod motion;
+mod rhythm;
+mod rules;
+mod tamper;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_board::Watch;
+use jde_core::{Health, Nanos};
+use jde_host::event::Event;
+use jde_host::turn::{Call, OnTurn, Turn};
+use jde_host::{BeforeStart, Handle, Options};
+
+use crate::case::Clock;
+use commands::Commands;
+use history::History;
+use motion::Motion;
+use rhythm::Rhythm;
+use rules::Rules;
+pub use tamper::Tamper;
+
+/// What is broken is told at most so often: what follows from the first is of no use.
+const MOST_TOLD: usize = 8;
+
+/// What it knows; shared by all that it hears and sees with.
+pub(crate) struct Known {
+    pub(crate) clock: Clock,
+    pub(crate) tamper: Option<Tamper>,
+    pub(crate) names: Vec<String>,
+    pub(crate) history: History,
+    pub(crate) rhythm: Rhythm,
+    pub(crate) signs: Vec<Sign>,
+    broken: Vec<String>,
+}
+
+/// That something became of a fault.
+#[derive(Clone, Debug)]
+pub struct Sign {
+    /// When.
+    pub time: Nanos,
+    /// Of whom.
+    pub schema: usize,
+    /// What: "faulted", "hung".
+    pub what: &'static str,
+}
+
+/// Watches one application.
+pub struct Observer {
+    known: Arc<Mutex<Known>>,
+    commands: Arc<Mutex<Commands>>,
+    motion: Motion,
+    watches: Arc<Mutex<Vec<Watch>>>,
+}
+
+impl Observer {
+    /// One that is to watch an application of so many schemas.
+    #[must_use]
+    pub fn new(clock: Clock, tamper: Option<Tamper>) -> Self {
+        let known = Known {
+            clock,
+            tamper,
+            names: Vec::new(),
+            history: History::default(),
+            rhythm: Rhythm::new(clock),
+            signs: Vec::new(),
+            broken: Vec::new(),
+        };
+        Self {
+            known: Arc::new(Mutex::new(known)),
+            commands: Arc::default(),
+            motion: Motion::default(),
+            watches: Arc::default(),
+        }
+    }
+
+    /// Has it hear and see all that an application does that is started with these options. Those in `victims` may miss turns.
+    pub fn watch(&self, options: &mut Options, victims: Vec<usize>) {
+        options.witness = Some(Box::new(Rules::new(Arc::clone(&self.known))));
+        let known = Arc::clone(&self.known);
+        options
+            .observers
+            .push(Box::new(move |event: &Event| lock(&known).hear(event)));
+        let known = Arc::clone(&self.known);
+        let turns: OnTurn = Arc::new(move |turn: &Turn| {
+            if turn.kind == Turn::CYCLED {
+                // A perceptive schema has nothing to check.
+                let checked = turn.looked != Call::default();
+                let call = if checked { turn.looked } else { turn.acted };
+                lock(&known).had_turn(turn.schema as usize, call.time);
+            }
+        });
+        options.on_turn = Some(turns);
+        let (known, commands, watches) = (
+            Arc::clone(&self.known),
+            Arc::clone(&self.commands),
+            Arc::clone(&self.watches),
+        );
+        let before: BeforeStart = Box::new(move |handle: &Handle| {
+            let application = handle.application();
+            let mut seen = lock(&known);
+            seen.names = application
+                .instances
+                .iter()
+                .map(|instance| instance.name.clone())
+                .collect();
+            seen.rhythm.begin(application, &victims);
+            let tamper = seen.tamper;
+            drop(seen);
+            let mut kept = lock(&watches);
+            kept.extend(Commands::watch(&commands, handle, tamper));
+            kept.extend(rhythm::watch_drivers(&known, handle));
+            Ok(())
+        });
+        options.before_start = Some(before);
+    }
+
+    /// Judges what has happened until now; in lockstep between two instants.
+    pub fn judge(&mut self, handle: &Handle) {
+        let now = handle.now();
+        let mut known = lock(&self.known);
+        lock(&self.commands).judge(&mut known, now);
+        self.motion.judge(&mut known, &lock(&self.commands), handle, now);
+        known.judge_rhythm(now);
+    }
+
+    /// The application is about to end: from here on nobody is awake, and nothing is owed.
+    pub fn is_over(&self) {
+        lock(&self.watches).clear();
+        lock(&self.commands).close();
+    }
+
+    /// Judges what can be judged at the end alone. `bare` is the share of turns that a thread lost which did nothing but wait for
+    /// its turns beside the application.
+    pub fn conclude(&self, bare: f64) {
+        lock(&self.known).conclude_rhythm(bare);
+    }
+
+    /// What was found broken so far.
+    #[must_use]
+    pub fn broken(&self) -> Vec<String> {
+        lock(&self.known).broken.clone()
+    }
+
+    /// What became of faults so far.
+    #[must_use]
+    pub fn signs(&self) -> Vec<Sign> {
+        lock(&self.known).signs.clone()
+    }
+
+    /// The least share of turns that a bystander had, of those that it should have had.
+    #[must_use]
+    pub fn least_kept(&self) -> Option<f64> {
+        lock(&self.known).rhythm.least_kept()
+    }
+}
+
+impl Known {
+    pub(crate) fn tell(&mut self, broken: String) {
+        if self.broken.len() < MOST_TOLD {
+            self.broken.push(broken);
+        }
+    }
+
+    pub(crate) fn name(&self, schema: usize) -> &str {
+        self.names.get(schema).map_or("?", String::as_str)
+    }
+
+    pub(crate) fn tampers(&mut self, with: Tamper) -> bool {
+        // Once: one broken invariant must be found by itself.
+        self.tamper.take_if(|tamper| *tamper == with).is_some()
+    }
+
+    fn hear(&mut self, event: &Event) {
+        let (time, schema, what) = match event {
+            Event::Changed {
+                time,
+                schema,
+                from,
+                to,
+            } => {
+                self.changed(*time, *schema, *from, *to);
+                return;
+            }
+            Event::Health {
+                time,
+                schema,
+                health: Health::Faulted(_),
+            } => (*time, *schema, "faulted"),
+            Event::Health {
+                time,
+                schema,
+                health: Health::ArbitrationFailed(_),
+            } => (*time, *schema, "arbitration failed"),
+            Event::Hung { time, schema, .. } => (*time, *schema, "hung"),
+            Event::LeftBehind { time, schema, .. } => (*time, *schema, "left behind"),
+            Event::CameBack { time, schema, .. } => (*time, *schema, "came back"),
+            Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
+            Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
+            Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),
+            Event::ReloadUndone { time, schema, .. } => (*time, *schema, "went back"),
+            Event::Operator { time, action, .. } => (*time, action.schema(), "operated"),
+            Event::Health { .. }
+            | Event::Decided(_)
+            | Event::Took { .. }
+            | Event::Late { .. }
+            | Event::Chatters { .. }
+            | Event::Calmed { .. }
+            | Event::Ended { .. } => return,
+        };
+        self.signs.push(Sign { time, schema, what });
+    }
+}
+
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,190 @@
+//! The process that runs the application, and its tools: the real executable, in a folder of its own where nobody else's is found.
+
+use std::collections::BTreeMap;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context as _, Result, bail};
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::words_file;
+use crate::campaign::Campaign;
+
+/// What the demonstration says of its simulated robot, and who drives beside it.
+const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
+const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
+/// Never ready of itself: it is there to crash.
+const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";
+
+/// The process.
+pub(super) struct Host {
+    process: Child,
+    program: PathBuf,
+    plugins: std::ffi::OsString,
+    folder: tempfile::TempDir,
+}
+
+impl Host {
+    /// Starts the demonstration on a robot behind TCP: beside the line of its driver, only somebody who never drives is added.
+    pub(super) fn start(campaign: &Campaign, address: &str) -> Result<Self> {
+        let program = program(campaign)?;
+        let folder = tempfile::tempdir().context("no folder for a process")?;
+        std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(0o700))?;
+        let delivered = campaign.root.0.join("apps/safe-navigation.toml");
+        let text = std::fs::read_to_string(&delivered)
+            .with_context(|| format!("cannot read {}", delivered.display()))?;
+        if !text.contains(SIMULATED) || !text.contains(ROOTS) {
+            bail!("{} is not what the campaign knows", delivered.display());
+        }
+        let real =
+            format!("type  = \"p2os/pioneer\"\nport  = \"{address}\"\nstart = [3.55, 1.6, \"90deg\"]\n");
+        let text = text
+            .replace(SIMULATED, &real)
+            .replace(ROOTS, "roots   = [\"teleop\", \"drifter\", \"example\"]");
+        let file = folder.path().join("safe-navigation.toml");
+        std::fs::write(&file, text + DRIFTER)?;
+        let mut folders = campaign.plugins.clone();
+        folders.extend(std::env::current_exe()?.parent().map(PathBuf::from));
+        folders.extend(program.parent().map(PathBuf::from));
+        let plugins = std::env::join_paths(folders).context("a folder of plugins has a colon in its name")?;
+        let mut command = command(&program, &folder, &plugins);
+        command.args(["run", &file.display().to_string(), "--plain"]);
+        command.stdout(words_file(folder.path(), "said")?);
+        command.stderr(words_file(folder.path(), "complained")?);
+        let process = command
+            .spawn()
+            .with_context(|| format!("cannot start {}", program.display()))?;
+        Ok(Self {
+            process,
+            program,
+            plugins,
+            folder,
+        })
+    }
+
+    pub(super) fn signal(&self, signal: Signal) -> Result<()> {
+        let process = Pid::from_raw(self.process.id().cast_signed()).context("it has a number")?;
+        kill_process(process, signal).context("it is not there any more")
+    }
+
+    /// Whether it has not ended.
+    pub(super) fn lives(&mut self) -> bool {
+        matches!(self.process.try_wait(), Ok(None))
+    }
+
+    /// Ends it, whatever it does.
+    pub(super) fn reap(&mut self) {
+        // It may have ended long ago.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+
+    /// Runs a verb of the executable to its end.
+    pub(super) fn jde(&self, words: &[&str]) -> Result<String> {
+        let output = command(&self.program, &self.folder, &self.plugins)
+            .args(words)
+            .output()?;
+        if !output.status.success() {
+            bail!(
+                "jde {}: {}",
+                words.join(" "),
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// Starts a verb that goes on.
+    pub(super) fn client(&self, words: &[&str]) -> Result<Child> {
+        let mut client = command(&self.program, &self.folder, &self.plugins);
+        client.args(words).stdout(Stdio::null()).stderr(Stdio::null());
+        client.spawn().context("cannot start a client")
+    }
+
+    /// Of each schema that iterates all the time, its iterations and its period, ns.
+    pub(super) fn turns(&self) -> Result<BTreeMap<String, (u64, u64)>> {
+        let told: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
+        let mut turns = BTreeMap::new();
+        for schema in find_schemas(&told) {
+            let (Some(name), Some(iterations), Some(period)) = (
+                schema["name"].as_str(),
+                schema["iterations"].as_u64(),
+                schema["period"].as_u64(),
+            ) else {
+                continue;
+            };
+            // Motor schemas below win by turns.
+            if ["pioneer", "example"].contains(&name) {
+                turns.insert(name.to_owned(), (iterations, period));
+            }
+        }
+        if turns.is_empty() {
+            bail!("`jde ps --json` tells of no schema of the demonstration: {told}");
+        }
+        Ok(turns)
+    }
+
+    /// What listens in its folder.
+    pub(super) fn sockets(&self) -> Vec<PathBuf> {
+        let mut found = Vec::new();
+        let mut folders = vec![self.folder.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+                let Ok(kind) = entry.file_type() else {
+                    continue;
+                };
+                if kind.is_dir() {
+                    folders.push(entry.path());
+                } else if std::os::unix::fs::FileTypeExt::is_socket(&kind) {
+                    found.push(entry.path());
+                }
+            }
+        }
+        found
+    }
+
+    /// The end of what it said and complained of.
+    pub(super) fn words(&self) -> String {
+        let read = |name| std::fs::read_to_string(self.folder.path().join(name)).unwrap_or_default();
+        let all = read("said") + &read("complained");
+        let lines: Vec<&str> = all.lines().rev().take(5).collect();
+        lines.into_iter().rev().collect::<Vec<_>>().join(" / ")
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.reap();
+    }
+}
+
+fn command(program: &PathBuf, folder: &tempfile::TempDir, plugins: &std::ffi::OsStr) -> Command {
+    let mut command = Command::new(program);
+    command
+        .env("XDG_RUNTIME_DIR", folder.path())
+        .env("JDE_PLUGIN_PATH", plugins)
+        .stdin(Stdio::null());
+    command
+}
+
+fn program(campaign: &Campaign) -> Result<PathBuf> {
+    let beside = || Some(std::env::current_exe().ok()?.parent()?.join("jde"));
+    let program = campaign
+        .jde
+        .clone()
+        .or_else(beside)
+        .filter(|program| program.is_file());
+    program.context("there is no `jde` beside this program; `cargo build --release` makes it")
+}
+
+fn find_schemas(told: &serde_json::Value) -> Vec<&serde_json::Value> {
+    let schemas = told
+        .get("schemas")
+        .or_else(|| told.get("snapshot").and_then(|it| it.get("schemas")));
+    schemas
+        .and_then(|schemas| schemas.as_array())
+        .into_iter()
+        .flatten()
+        .collect()
+}

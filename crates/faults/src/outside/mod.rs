@@ -1,0 +1,236 @@
+//! One case in processes of its own: the demonstration, run by the real executable, drives a robot that is served in this process by
+//! what is behind `jde sim --p2os`, so that the robot's truth can be looked at whatever becomes of the other process.
+
+mod cable;
+mod host;
+mod robot;
+
+use std::fs::File;
+use std::io::Write as _;
+use std::os::unix::net::UnixStream;
+use std::process::Child;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail};
+use rustix::process::Signal;
+
+use crate::campaign::Campaign;
+use crate::case::{Case, Clock};
+use crate::chance::Chance;
+use crate::plan::{Act, Fault, Kind};
+use crate::run::{Report, within};
+use cable::Cable;
+use host::Host;
+use robot::Robot;
+
+/// How long an application may take until its robot moves, and moves again.
+const MOVES: Duration = Duration::from_secs(30);
+/// Speed at which it is seen to be driven, m/s.
+const DRIVEN: f64 = 0.1;
+/// Until a robot that nobody speaks to any more brakes: the watchdog of a Pioneer (docs/safety.md).
+const WATCHDOG: f64 = 2.0;
+/// Until it brakes when the line ends.
+const AT_ONCE: f64 = 0.1;
+/// What it loses of its speed in a second, m/s.
+const BRAKE: f64 = 0.3;
+/// For a machine on which others need the processor too, s.
+const SLACK: f64 = 0.5;
+/// How long clients are hostile.
+const HOSTILE: Duration = Duration::from_millis(2500);
+/// Share of their turns that schemas keep all the while.
+const KEEPS: f64 = 0.9;
+/// How long a process may take to end in order.
+const ENDS: Duration = Duration::from_secs(15);
+
+/// Runs a case: one fault.
+///
+/// # Errors
+/// It could not be run at all, which is no verdict.
+pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<Report> {
+    let kinds = campaign.kinds.iter().filter(|kind| kind.fits(Clock::Outside));
+    let kinds: Vec<Kind> = kinds.copied().collect();
+    // Each in its turn, so that a short campaign has all of them.
+    let kind = kinds[case.number as usize % kinds.len()];
+    let mut chance = Chance::new(campaign.seed, &format!("plan {case}"));
+    let wait = Duration::from_millis(chance.between(0, 1500));
+    let robot = Robot::serve(&campaign.root, campaign.seed ^ case.number)?;
+    let cable = (kind == Kind::LineCut)
+        .then(|| Cable::to(&robot.address))
+        .transpose()?;
+    let address = cable.as_ref().map_or(&robot.address, |cable| &cable.address);
+    let mut host = Host::start(campaign, address)?;
+    let mut broken = Vec::new();
+    let begun = Instant::now();
+    if !within(MOVES, || robot.speed() >= DRIVEN || stop.load(Ordering::Relaxed)) {
+        bail!(
+            "{case}: the robot has not moved within {MOVES:?}; {}",
+            host.words()
+        );
+    }
+    std::thread::sleep(wait);
+    within(MOVES, || robot.speed() >= DRIVEN || stop.load(Ordering::Relaxed));
+    let at = begun.elapsed();
+    let struck = !stop.load(Ordering::Relaxed);
+    if struck {
+        match kind {
+            Kind::HostKilled => {
+                host.signal(Signal::KILL)?;
+                stands(&robot, AT_ONCE, "the host was killed", &mut broken);
+            }
+            Kind::HostStopped => {
+                host.signal(Signal::STOP)?;
+                stands(&robot, WATCHDOG, "the host stood still", &mut broken);
+                host.signal(Signal::CONT)?;
+                if !within(MOVES, || robot.speed() >= DRIVEN) {
+                    broken.push("the host goes on, and its robot has not moved again".to_owned());
+                }
+            }
+            Kind::HostCrashed => {
+                host.jde(&["set", "drifter.place", "check"])?;
+                host.jde(&["set", "drifter.trouble", "segfault"])?;
+                stands(
+                    &robot,
+                    AT_ONCE,
+                    "a schema crashed in the host's process",
+                    &mut broken,
+                );
+                if !within(ENDS, || !host.lives()) {
+                    broken.push("a wild pointer in the host's process did not end it".to_owned());
+                }
+            }
+            Kind::LineCut => {
+                cable.as_ref().context("there is a cable")?.cut();
+                stands(&robot, WATCHDOG, "the line was cut", &mut broken);
+            }
+            _ => hostile(&mut host, &robot, &mut chance, &mut broken)?,
+        }
+    }
+    end(&mut host, kind, &mut broken);
+    broken.extend(robot.end());
+    let fault = Fault {
+        at: at.as_nanos().try_into().unwrap_or(u64::MAX),
+        lasts: 0,
+        kind,
+        schema: "safe-navigation".to_owned(),
+        act: Act::Tell {
+            trouble: kind.name(),
+            place: "its process",
+        },
+    };
+    Ok(Report {
+        case,
+        faults: vec![(fault, struck)],
+        broken,
+        kept: None,
+        left: 0,
+    })
+}
+
+/// The robot stands within the time that is promised, and goes on standing.
+fn stands(robot: &Robot, promised: f64, what: &str, broken: &mut Vec<String>) {
+    let speed = robot.speed();
+    let allowed = promised + speed / BRAKE + SLACK;
+    let since = Instant::now();
+    if !within(Duration::from_secs_f64(allowed), || robot.stands()) {
+        broken.push(format!(
+            "motion: {what}, and {:.1} s later the robot still moves at {:.2} m/s",
+            since.elapsed().as_secs_f64(),
+            robot.speed()
+        ));
+        return;
+    }
+    if within(Duration::from_secs(1), || !robot.stands()) {
+        broken.push(format!("motion: {what}, the robot stood, and moves again"));
+    }
+}
+
+/// Clients ask for everything without end, speak nonsense, and are killed in the middle; nobody who drives may notice.
+fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec<String>) -> Result<()> {
+    let before = host.turns()?;
+    let since = Instant::now();
+    let all = [
+        &["watch", "pioneer.laser"][..],
+        &["events"],
+        &["watch", "--plot", "pioneer.odometry.twist.twist.linear.x"],
+        &["top"],
+    ];
+    let mut clients: Vec<Child> = all
+        .iter()
+        .map(|words| host.client(words))
+        .collect::<Result<_>>()?;
+    let until = Instant::now() + HOSTILE;
+    while Instant::now() < until {
+        match chance.between(0, 3) {
+            0 => nonsense(host, chance),
+            1 => {
+                let victim = chance.between(0, clients.len() as u64 - 1) as usize;
+                // It may have ended by itself: `top` without a terminal does.
+                let _ = clients[victim].kill();
+                let _ = clients[victim].wait();
+                clients[victim] = host.client(chance.pick(&all))?;
+            }
+            2 => drop(host.jde(&[
+                "set",
+                "goon.fast",
+                chance.pick(&["0.3 m/s", "0.4 m/s", "nan", "1e99"]),
+            ])),
+            _ => drop(host.jde(&["ps", "--json"])),
+        }
+    }
+    let held: Vec<Child> = std::mem::take(&mut clients);
+    for mut client in held {
+        let _ = client.kill();
+        let _ = client.wait();
+    }
+    let after = host.turns()?;
+    let seconds = since.elapsed().as_secs_f64();
+    for (name, (had, period)) in &after {
+        let before = before.get(name).map_or(0, |(had, _)| *had);
+        let owed = seconds * 1e9 / *period as f64;
+        if ((had - before) as f64) < owed * KEEPS {
+            broken.push(format!(
+                "R11: `{name}` had {} turns in {seconds:.1} s of hostile clients, of {owed:.0}",
+                had - before
+            ));
+        }
+    }
+    if !host.lives() {
+        broken.push("clients of the link ended the host".to_owned());
+    } else if !within(MOVES, || robot.speed() >= DRIVEN) {
+        broken.push("after hostile clients the robot has not moved again".to_owned());
+    }
+    Ok(())
+}
+
+/// Bytes that mean nothing, to whatever listens in the folder of the link.
+fn nonsense(host: &Host, chance: &mut Chance) {
+    for socket in host.sockets() {
+        if let Ok(mut stream) = UnixStream::connect(&socket) {
+            let bytes: Vec<u8> = (0..chance.between(1, 4096))
+                .map(|_| chance.next() as u8)
+                .collect();
+            // It may be thrown out before it has said all.
+            let _ = stream.write_all(&bytes);
+        }
+    }
+}
+
+/// Ends what is left in order.
+fn end(host: &mut Host, kind: Kind, broken: &mut Vec<String>) {
+    if matches!(kind, Kind::HostKilled | Kind::HostCrashed) {
+        host.reap();
+        return;
+    }
+    if host.signal(Signal::TERM).is_err() || !within(ENDS, || !host.lives()) {
+        broken.push(format!(
+            "the host has not ended within {ENDS:?} of being asked to"
+        ));
+        host.reap();
+    }
+}
+
+/// A file for what a process says.
+fn words_file(folder: &std::path::Path, name: &str) -> Result<File> {
+    File::create(folder.join(name)).with_context(|| format!("cannot make {name}"))
+}

@@ -1,0 +1,90 @@
+//! The robot of such a case: served by a thread of this process, with its truth in sight.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use jde_p2os_server::{Options, Place, Server};
+use jde_sim::{Truth, World};
+
+use crate::observer::lock;
+use crate::stage::Root;
+
+/// Time between two looks at the truth.
+const LOOK: Duration = Duration::from_millis(20);
+/// What counts as standing, m/s and rad/s.
+const STANDS: f64 = 0.01;
+
+/// A robot behind TCP.
+pub(super) struct Robot {
+    /// `tcp:127.0.0.1:4711`.
+    pub(super) address: String,
+    truth: Arc<Mutex<Option<Truth>>>,
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Result<()>>,
+}
+
+impl Robot {
+    pub(super) fn serve(root: &Root, seed: u64) -> Result<Self> {
+        let file = root.0.join("worlds/office.toml");
+        let (tell, told) = channel();
+        let (stop, truth) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(None)));
+        let (ended, seen) = (Arc::clone(&stop), Arc::clone(&truth));
+        let thread = std::thread::spawn(move || {
+            let world =
+                World::load(&file, seed).with_context(|| format!("cannot load {}", file.display()))?;
+            let options = Options {
+                tcp: Some(SocketAddr::from((Ipv4Addr::LOCALHOST, 0))),
+                ..Options::default()
+            };
+            let mut server = Server::open(world, &options)?;
+            let place = server.places().find_map(|(_, place)| match place {
+                Place::Tcp(address) => Some(address),
+                _ => None,
+            });
+            // Whoever waits for it has gone if this fails.
+            let _ = tell.send(place);
+            let robot = server.world().robots().next().map(|(robot, _)| robot);
+            let robot = robot.context("the world has no robot")?;
+            while !ended.load(Ordering::Relaxed) {
+                server.run(&ended, Some(LOOK), |_| {})?;
+                *lock(&seen) = Some(server.world().truth(robot));
+            }
+            Ok(())
+        });
+        let address = told.recv().ok().flatten().context("the robot is not served")?;
+        Ok(Self {
+            address: format!("tcp:{address}"),
+            truth,
+            stop,
+            thread,
+        })
+    }
+
+    /// How fast it drives, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.seen(|truth| truth.twist.linear.abs())
+    }
+
+    pub(super) fn stands(&self) -> bool {
+        self.seen(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDS
+    }
+
+    /// Ends the server; what was wrong with it, if anything was.
+    pub(super) fn end(self) -> Option<String> {
+        self.stop.store(true, Ordering::Relaxed);
+        match self.thread.join() {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(format!("the robot's server: {error:#}")),
+            Err(_) => Some("the robot's server panicked".to_owned()),
+        }
+    }
+
+    fn seen(&self, of: impl Fn(&Truth) -> f64) -> f64 {
+        lock(&self.truth).as_ref().map_or(0.0, of)
+    }
+}

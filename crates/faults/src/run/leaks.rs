@@ -1,0 +1,143 @@
+//! What this process holds: threads, open files, children, memory. What an application took is to be gone when it has ended.
+
+use std::time::Duration;
+
+use super::within;
+
+/// How long a thread that was left behind may take to come back: it dawdles for 0.9 s, and others need the processor too.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// What the process may grow by with each case, bytes: pieces of the heap that lie between others.
+const GROWTH: u64 = 96 << 10;
+/// Cases until the heap is as large as one case needs it.
+const WARM: u64 = 10;
+/// The stack, the instance and the values that a call keeps which never returns, bytes.
+const LEFT: u64 = 2 << 20;
+
+/// What is held, before and since.
+#[derive(Default)]
+pub struct Leaks {
+    before: Option<Held>,
+    cases: u64,
+    warm: Option<u64>,
+    left: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Held {
+    threads: u64,
+    files: u64,
+    children: u64,
+}
+
+impl Leaks {
+    /// Whether there was a first case.
+    #[must_use]
+    pub fn is_begun(&self) -> bool {
+        self.before.is_some()
+    }
+
+    /// After the first case, which made what all of them use. `left` calls of it never returned.
+    pub fn begin(&mut self, left: u64) {
+        let now = Held::now();
+        self.cases = 1;
+        self.left = left;
+        self.before = Some(Held {
+            threads: now.threads.saturating_sub(left),
+            ..now
+        });
+    }
+
+    /// After a case: what is held that was not before. `left` calls of it never returned, each of which keeps its thread.
+    pub fn judge(&mut self, left: u64) -> Vec<String> {
+        let Some(before) = self.before else {
+            return Vec::new();
+        };
+        self.left += left;
+        let allowed = Held {
+            threads: before.threads + self.left,
+            ..before
+        };
+        let fits = |now: Held| {
+            now.threads <= allowed.threads && now.files <= allowed.files && now.children <= allowed.children
+        };
+        let mut broken = Vec::new();
+        if !within(PATIENCE, || fits(Held::now())) {
+            let now = Held::now();
+            broken.push(format!(
+                "leak: {} threads, {} files and {} children, where {}, {} and {} may be",
+                now.threads, now.files, now.children, allowed.threads, allowed.files, allowed.children
+            ));
+            // Told once: what follows is judged by what is there since.
+            self.before = Some(Held {
+                threads: now.threads.saturating_sub(self.left),
+                ..now
+            });
+        }
+        self.cases += 1;
+        if self.cases == WARM {
+            self.warm = Some(resident());
+        }
+        broken
+    }
+
+    /// At the end: what the process grew by, if that is more than it may.
+    #[must_use]
+    pub fn conclude(&self) -> Option<String> {
+        let (warm, now) = (self.warm?, resident());
+        let allowed = warm + GROWTH * (self.cases - WARM) + LEFT * self.left;
+        (now > allowed).then(|| {
+            format!(
+                "leak: {:.1} MB of memory after {} cases, where {:.1} MB may be",
+                now as f64 / 1e6,
+                self.cases,
+                allowed as f64 / 1e6
+            )
+        })
+    }
+
+    /// "118 cases, 21.3 MB when warm, 22.0 MB at the end, 3 calls left behind".
+    #[must_use]
+    pub fn words(&self) -> String {
+        let warm = self.warm.map_or_else(String::new, |warm| {
+            format!("{:.1} MB when warm, ", warm as f64 / 1e6)
+        });
+        format!(
+            "{} cases in this process: {warm}{:.1} MB at the end; {} calls that never returned keep a thread each",
+            self.cases,
+            resident() as f64 / 1e6,
+            self.left
+        )
+    }
+}
+
+impl Held {
+    fn now() -> Self {
+        let status = read("/proc/self/status");
+        let threads = status.lines().find_map(|line| line.strip_prefix("Threads:"));
+        let tasks = std::fs::read_dir("/proc/self/task")
+            .into_iter()
+            .flatten()
+            .flatten();
+        let children = tasks.map(|task| {
+            let listed = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
+            listed.split_whitespace().count() as u64
+        });
+        let files = std::fs::read_dir("/proc/self/fd").map_or(0, |files| files.count() as u64);
+        Self {
+            threads: threads.and_then(|number| number.trim().parse().ok()).unwrap_or(0),
+            files,
+            children: children.sum(),
+        }
+    }
+}
+
+fn resident() -> u64 {
+    let status = read("/proc/self/status");
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    kilobytes.unwrap_or(0) * 1024
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(path).unwrap_or_default()
+}

@@ -1,0 +1,254 @@
+//! One case in this process: an application runs, faults are injected at their times, and the observer judges all the while.
+
+mod act;
+mod bare;
+mod leaks;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+use jde_core::Nanos;
+use jde_host::apart::Program;
+use jde_host::plugin::{Loaded, Plugins};
+use jde_host::{Handle, Lockstep, Options, Running};
+
+use crate::case::{Case, Clock};
+use crate::observer::{Observer, Sign, Tamper};
+use crate::plan::{Act, Fault, Kind};
+use crate::stage::{self, Stage};
+use bare::Bare;
+pub use leaks::Leaks;
+
+/// What this program is called with to be the process of one schema.
+pub const SERVE: &str = "--serve-schema";
+
+const MS: Nanos = 1_000_000;
+/// Time between two judgements.
+const SLICE: Nanos = 10 * MS;
+/// Time that an application goes on after the last fault: longer than the back-off after some faults, and than a validity.
+const TAIL: Nanos = 900 * MS;
+/// What became of a fault shows within this time after its end: a hang is found after 300 ms, and a dawdler comes back after 900.
+const SHOWS: Nanos = 1_000 * MS;
+/// How long those who dawdle may take to come back after the application has ended.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Other builds of the plugin: the same code in files of other content, each mapped once.
+const BUILDS: usize = 3;
+
+/// What cases need, made once.
+pub struct Gear {
+    /// The plugins.
+    pub plugins: Plugins,
+    builds: Vec<Loaded>,
+    _folder: tempfile::TempDir,
+}
+
+/// What became of a case.
+#[derive(Debug)]
+pub struct Report {
+    /// Which.
+    pub case: Case,
+    /// Every fault, and whether it took effect: whom it was meant for may have slept through it.
+    pub faults: Vec<(Fault, bool)>,
+    /// What was broken.
+    pub broken: Vec<String>,
+    /// The least share of turns that a bystander had, in real time.
+    pub kept: Option<f64>,
+    /// Calls that were given up and have not returned.
+    pub left: u64,
+}
+
+/// A running application of either kind.
+enum Run {
+    Lockstep(Lockstep),
+    RealTime(Running),
+}
+
+impl Gear {
+    /// The plugins of these folders and the usual ones.
+    ///
+    /// # Errors
+    /// A plugin is missing.
+    pub fn new(folders: &[PathBuf]) -> Result<Self> {
+        let plugins = stage::plugins(folders);
+        let file = stage::file_of(&plugins, "fault")?;
+        let folder = tempfile::tempdir().context("no folder for builds")?;
+        let first = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        let mut builds = Vec::new();
+        for number in 0..BUILDS {
+            // What follows the sections of a library is nobody's: another file, the same code.
+            let mut bytes = first.clone();
+            bytes.extend(format!("build {number}").bytes());
+            let file = folder.path().join("libfault.so");
+            std::fs::write(&file, bytes).context("cannot write a build")?;
+            builds.push(plugins.renew(&file)?.plugin);
+        }
+        Ok(Self {
+            plugins,
+            builds,
+            _folder: folder,
+        })
+    }
+}
+
+/// Runs a case; gives up early when `stop` is set.
+///
+/// # Errors
+/// It could not be run at all, which is no verdict.
+pub fn run(
+    gear: &Gear,
+    case: Case,
+    stage: &Stage,
+    plan: Vec<Fault>,
+    seed: u64,
+    tamper: Option<Tamper>,
+    stop: &AtomicBool,
+) -> Result<Report> {
+    let application = stage.application(&gear.plugins, seed)?;
+    let place = |fault: &Fault| {
+        let name = &fault.schema;
+        application
+            .instance(name)
+            .with_context(|| format!("there is no schema `{name}`"))
+    };
+    let places: Vec<usize> = plan.iter().map(place).collect::<Result<_>>()?;
+    let mut observer = Observer::new(case.clock, tamper);
+    let mut options = Options {
+        apart: Some(Program {
+            path: "/proc/self/exe".into(),
+            arguments: vec![SERVE.into()],
+        }),
+        ..Options::default()
+    };
+    observer.watch(&mut options, places.clone());
+    let mut run = match case.clock {
+        Clock::Lockstep => Run::Lockstep(Lockstep::start(application, &gear.plugins, options)?),
+        Clock::RealTime | Clock::Outside => {
+            Run::RealTime(Running::start(application, &gear.plugins, options)?)
+        }
+    };
+    let handle = run.handle();
+    let variables: Vec<_> = handle
+        .board()
+        .list()
+        .map(|variable| std::sync::Arc::downgrade(&variable))
+        .collect();
+    let bare = matches!(run, Run::RealTime(_)).then(Bare::start);
+    let mut struck = vec![false; plan.len()];
+    let mut steps: Vec<(Nanos, usize, bool)> = Vec::new();
+    for (number, fault) in plan.iter().enumerate() {
+        steps.push((fault.at, number, true));
+        steps.push((fault.ends(), number, false));
+    }
+    steps.sort_by_key(|step| step.0);
+    let mut doers: Vec<Option<act::Under>> = plan.iter().map(|_| None).collect();
+    for (time, number, begins) in &steps {
+        if !run.go_to(*time, &handle, &mut observer, stop) {
+            break;
+        }
+        let (fault, place) = (&plan[*number], places[*number]);
+        if *begins {
+            doers[*number] = Some(act::begin(fault, place, &handle, &gear.builds));
+        } else if let Some(under) = doers[*number].take() {
+            struck[*number] |= act::end(fault, place, &handle, under);
+        }
+    }
+    let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
+    run.go_to(end, &handle, &mut observer, stop);
+    let ended = handle.outcome();
+    let bare = bare.map_or(0.0, Bare::lost);
+    observer.conclude(bare);
+    observer.is_over();
+    drop(handle);
+    drop(run);
+    let signs = observer.signs();
+    for (struck, (fault, place)) in struck.iter_mut().zip(plan.iter().zip(&places)) {
+        *struck |= signs.iter().any(|sign| is_of(sign, fault, *place));
+    }
+    // Those who dawdle come back; those who hang do not.
+    let left = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
+    let all_back = || left("left behind") == left("came back");
+    let hangs = plan.iter().any(|fault| fault.kind == Kind::Hang);
+    if !hangs {
+        within(PATIENCE, all_back);
+    }
+    let left = left("left behind") - left("came back");
+    let mut broken = observer.broken();
+    if left > 0 && !hangs {
+        broken.push(format!(
+            "leak: {left} calls that were given up never came back, and none was told to hang"
+        ));
+    }
+    if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
+        broken.push(format!("the application ended by itself: {}", outcome.words()));
+    }
+    if !signs.iter().any(|sign| sign.what == "left behind") {
+        let kept = variables
+            .iter()
+            .filter(|variable| variable.strong_count() > 0)
+            .count();
+        if kept > 0 {
+            broken.push(format!(
+                "leak: {kept} variables of an application that has ended are still held by somebody"
+            ));
+        }
+    }
+    Ok(Report {
+        case,
+        faults: plan.into_iter().zip(struck).collect(),
+        broken,
+        kept: observer.least_kept(),
+        left,
+    })
+}
+
+/// Whether this came of that fault.
+fn is_of(sign: &Sign, fault: &Fault, place: usize) -> bool {
+    let asked = matches!(fault.act, Act::Operate(_));
+    sign.schema == place
+        && (sign.what != "operated" || asked)
+        && (fault.at..=fault.ends() + SHOWS).contains(&sign.time)
+}
+
+impl Run {
+    fn handle(&self) -> Handle {
+        match self {
+            Self::Lockstep(lockstep) => lockstep.handle(),
+            Self::RealTime(running) => running.handle(),
+        }
+    }
+
+    /// Goes on until then, judging on the way; false if it ended before.
+    fn go_to(&mut self, then: Nanos, handle: &Handle, observer: &mut Observer, stop: &AtomicBool) -> bool {
+        loop {
+            let now = handle.now();
+            if now >= then {
+                return true;
+            }
+            if handle.outcome().is_some() || stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            let next = then.min(now + SLICE);
+            match self {
+                Self::Lockstep(lockstep) => {
+                    lockstep.run_until(next);
+                }
+                Self::RealTime(_) => std::thread::sleep(Duration::from_nanos(next - now)),
+            }
+            observer.judge(handle);
+        }
+    }
+}
+
+/// How long something may take of the machine's time before it is given up.
+pub(crate) fn within(time: Duration, mut done: impl FnMut() -> bool) -> bool {
+    let until = Instant::now() + time;
+    while !done() {
+        if Instant::now() > until {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    true
+}

@@ -1,0 +1,70 @@
+//! How a campaign goes: one line that is written over on a terminal, a line now and then in a pipe. All of it to standard error.
+
+use std::io::{IsTerminal as _, Write as _, stderr};
+
+use jde_faults::campaign::{Campaign, Progress};
+use jde_faults::case::Case;
+use jde_faults::run::Report;
+
+/// Faults between two lines in a pipe.
+const EVERY: u64 = 50;
+
+/// Where it goes.
+pub(crate) struct Screen {
+    terminal: bool,
+    /// Every fault is told, for who looks at one case.
+    closely: bool,
+    count: u64,
+    told: u64,
+    broken: u64,
+}
+
+impl Screen {
+    pub(crate) fn new(campaign: &Campaign) -> Self {
+        Self {
+            terminal: stderr().is_terminal(),
+            closely: campaign.case.is_some(),
+            count: campaign.count,
+            told: 0,
+            broken: 0,
+        }
+    }
+
+    /// Leaves the line.
+    pub(crate) fn end(&self) {
+        if self.terminal {
+            self.say("\r\x1b[K");
+        }
+    }
+
+    fn say(&self, text: &str) {
+        // Nobody reads it any more: the campaign goes on all the same.
+        let _ = stderr().write_all(text.as_bytes());
+        let _ = stderr().flush();
+    }
+}
+
+impl Progress for Screen {
+    fn begins(&mut self, case: Case, injected: u64) {
+        let count = self.count;
+        if self.terminal && !self.closely {
+            self.say(&format!(
+                "\r\x1b[K{injected} of {count} faults, {} broken  {case}",
+                self.broken
+            ));
+        } else if !self.closely && injected >= self.told + EVERY {
+            self.told = injected - injected % EVERY;
+            self.say(&format!("{injected} of {count} faults, {} broken\n", self.broken));
+        }
+    }
+
+    fn ended(&mut self, report: &Report) {
+        self.broken += report.broken.len() as u64;
+        if self.closely {
+            for (fault, struck) in &report.faults {
+                let slept = if *struck { "" } else { " (it took no effect)" };
+                self.say(&format!("{}{slept}\n", fault.words()));
+            }
+        }
+    }
+}

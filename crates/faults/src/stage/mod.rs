@@ -1,0 +1,104 @@
+//! The applications of the campaign, as files that are never written: each follows from a seed.
+
+mod demo;
+mod hundred;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, anyhow};
+use jde_host::app::{self, Application};
+use jde_host::plugin::{Plugins, SearchPath};
+
+use crate::case::{Case, What};
+use crate::chance::Chance;
+use crate::plan::Whom;
+
+/// Where the workspace is: the demonstration's application and its world are in it.
+#[derive(Clone, Debug)]
+pub struct Root(pub PathBuf);
+
+/// An application, and who in it misbehaves when told.
+#[derive(Debug)]
+pub struct Stage {
+    text: String,
+    path: PathBuf,
+    cast: Vec<Player>,
+}
+
+/// A schema that misbehaves when told.
+#[derive(Debug)]
+struct Player {
+    name: String,
+    whom: Whom,
+    apart: bool,
+}
+
+impl Root {
+    /// The one that this program was built in, unless another is named.
+    #[must_use]
+    pub fn usual() -> Self {
+        Self(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))
+    }
+}
+
+impl Stage {
+    /// That of a case.
+    ///
+    /// # Errors
+    /// The demonstration is not there, or not what it was.
+    pub fn of(root: &Root, seed: u64, case: Case) -> Result<Self> {
+        let mut chance = Chance::new(seed, &format!("stage {case}"));
+        match case.what {
+            What::Demo => demo::stage(root, &mut chance),
+            What::Hundred => Ok(hundred::stage(root, &mut chance)),
+        }
+    }
+
+    /// The application, checked.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn application(&self, plugins: &Plugins, seed: u64) -> Result<Application> {
+        let parsed = app::parse(&self.text, &self.path, &[], plugins);
+        let mut application = parsed.map_err(|faults| anyhow!("{faults}"))?;
+        application.seed = seed;
+        Ok(application)
+    }
+
+    /// Those who can have a fault.
+    #[must_use]
+    pub fn victims(&self, whom: Whom, apart: bool) -> Vec<&String> {
+        let fit = |player: &&Player| player.whom == whom && (player.apart || !apart);
+        self.cast.iter().filter(fit).map(|player| &player.name).collect()
+    }
+
+    /// The text of the application.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+}
+
+/// The plugins, where this program or somebody says that they are.
+#[must_use]
+pub fn plugins(more: &[PathBuf]) -> Plugins {
+    let mut path = SearchPath::default();
+    for folder in more {
+        path.push(folder, "named on the command line");
+    }
+    for (folder, because) in SearchPath::usual(None).folders() {
+        path.push(folder, because);
+    }
+    Plugins::new(path)
+}
+
+/// The file of a plugin.
+///
+/// # Errors
+/// There is none.
+pub fn file_of(plugins: &Plugins, name: &str) -> Result<PathBuf> {
+    let found = plugins.search_path().find(name);
+    let found =
+        found.with_context(|| format!("there is no plugin `{name}`; `cargo build --release` makes it"))?;
+    Ok(found.path)
+}

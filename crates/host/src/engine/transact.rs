@@ -1,0 +1,219 @@
+//! One transaction of the rules: the change, all that follows from it carried out in order, and whoever is told of it.
+
+use std::sync::Weak;
+
+use jde_abi::describe::Kind;
+use jde_core::{Effect, Hierarchy, Nanos};
+
+use super::{Engine, Rules, Signal, schema};
+use crate::event::Event;
+use crate::turn::{Journal, Moment, Turn};
+use crate::witness::{Seen, Step};
+
+impl Engine {
+    /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
+    pub(super) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
+        self.transact_as(None, |_| Step::Told, change).0
+    }
+
+    /// As [`Self::transact`]; turns tell of it if anything came of it. For what schemas do again and again.
+    pub(super) fn transact_if_any<R>(
+        &self,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        let mut moment = Moment::default();
+        let result = self.transact(|hierarchy, now, out| {
+            let result = change(hierarchy, now, out);
+            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
+                let order = journal.next();
+                moment = Moment { order, time: now };
+            }
+            result
+        });
+        (result, moment)
+    }
+
+    /// As [`Self::transact`], of which turns tell.
+    pub(super) fn transact_told<R>(
+        &self,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        self.transact_as(self.journal.as_deref(), |_| Step::Told, change)
+    }
+
+    /// As [`Self::transact_told`], in a turn of an instance. Nobody asks what a driver's were: what comes of them is in its exports.
+    pub(super) fn transact_of<R>(
+        &self,
+        instance: usize,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        self.transact_as(self.journal_of(instance), |_| Step::Told, change)
+    }
+
+    /// As [`Self::transact_of`], for leave to iterate.
+    pub(super) fn transact_begin(
+        &self,
+        instance: usize,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> bool,
+    ) -> (bool, Moment) {
+        let step = |may: &bool| {
+            if *may {
+                Step::Began(schema(instance))
+            } else {
+                Step::Told
+            }
+        };
+        self.transact_as(self.journal_of(instance), step, change)
+    }
+
+    /// The iteration of an instance ended, or is not waited for any more.
+    pub(super) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
+        let id = schema(instance);
+        self.transact_as(
+            journal,
+            |()| Step::Ended(id),
+            |hierarchy, now, out| {
+                hierarchy.end(now, id, out);
+            },
+        )
+        .1
+    }
+
+    /// The application ends: everything is put to sleep.
+    pub(super) fn transact_over(&self) -> Moment {
+        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
+        self.transact_as(self.journal.as_deref(), |()| Step::Over, told).1
+    }
+
+    /// Where an instance's turns are told.
+    pub(super) fn journal_of(&self, instance: usize) -> Option<&Journal> {
+        let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
+        self.journal.as_deref().filter(|_| !is_driver)
+    }
+
+    fn transact_as<R>(
+        &self,
+        journal: Option<&Journal>,
+        step: impl FnOnce(&R) -> Step,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
+        let mut rules = self.lock();
+        let now = self.clock.now();
+        let order = journal.map_or(0, Journal::next);
+        let time = if order > 0 { now } else { 0 };
+        let moment = Moment { order, time };
+        for calmed in rules.groups.calmed(now) {
+            self.tell(&mut rules, &calmed);
+        }
+        let mut effects = std::mem::take(&mut rules.effects);
+        let result = change(&mut rules.hierarchy, now, &mut effects);
+        // Carried out, they are gone.
+        let witnessed = rules.witness.is_some().then(|| effects.clone());
+        for effect in effects.drain(..) {
+            self.apply(&mut rules, now, effect);
+        }
+        if let Some(effects) = witnessed {
+            self.witness(&mut rules, now, step(&result), &effects);
+        }
+        rules.effects = effects;
+        let next = rules.hierarchy.next_timer();
+        if rules.alarm != next
+            && let Some(bells) = self.bells.get().and_then(Weak::upgrade)
+        {
+            rules.alarm = next;
+            bells.alarm(next);
+        }
+        (result, moment)
+    }
+
+    /// Tells of a transaction that is in nobody's turn.
+    pub(super) fn tell_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
+        if let Some(journal) = &self.journal {
+            journal.tell(&Turn {
+                way,
+                checked,
+                ..Turn::of(kind, instance)
+            });
+        }
+    }
+
+    fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {
+        match effect {
+            Effect::Woken(id) => self.ring(id.index(), Signal::Awake),
+            Effect::Slept { id, .. } => match &mut rules.closing {
+                Some(order) => order.push(id.index()),
+                None => self.ring(id.index(), Signal::Asleep),
+            },
+            Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
+            Effect::Granted(_) => {}
+            Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
+            Effect::Promoted(id) => self.ring(id.index(), Signal::Promoted),
+            Effect::Demoted(_) => {}
+            Effect::Ask { group, ticket, level } => {
+                if let Some(father) = self.application.groups[group.index()].father {
+                    self.ring(father, Signal::Asked { group, ticket, level });
+                }
+            }
+            Effect::Brake { group } => {
+                for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
+                    self.ring(driver, Signal::Triggered);
+                }
+            }
+            Effect::Hold { group, until } => {
+                rules
+                    .commands
+                    .hold(&self.below(&rules.hierarchy, group), now, until)
+            }
+            Effect::Changed { id, from, to } => {
+                tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
+                self.tell(
+                    rules,
+                    &Event::Changed {
+                        time: now,
+                        schema: id.index(),
+                        from,
+                        to,
+                    },
+                );
+            }
+            Effect::Health { id, health } => {
+                self.tell(
+                    rules,
+                    &Event::Health {
+                        time: now,
+                        schema: id.index(),
+                        health,
+                    },
+                );
+            }
+            Effect::Decided(record) => {
+                let more = rules.groups.decided(&record);
+                self.tell(rules, &Event::Decided(record));
+                if let Some(more) = more {
+                    self.tell(rules, &more);
+                }
+            }
+            Effect::Took {
+                group,
+                record,
+                id,
+                latency,
+            } => self.took(rules, now, group, record, id, latency),
+        }
+    }
+
+    fn witness(&self, rules: &mut Rules, began: Nanos, step: Step, effects: &[Effect]) {
+        let Rules {
+            witness, hierarchy, ..
+        } = rules;
+        if let Some(witness) = witness {
+            witness.see(&Seen {
+                began,
+                done: self.clock.now(),
+                step,
+                effects,
+                hierarchy,
+            });
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! A driver of a device that is not there: it moves as it is commanded, and misbehaves as it is told.
+
+use jde_schema::prelude::*;
+
+use crate::orders::{Place, Trouble, Word, due};
+use crate::trouble::make;
+
+/// An axis that moves at once at the speed that is commanded, and misbehaves as it is told.
+#[derive(Describe)]
+#[schema(driver, period = "20ms", budget = "10ms")]
+pub struct Device {
+    /// What to do wrong for as long as it says so: "panic", "hang", "silence"; nothing if it is empty.
+    #[modulation(default = "")]
+    trouble: Modulation<Text<16>>,
+    /// The call in which to do it: "awake", "iterate" or "sleep".
+    #[modulation(default = "iterate")]
+    place: Modulation<Text<16>>,
+    /// Speed of the axis.
+    #[command(neutral = Twist::ZERO, validity = "200ms")]
+    velocity: Command<Twist>,
+    /// The speed at which it moves.
+    #[export(unit = "m/s")]
+    moves: Export<f64>,
+    /// Iterations so far, of this instance.
+    #[export]
+    beats: Export<u64>,
+    /// Misdeeds so far, of this instance.
+    #[export]
+    misdeeds: Export<u64>,
+    looks: u64,
+    bad: u64,
+}
+
+impl Schema for Device {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.misbehave(cx, Place::Awake).map(drop)
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.looks += 1;
+        self.beats.write(cx, self.looks);
+        match self.misbehave(cx, Place::Iterate)? {
+            Some(Trouble::Silence) => self.moves.retract(cx),
+            Some(Trouble::Nan) => self.moves.write(cx, f64::NAN),
+            _ => self.moves.write(cx, self.velocity.get(cx).linear.x),
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.moves.write(cx, 0.0);
+        if let Err(error) = self.misbehave(cx, Place::Sleep) {
+            warn!(cx, "{error}");
+        }
+    }
+}
+
+impl Device {
+    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
+        let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
+        let due = due(&trouble, &place, here);
+        if let Some(trouble) = due {
+            self.bad += 1;
+            self.misdeeds.write(cx, self.bad);
+            make(trouble)?;
+        }
+        Ok(due)
+    }
+}

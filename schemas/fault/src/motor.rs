@@ -1,0 +1,226 @@
+//! A motor schema that is ready by turns, wakes its children and commands a speed; and does so wrong when it is told to.
+
+use jde_schema::prelude::*;
+
+use crate::orders::{Place, Trouble, Word, due};
+use crate::trouble::make;
+
+/// Messages that one iteration says when it floods.
+const FLOOD: u32 = 300;
+/// A speed that no base can drive, m/s.
+const BEYOND: f64 = 1e9;
+/// A speed that nobody allowed, m/s.
+const TRESPASS: f64 = 0.9;
+
+/// Drives and leads by turns, and misbehaves as it is told.
+#[derive(Describe)]
+#[schema(motor, period = "20ms", budget = "10ms")]
+pub struct Motor {
+    /// What to do wrong for as long as it says so: "panic", "hang", "nan"; nothing if it is empty.
+    #[modulation(default = "")]
+    trouble: Modulation<Text<16>>,
+    /// The call in which to do it: "awake", "check", "iterate", "sleep", "arbitrate", "save", "restore" or "end".
+    #[modulation(default = "iterate")]
+    place: Modulation<Text<16>>,
+    /// How long it is ready each time.
+    #[modulation(default = 1.0, unit = "s", min = 0.0)]
+    on: Modulation<f64>,
+    /// How long it is not, between; 0 to be ready always.
+    #[modulation(default = 0.0, unit = "s", min = 0.0)]
+    off: Modulation<f64>,
+    /// When in its turns it begins.
+    #[modulation(default = 0.0, unit = "s", min = 0.0)]
+    phase: Modulation<f64>,
+    /// How urgent it is.
+    #[modulation(default = 0.0)]
+    urge: Modulation<f64>,
+    /// Speed ahead.
+    #[modulation(default = 0.0, unit = "m/s")]
+    speed: Modulation<f64>,
+    /// Speed of turning.
+    #[modulation(default = 0.0, unit = "rad/s")]
+    turn: Modulation<f64>,
+    /// Where its first child is to go.
+    #[modulation(default = Target::NONE)]
+    target: Modulation<Target>,
+    /// Anything; without it, if it is bound, it is not ready.
+    #[import(optional)]
+    needs: Import<LaserScan>,
+    /// Looks so far, of this instance.
+    #[export]
+    beats: Export<u64>,
+    /// Misdeeds so far, of this instance.
+    #[export]
+    misdeeds: Export<u64>,
+    /// Speeds of a base.
+    #[actuator(optional)]
+    base: Actuator<Twist>,
+    /// The first child.
+    #[child(group = "base", optional)]
+    a: Child,
+    /// Another child.
+    #[child(group = "base", optional)]
+    b: Child,
+    /// Another child.
+    #[child(group = "base", optional)]
+    c: Child,
+    /// Another child.
+    #[child(group = "base", optional)]
+    d: Child,
+    /// A child of another group.
+    #[child(group = "arm", optional)]
+    e: Child,
+    /// Another of that.
+    #[child(group = "arm", optional)]
+    f: Child,
+    /// Where the first child is to go.
+    #[modulates(child = "a", name = "target", optional)]
+    target_of_a: Modulates<Target>,
+    looks: u64,
+    bad: u64,
+    /// What its end is to be like.
+    end: Option<Trouble>,
+}
+
+impl Schema for Motor {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.misbehave(cx, Place::Awake).map(drop)
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        self.looks += 1;
+        self.beats.write(cx, self.looks);
+        self.end = self.due(cx, Place::End);
+        let habit = self.misbehave(cx, Place::Check)?;
+        if habit == Some(Trouble::Trespass) {
+            self.base.command(cx, Twist::planar(TRESPASS, 0.0));
+            self.wake_all(cx);
+        }
+        let ready = match habit {
+            Some(Trouble::Chatter) => self.looks.is_multiple_of(2),
+            _ => self.is_its_turn(cx) && (!self.needs.is_bound(cx) || self.needs.get(cx).is_some()),
+        };
+        Ok(Precondition::from(ready).urgency(self.urge.get(cx)))
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let habit = self.misbehave(cx, Place::Iterate)?;
+        if habit == Some(Trouble::Meddle) {
+            self.meddle(cx);
+        } else {
+            self.wake_all(cx);
+        }
+        self.target_of_a.set(cx, self.target.get(cx));
+        let wanted = Twist::planar(self.speed.get(cx), self.turn.get(cx));
+        let twist = match habit {
+            Some(Trouble::Silence) => return Ok(()),
+            Some(Trouble::Nan) => Twist::planar(f64::NAN, 0.0),
+            Some(Trouble::Infinity) => Twist::planar(0.0, f64::INFINITY),
+            Some(Trouble::Beyond) => Twist::planar(BEYOND, -BEYOND),
+            _ => wanted,
+        };
+        if habit == Some(Trouble::Flood) {
+            for _ in 0..FLOOD {
+                self.base.command(cx, wanted);
+                self.beats.write(cx, self.looks);
+                debug!(cx, "and on, and on");
+            }
+        }
+        self.base.command(cx, twist);
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Err(error) = self.misbehave(cx, Place::Sleep) {
+            warn!(cx, "{error}");
+        }
+    }
+}
+
+impl Arbitrate for Motor {
+    fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
+        self.misbehave(cx, Place::Arbitrate)?;
+        let urgent = level.candidates().iter().filter(|candidate| candidate.ready);
+        let best = urgent.max_by(|one, other| one.urgency.total_cmp(&other.urgency));
+        let child = best.and_then(|best| self.children().find(|child| best.is(child)));
+        Ok(match child {
+            Some(child) => Verdict::choose(child, "it is the most urgent"),
+            None => Verdict::nobody("nobody is ready"),
+        })
+    }
+}
+
+impl Memory for Motor {
+    fn save(&self, cx: &Context, saving: &mut Saving) {
+        if let Some(trouble) = self.due(cx, Place::Save)
+            && let Err(error) = make(trouble)
+        {
+            panic!("{error}");
+        }
+        saving.put(&self.looks);
+    }
+
+    fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
+        if let Some(trouble) = self.due(cx, Place::Restore) {
+            make(trouble)?;
+        }
+        self.looks = saved.take()?;
+        Ok(())
+    }
+}
+
+impl Drop for Motor {
+    fn drop(&mut self) {
+        if let Some(trouble) = self.end.take()
+            && !std::thread::panicking()
+            && let Err(error) = make(trouble)
+        {
+            panic!("{error}");
+        }
+    }
+}
+
+impl Motor {
+    /// Makes the trouble that is due here; answers with what it is.
+    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
+        let due = self.due(cx, here);
+        if let Some(trouble) = due {
+            self.bad += 1;
+            self.misdeeds.write(cx, self.bad);
+            make(trouble)?;
+        }
+        Ok(due)
+    }
+
+    fn due(&self, cx: &Context, here: Place) -> Option<Trouble> {
+        let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
+        due(&trouble, &place, here)
+    }
+
+    fn is_its_turn(&self, cx: &Context) -> bool {
+        let (on, off) = (self.on.get(cx), self.off.get(cx));
+        let now = cx.now().as_secs_f64() + self.phase.get(cx);
+        off <= 0.0 || now.rem_euclid(on + off) < on
+    }
+
+    /// What is refused is refused: it tries again in its next iteration.
+    fn wake_all(&self, cx: &Context) {
+        for child in self.children() {
+            child.wake(cx);
+        }
+    }
+
+    fn meddle(&self, cx: &Context) {
+        for (number, child) in (0_u64..).zip(self.children()) {
+            match (self.bad + number) % 4 {
+                0 | 1 => child.wake(cx),
+                2 => child.sleep(cx),
+                _ => child.set_policy(cx, Policy::Urgency),
+            };
+        }
+    }
+
+    fn children(&self) -> impl Iterator<Item = &Child> {
+        [&self.a, &self.b, &self.c, &self.d, &self.e, &self.f].into_iter()
+    }
+}

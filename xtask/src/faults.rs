@@ -1,0 +1,33 @@
+//! The campaign of faults: builds the executable, the plugins and the campaign, and runs it. All of its words are the campaign's own.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context as _, Result};
+
+use crate::metadata::Metadata;
+use crate::paint::Paint;
+use crate::shell;
+
+/// Runs it with these words; the exit status is its own.
+pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> Result<ExitCode> {
+    let mut cargo = shell::cargo();
+    cargo.arg("build").current_dir(root);
+    if !dev {
+        cargo.arg("--release");
+    }
+    shell::run(&mut cargo, paint)?;
+    let target = Metadata::of_workspace(root)?.target_directory;
+    let program = target
+        .join(if dev { "debug" } else { "release" })
+        .join("jde-faults");
+    let mut campaign = std::process::Command::new(&program);
+    let status = campaign
+        .args(words)
+        .status()
+        .with_context(|| format!("cannot start {}", program.display()))?;
+    // Whoever was ended by a signal has no status.
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    Ok(ExitCode::from(code.unwrap_or(1)))
+}
