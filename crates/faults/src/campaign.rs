@@ -128,7 +128,7 @@ impl Campaign {
             return outside::run(self, case, stop);
         }
         let stage = Stage::of(&self.root, self.seed, case)?;
-        let faults = plan(self.seed, case, &stage, &self.kinds, most);
+        let faults = plan(self.seed, case, &self.kinds, most);
         let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
         let mut report = run(
             gear,

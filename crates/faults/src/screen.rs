@@ -61,9 +61,14 @@ impl Progress for Screen {
     fn ended(&mut self, report: &Report) {
         self.broken += report.broken.len() as u64;
         if self.closely {
-            for (fault, struck) in &report.faults {
-                let slept = if *struck { "" } else { " (it took no effect)" };
-                self.say(&format!("{}{slept}\n", fault.words()));
+            for injected in &report.faults {
+                let whom = injected.whom.as_deref().unwrap_or("nobody");
+                let slept = if injected.struck {
+                    ""
+                } else {
+                    " (it took no effect)"
+                };
+                self.say(&format!("`{whom}`: {}{slept}\n", injected.fault.words()));
             }
         }
     }

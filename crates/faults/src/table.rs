@@ -36,12 +36,12 @@ impl Table {
         let lane = LANES
             .iter()
             .position(|(clock, what, _)| *clock == report.case.clock && *what == report.case.what);
-        for (fault, struck) in &report.faults {
-            let row = self.rows.entry(fault.kind).or_default();
+        for injected in &report.faults {
+            let row = self.rows.entry(injected.fault.kind).or_default();
             if let Some(lane) = lane {
                 row.lanes[lane] += 1;
             }
-            row.struck += u64::from(*struck);
+            row.struck += u64::from(injected.struck);
             // Of several faults of one case nobody can tell which it was.
             row.broke += u64::from(!report.broken.is_empty());
         }

@@ -117,7 +117,9 @@ impl History {
             match members.find(|member| self.states[**member] == State::Winner) {
                 Some(winner) if *winner == schema => {}
                 Some(_) => standing = Standing::TakenOver,
-                None if self.holds.get(&group).is_some_and(|until| *until >= now) => standing = Standing::Held,
+                None if self.holds.get(&group).is_some_and(|until| *until >= now) => {
+                    standing = Standing::Held
+                }
                 None => standing = Standing::Orphan(group),
             }
             at = self.fathers[group];

@@ -79,8 +79,8 @@ impl Observer {
         }
     }
 
-    /// Has it hear and see all that an application does that is started with these options. Those in `victims` may miss turns.
-    pub fn watch(&self, options: &mut Options, victims: Vec<usize>) {
+    /// Has it hear and see all that an application does that is started with these options.
+    pub fn watch(&self, options: &mut Options) {
         options.witness = Some(Box::new(Rules::new(Arc::clone(&self.known))));
         let known = Arc::clone(&self.known);
         options
@@ -109,7 +109,7 @@ impl Observer {
                 .iter()
                 .map(|instance| instance.name.clone())
                 .collect();
-            seen.rhythm.begin(application, &victims);
+            seen.rhythm.begin(application);
             let tamper = seen.tamper;
             drop(seen);
             let mut kept = lock(&watches);
@@ -118,6 +118,11 @@ impl Observer {
             Ok(())
         });
         options.before_start = Some(before);
+    }
+
+    /// A schema is about to misbehave, or to be acted upon: from now on it may miss turns.
+    pub fn excuse(&self, schema: usize) {
+        lock(&self.known).rhythm.excuse(schema);
     }
 
     /// Judges what has happened until now; in lockstep between two instants.

@@ -69,7 +69,12 @@ impl Motion {
             }
         }
         for device in ["arm", "gripper"] {
-            let Some(moves) = fresh::<f64>(handle, &format!("{device}.moves"), now, DEVICE_CARRIES_OUT + slack) else {
+            let Some(moves) = fresh::<f64>(
+                handle,
+                &format!("{device}.moves"),
+                now,
+                DEVICE_CARRIES_OUT + slack,
+            ) else {
                 continue;
             };
             let last = self.last.entry(device.to_owned()).or_default();

@@ -46,12 +46,12 @@ impl Rhythm {
         }
     }
 
-    pub(super) fn begin(&mut self, application: &Application, victims: &[usize]) {
-        let instances = application.instances.iter().enumerate();
+    pub(super) fn begin(&mut self, application: &Application) {
+        let instances = application.instances.iter();
         self.schemas = instances
-            .map(|(place, instance)| Beat {
+            .map(|instance| Beat {
                 period: instance.period_ns,
-                victim: victims.contains(&place),
+                victim: false,
                 awake: None,
                 last: None,
                 had: 0,
@@ -61,20 +61,25 @@ impl Rhythm {
     }
 
     pub(crate) fn least_kept(&self) -> Option<f64> {
-        let mut kept = self.kept();
-        kept.sort_by(f64::total_cmp);
-        kept.first().copied()
+        self.kept().first().map(|(kept, _)| *kept)
     }
 
-    /// Of each bystander with enough turns, the share that it had.
-    fn kept(&self) -> Vec<f64> {
-        let bystanders = self
-            .schemas
-            .iter()
-            .filter(|beat| !beat.victim && beat.owed >= FEW);
-        bystanders
-            .map(|beat| beat.had as f64 / beat.owed as f64)
-            .collect()
+    /// From now on it may miss turns.
+    pub(super) fn excuse(&mut self, schema: usize) {
+        if let Some(beat) = self.schemas.get_mut(schema) {
+            beat.victim = true;
+        }
+    }
+
+    /// Of each bystander with enough turns, the share that it had, the least first.
+    fn kept(&self) -> Vec<(f64, usize)> {
+        let schemas = self.schemas.iter().enumerate();
+        let bystanders = schemas.filter(|(_, beat)| !beat.victim && beat.owed >= FEW);
+        let mut kept: Vec<_> = bystanders
+            .map(|(place, beat)| (beat.had as f64 / beat.owed as f64, place))
+            .collect();
+        kept.sort_by(|one, other| one.0.total_cmp(&other.0));
+        kept
     }
 }
 
@@ -176,16 +181,16 @@ impl Known {
         if self.rhythm.clock == Clock::Lockstep {
             return;
         }
-        let mut kept = self.rhythm.kept();
-        kept.sort_by(f64::total_cmp);
-        let Some(median) = kept.get(kept.len() / 2) else {
+        let kept = self.rhythm.kept();
+        let (Some((median, _)), Some((least, last))) = (kept.get(kept.len() / 2), kept.first()) else {
             return;
         };
-        let (median, least) = (1.0 - median, 1.0 - kept[0]);
+        let (median, least) = (1.0 - median, 1.0 - least);
         if median > bare + MEDIAN || least > bare + ONE {
             self.tell(format!(
-                "R11: bystanders lost {:.1} % of their turns (median), one {:.1} %, a bare thread beside them {:.1} %",
+                "R11: bystanders lost {:.1} % of their turns (median), `{}` {:.1} %, a bare thread beside them {:.1} %",
                 median * 100.0,
+                self.name(*last),
                 least * 100.0,
                 bare * 100.0
             ));

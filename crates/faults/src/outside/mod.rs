@@ -18,8 +18,8 @@ use rustix::process::Signal;
 use crate::campaign::Campaign;
 use crate::case::{Case, Clock};
 use crate::chance::Chance;
-use crate::plan::{Act, Fault, Kind};
-use crate::run::{Report, within};
+use crate::plan::{Act, Fault, Kind, Whom};
+use crate::run::{Injected, Report, within};
 use cable::Cable;
 use host::Host;
 use robot::Robot;
@@ -112,7 +112,9 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         at: at.as_nanos().try_into().unwrap_or(u64::MAX),
         lasts: 0,
         kind,
-        schema: "safe-navigation".to_owned(),
+        whom: Whom::Motor,
+        choice: 0,
+        any: true,
         act: Act::Tell {
             trouble: kind.name(),
             place: "its process",
@@ -120,7 +122,11 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
     };
     Ok(Report {
         case,
-        faults: vec![(fault, struck)],
+        faults: vec![Injected {
+            fault,
+            whom: None,
+            struck,
+        }],
         broken,
         kept: None,
         left: 0,

@@ -6,7 +6,6 @@ use jde_core::Nanos;
 
 use crate::case::{Case, Clock};
 use crate::chance::Chance;
-use crate::stage::Stage;
 pub use kind::{Kind, Whom};
 
 const MS: Nanos = 1_000_000;
@@ -26,8 +25,12 @@ pub struct Fault {
     pub lasts: Nanos,
     /// What kind it is.
     pub kind: Kind,
-    /// By whom.
-    pub schema: String,
+    /// By what kind of schema.
+    pub whom: Whom,
+    /// By which: a number that chooses among those who are fit for it when the time has come.
+    pub choice: u64,
+    /// By anybody, also by who is not about to make the call in question.
+    pub any: bool,
     /// What is done.
     pub act: Act,
 }
@@ -90,7 +93,7 @@ impl Fault {
         self.at + self.lasts
     }
 
-    /// It in words: "hang in check of m12 at 1.234 s for 80 ms".
+    /// It in words: "hang in check at 1.234 s for 80 ms".
     #[must_use]
     pub fn words(&self) -> String {
         let what = match &self.act {
@@ -100,13 +103,13 @@ impl Fault {
             Act::Operate(operation) => format!("{operation:?} by an operator").to_lowercase(),
         };
         let (at, lasts) = (self.at as f64 / 1e9, self.lasts as f64 / 1e6);
-        format!("{what}, of `{}`, at {at:.6} s for {lasts:.0} ms", self.schema)
+        format!("{what}, at {at:.6} s for {lasts:.0} ms")
     }
 }
 
 /// The faults of a case, in order: at most `most`, of these kinds alone.
 #[must_use]
-pub fn plan(seed: u64, case: Case, stage: &Stage, kinds: &[Kind], most: u64) -> Vec<Fault> {
+pub fn plan(seed: u64, case: Case, kinds: &[Kind], most: u64) -> Vec<Fault> {
     let mut chance = Chance::new(seed, &format!("plan {case}"));
     let fitting: Vec<Kind> = kinds
         .iter()
@@ -129,18 +132,13 @@ pub fn plan(seed: u64, case: Case, stage: &Stage, kinds: &[Kind], most: u64) -> 
                 kind = Kind::Dawdle;
             }
         }
-        faults.extend(fault(kind, at, case, stage, &mut chance));
+        faults.push(fault(kind, at, case, &mut chance));
     }
     faults
 }
 
-fn fault(kind: Kind, at: Nanos, case: Case, stage: &Stage, chance: &mut Chance) -> Option<Fault> {
+fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
     let whom = chance.pick(kind.whom());
-    let victims: Vec<&String> = stage.victims(whom, kind.needs_process());
-    if victims.is_empty() {
-        return None;
-    }
-    let schema = chance.pick(&victims).clone();
     let mut lasts = chance.between(20, 300) * MS;
     let act = match kind {
         Kind::Kill => Act::Signal(Signal::Kill),
@@ -167,18 +165,24 @@ fn fault(kind: Kind, at: Nanos, case: Case, stage: &Stage, chance: &mut Chance) 
         _ => {
             let trouble = chance.pick(kind.troubles());
             let place = chance.pick(kind.places(whom));
-            if matches!(kind, Kind::Hang | Kind::Dawdle) {
+            if ["awake", "sleep", "arbitrate", "end"].contains(&place) {
+                // These calls come seldom.
+                lasts = chance.between(200, 1000) * MS;
+            }
+            if matches!(kind, Kind::Hang | Kind::Dawdle) && ["check", "iterate"].contains(&place) {
                 // Taken back before who hung is there again: one call hangs, not all that follow.
                 lasts = chance.between(50, 150) * MS;
             }
             Act::Tell { trouble, place }
         }
     };
-    Some(Fault {
+    Fault {
         at,
         lasts,
         kind,
-        schema,
+        whom,
+        choice: chance.next(),
+        any: chance.once_in(4),
         act,
-    })
+    }
 }

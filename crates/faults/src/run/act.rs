@@ -1,12 +1,14 @@
 //! Doing what has a fault happen, and taking it back. What is refused is no fault of the campaign: it comes at odd times.
 
 use jde_board::value::Value;
+use jde_core::State;
 use jde_host::plugin::Loaded;
 use jde_host::reload::How;
 use jde_host::{Handle, Operating};
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
 use crate::plan::{Act, Fault, Operation, Signal};
+use crate::stage::Stage;
 
 /// Who acts.
 const BY: &str = "faults";
@@ -15,16 +17,53 @@ const TRIAL: u64 = 200_000_000;
 
 /// What is under way.
 pub(super) struct Under {
+    /// Whose fault it is.
+    pub(super) place: usize,
     /// Misdeeds that the schema had told of before.
     misdeeds: u64,
     process: Option<Pid>,
     done: bool,
 }
 
+/// Who is to have a fault: mostly somebody who is about to make the call in question.
+pub(super) fn victim(fault: &Fault, stage: &Stage, handle: &Handle) -> Option<usize> {
+    let snapshot = handle.snapshot();
+    let fit = stage.victims(fault.whom, fault.kind.needs_process());
+    let fit: Vec<usize> = fit
+        .iter()
+        .filter_map(|name| handle.application().instance(name))
+        .collect();
+    let call = match &fault.act {
+        Act::Tell { place, .. } | Act::Reload { place, .. } => *place,
+        Act::Signal(_) | Act::Operate(_) => "check",
+    };
+    let is_about_to = |place: &&usize| {
+        let schema = &snapshot.schemas[**place];
+        match call {
+            "iterate" => schema.state == State::Winner,
+            "awake" => schema.state == State::Slept,
+            "arbitrate" => {
+                let mut groups = snapshot.groups.iter();
+                schema.state == State::Winner && groups.any(|group| group.father == Some(**place))
+            }
+            _ => schema.state != State::Slept,
+        }
+    };
+    let about: Vec<usize> = fit.iter().filter(is_about_to).copied().collect();
+    let among = if about.is_empty() || fault.any {
+        &fit
+    } else {
+        &about
+    };
+    let count = among.len() as u64;
+    (count > 0).then(|| among[(fault.choice % count) as usize])
+}
+
 pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Loaded]) -> Under {
     let operator = handle.operator(BY);
     let mut under = Under {
-        misdeeds: misdeeds(fault, handle),
+        place,
+        misdeeds: misdeeds(place, handle),
         process: None,
         done: false,
     };
@@ -70,7 +109,8 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
 }
 
 /// Takes it back; answers whether it is known to have taken effect.
-pub(super) fn end(fault: &Fault, place: usize, handle: &Handle, under: Under) -> bool {
+pub(super) fn end(fault: &Fault, handle: &Handle, under: &Under) -> bool {
+    let place = under.place;
     let operator = handle.operator(BY);
     match &fault.act {
         Act::Tell { .. } | Act::Reload { .. } => tell(&operator, place, "", "iterate"),
@@ -87,7 +127,7 @@ pub(super) fn end(fault: &Fault, place: usize, handle: &Handle, under: Under) ->
         Act::Operate(Operation::StopAll) => drop(operator.release_all()),
         Act::Operate(_) => drop(operator.release(place)),
     }
-    under.done || misdeeds(fault, handle) > under.misdeeds
+    under.done || misdeeds(place, handle) > under.misdeeds
 }
 
 fn tell(operator: &Operating, place: usize, trouble: &str, call: &str) {
@@ -98,7 +138,8 @@ fn tell(operator: &Operating, place: usize, trouble: &str, call: &str) {
 }
 
 /// How often it has told of a misdeed, also if that was taken back since.
-fn misdeeds(fault: &Fault, handle: &Handle) -> u64 {
-    let told = handle.board().find(&format!("{}.misdeeds", fault.schema));
+fn misdeeds(place: usize, handle: &Handle) -> u64 {
+    let name = &handle.application().instances[place].name;
+    let told = handle.board().find(&format!("{name}.misdeeds"));
     told.map_or(0, |told| told.newest())
 }

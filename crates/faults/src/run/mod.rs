@@ -49,14 +49,25 @@ pub struct Gear {
 pub struct Report {
     /// Which.
     pub case: Case,
-    /// Every fault, and whether it took effect: whom it was meant for may have slept through it.
-    pub faults: Vec<(Fault, bool)>,
+    /// Every fault, in order.
+    pub faults: Vec<Injected>,
     /// What was broken.
     pub broken: Vec<String>,
     /// The least share of turns that a bystander had, in real time.
     pub kept: Option<f64>,
     /// Calls that were given up and have not returned.
     pub left: u64,
+}
+
+/// A fault that was injected.
+#[derive(Debug)]
+pub struct Injected {
+    /// What.
+    pub fault: Fault,
+    /// By whom; none if nobody was fit for it.
+    pub whom: Option<String>,
+    /// It took effect: who was to misbehave may have slept through it.
+    pub struck: bool,
 }
 
 /// A running application of either kind.
@@ -106,13 +117,6 @@ pub fn run(
     stop: &AtomicBool,
 ) -> Result<Report> {
     let application = stage.application(&gear.plugins, seed)?;
-    let place = |fault: &Fault| {
-        let name = &fault.schema;
-        application
-            .instance(name)
-            .with_context(|| format!("there is no schema `{name}`"))
-    };
-    let places: Vec<usize> = plan.iter().map(place).collect::<Result<_>>()?;
     let mut observer = Observer::new(case.clock, tamper);
     let mut options = Options {
         apart: Some(Program {
@@ -121,7 +125,7 @@ pub fn run(
         }),
         ..Options::default()
     };
-    observer.watch(&mut options, places.clone());
+    observer.watch(&mut options);
     let mut run = match case.clock {
         Clock::Lockstep => Run::Lockstep(Lockstep::start(application, &gear.plugins, options)?),
         Clock::RealTime | Clock::Outside => {
@@ -135,23 +139,30 @@ pub fn run(
         .map(|variable| std::sync::Arc::downgrade(&variable))
         .collect();
     let bare = matches!(run, Run::RealTime(_)).then(Bare::start);
+    let mut under: Vec<Option<act::Under>> = plan.iter().map(|_| None).collect();
     let mut struck = vec![false; plan.len()];
-    let mut steps: Vec<(Nanos, usize, bool)> = Vec::new();
-    for (number, fault) in plan.iter().enumerate() {
-        steps.push((fault.at, number, true));
-        steps.push((fault.ends(), number, false));
-    }
+    let begins = plan
+        .iter()
+        .enumerate()
+        .map(|(number, fault)| (fault.at, number, true));
+    let ends = plan
+        .iter()
+        .enumerate()
+        .map(|(number, fault)| (fault.ends(), number, false));
+    let mut steps: Vec<(Nanos, usize, bool)> = begins.chain(ends).collect();
     steps.sort_by_key(|step| step.0);
-    let mut doers: Vec<Option<act::Under>> = plan.iter().map(|_| None).collect();
-    for (time, number, begins) in &steps {
-        if !run.go_to(*time, &handle, &mut observer, stop) {
+    for (time, number, begins) in steps {
+        if !run.go_to(time, &handle, &mut observer, stop) {
             break;
         }
-        let (fault, place) = (&plan[*number], places[*number]);
-        if *begins {
-            doers[*number] = Some(act::begin(fault, place, &handle, &gear.builds));
-        } else if let Some(under) = doers[*number].take() {
-            struck[*number] |= act::end(fault, place, &handle, under);
+        let fault = &plan[number];
+        if !begins {
+            struck[number] = under[number]
+                .as_ref()
+                .is_some_and(|under| act::end(fault, &handle, under));
+        } else if let Some(place) = act::victim(fault, stage, &handle) {
+            observer.excuse(place);
+            under[number] = Some(act::begin(fault, place, &handle, &gear.builds));
         }
     }
     let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
@@ -160,11 +171,14 @@ pub fn run(
     let bare = bare.map_or(0.0, Bare::lost);
     observer.conclude(bare);
     observer.is_over();
+    let name = |under: &act::Under| handle.application().instances[under.place].name.clone();
+    let whom: Vec<Option<String>> = under.iter().map(|under| under.as_ref().map(name)).collect();
     drop(handle);
     drop(run);
     let signs = observer.signs();
-    for (struck, (fault, place)) in struck.iter_mut().zip(plan.iter().zip(&places)) {
-        *struck |= signs.iter().any(|sign| is_of(sign, fault, *place));
+    for (number, fault) in plan.iter().enumerate() {
+        let came = |under: &act::Under| signs.iter().any(|sign| is_of(sign, fault, under.place));
+        struck[number] |= under[number].as_ref().is_some_and(came);
     }
     // Those who dawdle come back; those who hang do not.
     let left = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
@@ -194,9 +208,11 @@ pub fn run(
             ));
         }
     }
+    let faults = plan.into_iter().zip(whom).zip(struck);
+    let faults = faults.map(|((fault, whom), struck)| Injected { fault, whom, struck });
     Ok(Report {
         case,
-        faults: plan.into_iter().zip(struck).collect(),
+        faults: faults.collect(),
         broken,
         kept: observer.least_kept(),
         left,
