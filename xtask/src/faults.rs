@@ -1,6 +1,7 @@
 //! The campaign of faults: builds the executable, the plugins and the campaign, and runs it. All of its words are the campaign's own.
 
 use std::ffi::OsString;
+use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -22,12 +23,7 @@ pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> R
     let program = target
         .join(if dev { "debug" } else { "release" })
         .join("jde-faults");
-    let mut campaign = std::process::Command::new(&program);
-    let status = campaign
-        .args(words)
-        .status()
-        .with_context(|| format!("cannot start {}", program.display()))?;
-    // Whoever was ended by a signal has no status.
-    let code = status.code().and_then(|code| u8::try_from(code).ok());
-    Ok(ExitCode::from(code.unwrap_or(1)))
+    // In place of this program, so that Ctrl-C is the campaign's alone.
+    let error = std::process::Command::new(&program).args(words).exec();
+    Err(error).with_context(|| format!("cannot start {}", program.display()))
 }

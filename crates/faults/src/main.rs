@@ -16,7 +16,7 @@ use jde_faults::case::{Case, Clock};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
-use jde_faults::stage::Root;
+use jde_faults::stage::{Root, Stage};
 use jde_host::apart::serve;
 use jde_host::plugin::Plugins;
 use screen::Screen;
@@ -54,6 +54,9 @@ struct Arguments {
     /// This case alone, as a failure names it.
     #[arg(long, value_name = "CASE", conflicts_with_all = ["count", "only", "save"])]
     case: Option<Case>,
+    /// Print the application of --case instead of running it.
+    #[arg(long, requires = "case")]
+    application: bool,
     /// Put the table into the page of that file, between its two marks.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
@@ -128,6 +131,10 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
         root: Root::usual(),
         tamper: arguments.tamper,
     };
+    if let Some(case) = campaign.case.filter(|_| arguments.application) {
+        print!("{}", Stage::of(&campaign.root, campaign.seed, case)?.text());
+        return Ok(ExitCode::SUCCESS);
+    }
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         // The second one ends it at once.

@@ -28,6 +28,13 @@ pub use tamper::Tamper;
 /// What is broken is told at most so often: what follows from the first is of no use.
 const MOST_TOLD: usize = 8;
 
+/// What became of a call that did not return: it was given up.
+pub const LEFT_BEHIND: &str = "left behind";
+/// It returned after all.
+pub const CAME_BACK: &str = "came back";
+/// It was not waited for when the application ended.
+pub const LEFT_AT_THE_END: &str = "left at the end";
+
 /// What it knows; shared by all that it hears and sees with.
 pub(crate) struct Known {
     pub(crate) clock: Clock,
@@ -37,6 +44,8 @@ pub(crate) struct Known {
     pub(crate) rhythm: Rhythm,
     pub(crate) signs: Vec<Sign>,
     broken: Vec<String>,
+    /// The application is about to end, or has.
+    over: bool,
 }
 
 /// That something became of a fault.
@@ -70,6 +79,7 @@ impl Observer {
             rhythm: Rhythm::new(clock),
             signs: Vec::new(),
             broken: Vec::new(),
+            over: false,
         };
         Self {
             known: Arc::new(Mutex::new(known)),
@@ -136,6 +146,7 @@ impl Observer {
 
     /// The application is about to end: from here on nobody is awake, and nothing is owed.
     pub fn is_over(&self) {
+        lock(&self.known).over = true;
         lock(&self.watches).clear();
         lock(&self.commands).close();
     }
@@ -202,9 +213,10 @@ impl Known {
                 schema,
                 health: Health::ArbitrationFailed(_),
             } => (*time, *schema, "arbitration failed"),
+            Event::Hung { time, schema, .. } if self.over => (*time, *schema, LEFT_AT_THE_END),
             Event::Hung { time, schema, .. } => (*time, *schema, "hung"),
-            Event::LeftBehind { time, schema, .. } => (*time, *schema, "left behind"),
-            Event::CameBack { time, schema, .. } => (*time, *schema, "came back"),
+            Event::LeftBehind { time, schema, .. } => (*time, *schema, LEFT_BEHIND),
+            Event::CameBack { time, schema, .. } => (*time, *schema, CAME_BACK),
             Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
             Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
             Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),

@@ -13,11 +13,15 @@ use super::{Known, Tamper, lock};
 use crate::case::Clock;
 
 /// Turns of a bystander that are too few to judge it by.
-const FEW: u64 = 20;
+const FEW: u64 = 40;
+/// Misses that are told of one that missed too many.
+const MOST_TOLD: usize = 6;
 /// What the median of all bystanders may lose beyond what a bare thread loses: a selection and a lock or two a turn.
 const MEDIAN: f64 = 0.02;
 /// What one may: it may have been the one that the machine's load met.
 const ONE: f64 = 0.15;
+/// Turns that one may lose beyond that: of forty, three are a share that means nothing.
+const ONE_TURNS: f64 = 3.0;
 
 /// When each schema is to have its turns.
 pub(crate) struct Rhythm {
@@ -30,12 +34,15 @@ struct Beat {
     period: Nanos,
     /// It was told to misbehave, or acted upon.
     victim: bool,
-    /// While it is awake, when it is due next, on the grid of its period from its awakening on.
+    /// While it is awake: in lockstep when it is due next, on the grid of its period from its awakening on; else when it had its
+    /// last turn, or woke up.
     awake: Option<Nanos>,
     /// When it had its last.
     last: Option<Nanos>,
     had: u64,
     owed: u64,
+    /// When it missed turns, and how many; the first few.
+    missed: Vec<(Nanos, u64)>,
 }
 
 impl Rhythm {
@@ -56,6 +63,7 @@ impl Rhythm {
                 last: None,
                 had: 0,
                 owed: 0,
+                missed: Vec::new(),
             })
             .collect();
     }
@@ -83,18 +91,58 @@ impl Rhythm {
     }
 }
 
+/// In real time, where turns come a little early or late.
+impl Beat {
+    fn took_turn(&mut self, time: Nanos) {
+        let Some(last) = self.awake else {
+            return;
+        };
+        let gap = time.saturating_sub(last);
+        // One that came because something did stands between two that are due.
+        if self.last.is_some() && gap < self.period / 2 {
+            return;
+        }
+        let due = ((gap + self.period / 2) / self.period).max(1);
+        self.misses(last, due - 1);
+        self.had += 1;
+        self.owed += 1;
+        self.awake = Some(time);
+        self.last = Some(time);
+    }
+
+    fn went_to_sleep(&mut self, time: Nanos) {
+        if let Some(last) = self.awake {
+            self.misses(last, (time.saturating_sub(last) / self.period).saturating_sub(1));
+        }
+        self.last = None;
+    }
+
+    fn misses(&mut self, from: Nanos, count: u64) {
+        self.owed += count;
+        if count > 0 && self.missed.len() < MOST_TOLD {
+            self.missed.push((from, count));
+        }
+    }
+}
+
 impl Known {
     pub(super) fn changed(&mut self, time: Nanos, schema: usize, from: State, to: State) {
-        if to == State::Slept {
+        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        if to == State::Slept && lockstep {
             self.owes(schema, time);
         }
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
         match (from, to) {
-            (_, State::Slept) => beat.awake = None,
+            (_, State::Slept) => {
+                if !lockstep {
+                    beat.went_to_sleep(time);
+                }
+                beat.awake = None;
+            }
             // Who slept and woke within an instant iterates once in it (R16).
-            (State::Slept, _) if beat.last == Some(time) => beat.awake = Some(time + beat.period),
+            (State::Slept, _) if lockstep && beat.last == Some(time) => beat.awake = Some(time + beat.period),
             (State::Slept, _) => beat.awake = Some(time),
             _ => {}
         }
@@ -103,41 +151,29 @@ impl Known {
     /// It had a turn, by its period or because something came.
     pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
         let clock = self.rhythm.clock;
-        let Some(Beat {
-            period,
-            awake: Some(due),
-            last,
-            had,
-            owed,
-            victim,
-        }) = self.rhythm.schemas.get_mut(schema)
-        else {
+        let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        *last = Some(time);
-        // In real time a turn counts for its place on the grid if it comes before the next.
-        let on_time = match clock {
-            Clock::Lockstep => time == *due,
-            Clock::RealTime | Clock::Outside => time >= *due && time < *due + *period,
-        };
-        if !on_time && time < *due {
-            // Something else called it.
-            return;
-        }
-        if on_time {
-            let skip =
-                !*victim && *owed > FEW && self.tamper.take_if(|tamper| *tamper == Tamper::Turn).is_some();
-            if !skip {
-                *due += *period;
-                *had += 1;
-                *owed += 1;
+        let hides = || !beat.victim && beat.owed > FEW && self.tamper == Some(Tamper::Turn);
+        match (clock, &mut beat.awake) {
+            (_, None) => {}
+            (Clock::Lockstep, Some(due)) if time == *due => {
+                beat.last = Some(time);
+                if hides() {
+                    self.tamper = None;
+                    return;
+                }
+                *due += beat.period;
+                beat.had += 1;
+                beat.owed += 1;
             }
-            return;
-        }
-        self.owes(schema, time);
-        if clock != Clock::Lockstep {
-            // The one that it has now.
-            self.had_turn(schema, time);
+            (Clock::Lockstep, Some(due)) => {
+                beat.last = Some(time);
+                if time > *due {
+                    self.owes(schema, time);
+                }
+            }
+            (Clock::RealTime | Clock::Outside, Some(_)) => beat.took_turn(time),
         }
     }
 
@@ -147,32 +183,21 @@ impl Known {
         }
     }
 
-    /// Notes the turns that it should have had before now and did not have; in lockstep that is a broken rule.
+    /// Notes the turns that it should have had before now and did not have: in lockstep a broken rule.
     fn owes(&mut self, schema: usize, now: Nanos) {
-        let clock = self.rhythm.clock;
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        let Some(due) = &mut beat.awake else {
+        let Some(due) = beat.awake.filter(|due| *due < now) else {
             return;
         };
-        let missed_at = *due;
-        // In real time it has until the end of the period.
-        let until = match clock {
-            Clock::Lockstep => now,
-            Clock::RealTime | Clock::Outside => now.saturating_sub(beat.period - 1),
-        };
-        if missed_at >= until {
-            return;
-        }
-        let missed = (until - missed_at).div_ceil(beat.period);
-        *due += missed * beat.period;
+        let missed = (now - due).div_ceil(beat.period);
+        beat.awake = Some(due + missed * beat.period);
         beat.owed += missed;
-        if clock == Clock::Lockstep && !beat.victim {
-            let name = self.name(schema).to_owned();
+        if !beat.victim {
+            let (name, from) = (self.name(schema).to_owned(), due as f64 / 1e9);
             self.tell(format!(
-                "R11: `{name}` missed {missed} of its turns from {:.6} s on",
-                missed_at as f64 / 1e9
+                "R11: `{name}` missed {missed} of its turns from {from:.6} s on"
             ));
         }
     }
@@ -186,12 +211,16 @@ impl Known {
             return;
         };
         let (median, least) = (1.0 - median, 1.0 - least);
-        if median > bare + MEDIAN || least > bare + ONE {
+        let may = bare + ONE + ONE_TURNS / self.rhythm.schemas[*last].owed as f64;
+        if median > bare + MEDIAN || least > may {
+            let missed = self.rhythm.schemas[*last].missed.iter();
+            let missed = missed.map(|(at, count)| format!("{count} from {:.3} s", *at as f64 / 1e9));
             self.tell(format!(
-                "R11: bystanders lost {:.1} % of their turns (median), `{}` {:.1} %, a bare thread beside them {:.1} %",
+                "R11: bystanders lost {:.1} % of their turns (median), `{}` {:.1} % ({}), a bare thread beside them {:.1} %",
                 median * 100.0,
                 self.name(*last),
                 least * 100.0,
+                missed.collect::<Vec<_>>().join(", "),
                 bare * 100.0
             ));
         }

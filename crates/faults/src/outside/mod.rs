@@ -19,7 +19,7 @@ use crate::campaign::Campaign;
 use crate::case::{Case, Clock};
 use crate::chance::Chance;
 use crate::plan::{Act, Fault, Kind, Whom};
-use crate::run::{Injected, Report, within};
+use crate::run::{Injected, Left, Report, within};
 use cable::Cable;
 use host::Host;
 use robot::Robot;
@@ -36,6 +36,8 @@ const AT_ONCE: f64 = 0.1;
 const BRAKE: f64 = 0.3;
 /// For a machine on which others need the processor too, s.
 const SLACK: f64 = 0.5;
+/// How long a robot that stands is seen to stay so, s.
+const STAYS: f64 = 1.0;
 /// How long clients are hostile.
 const HOSTILE: Duration = Duration::from_millis(2500);
 /// Share of their turns that schemas keep all the while.
@@ -88,7 +90,8 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             }
             Kind::HostCrashed => {
                 host.jde(&["set", "drifter.place", "check"])?;
-                host.jde(&["set", "drifter.trouble", "segfault"])?;
+                // It dies of this, maybe before it has answered.
+                let _ = host.jde(&["set", "drifter.trouble", "segfault"]);
                 stands(
                     &robot,
                     AT_ONCE,
@@ -115,6 +118,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         whom: Whom::Motor,
         choice: 0,
         any: true,
+        stays: false,
         act: Act::Tell {
             trouble: kind.name(),
             place: "its process",
@@ -129,24 +133,30 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         }],
         broken,
         kept: None,
-        left: 0,
+        left: Left::default(),
     })
 }
 
-/// The robot stands within the time that is promised, and goes on standing.
+/// The robot stands within the time that is promised, and goes on standing; both by the time of its world.
 fn stands(robot: &Robot, promised: f64, what: &str, broken: &mut Vec<String>) {
-    let speed = robot.speed();
-    let allowed = promised + speed / BRAKE + SLACK;
-    let since = Instant::now();
-    if !within(Duration::from_secs_f64(allowed), || robot.stands()) {
+    let since = robot.time();
+    // Until it brakes it may still become as fast as it was told last.
+    let mut fastest = robot.speed();
+    within(MOVES, || {
+        fastest = fastest.max(robot.speed());
+        robot.stands() || robot.time() > since + promised + fastest / BRAKE + SLACK
+    });
+    if !robot.stands() {
         broken.push(format!(
-            "motion: {what}, and {:.1} s later the robot still moves at {:.2} m/s",
-            since.elapsed().as_secs_f64(),
+            "motion: {what}, its robot drove at {fastest:.2} m/s at most, and {:.1} s later the robot still moves at {:.2} m/s",
+            robot.time() - since,
             robot.speed()
         ));
         return;
     }
-    if within(Duration::from_secs(1), || !robot.stands()) {
+    let stood = robot.time();
+    within(MOVES, || !robot.stands() || robot.time() > stood + STAYS);
+    if !robot.stands() {
         broken.push(format!("motion: {what}, the robot stood, and moves again"));
     }
 }

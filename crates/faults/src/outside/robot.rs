@@ -14,8 +14,8 @@ use jde_sim::{Truth, World};
 use crate::observer::lock;
 use crate::stage::Root;
 
-/// Time between two looks at the truth.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time between two looks at the truth. With each the world falls behind the machine by up to a step, so it is judged by its own time.
+const LOOK: Duration = Duration::from_millis(50);
 /// What counts as standing, m/s and rad/s.
 const STANDS: f64 = 0.01;
 
@@ -23,7 +23,7 @@ const STANDS: f64 = 0.01;
 pub(super) struct Robot {
     /// `tcp:127.0.0.1:4711`.
     pub(super) address: String,
-    truth: Arc<Mutex<Option<Truth>>>,
+    truth: Arc<Mutex<Option<(f64, Truth)>>>,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Result<()>>,
 }
@@ -52,7 +52,8 @@ impl Robot {
             let robot = robot.context("the world has no robot")?;
             while !ended.load(Ordering::Relaxed) {
                 server.run(&ended, Some(LOOK), |_| {})?;
-                *lock(&seen) = Some(server.world().truth(robot));
+                let world = server.world();
+                *lock(&seen) = Some((world.now() as f64 / 1e9, world.truth(robot)));
             }
             Ok(())
         });
@@ -63,6 +64,11 @@ impl Robot {
             stop,
             thread,
         })
+    }
+
+    /// The world's time, s.
+    pub(super) fn time(&self) -> f64 {
+        lock(&self.truth).as_ref().map_or(0.0, |(time, _)| *time)
     }
 
     /// How fast it drives, m/s.
@@ -85,6 +91,6 @@ impl Robot {
     }
 
     fn seen(&self, of: impl Fn(&Truth) -> f64) -> f64 {
-        lock(&self.truth).as_ref().map_or(0.0, of)
+        lock(&self.truth).as_ref().map_or(0.0, |(_, truth)| of(truth))
     }
 }

@@ -31,6 +31,8 @@ pub struct Fault {
     pub choice: u64,
     /// By anybody, also by who is not about to make the call in question.
     pub any: bool,
+    /// It is not taken back: the application ends with it.
+    pub stays: bool,
     /// What is done.
     pub act: Act,
 }
@@ -103,7 +105,8 @@ impl Fault {
             Act::Operate(operation) => format!("{operation:?} by an operator").to_lowercase(),
         };
         let (at, lasts) = (self.at as f64 / 1e9, self.lasts as f64 / 1e6);
-        format!("{what}, at {at:.6} s for {lasts:.0} ms")
+        let stays = if self.stays { " and until the end" } else { "" };
+        format!("{what}, at {at:.6} s for {lasts:.0} ms{stays}")
     }
 }
 
@@ -183,6 +186,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
         whom,
         choice: chance.next(),
         any: chance.once_in(4),
+        stays: chance.once_in(6),
         act,
     }
 }

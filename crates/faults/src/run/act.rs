@@ -113,6 +113,13 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &Under) -> bool {
     let place = under.place;
     let operator = handle.operator(BY);
     match &fault.act {
+        Act::Tell { .. } | Act::Reload { .. } if fault.stays => {}
+        Act::Tell { place: "end", .. } => {
+            // Otherwise it would not end before everything does.
+            drop(operator.unload(place));
+            tell(&operator, place, "", "iterate");
+            drop(operator.load(place));
+        }
         Act::Tell { .. } | Act::Reload { .. } => tell(&operator, place, "", "iterate"),
         Act::Signal(Signal::Kill) => {}
         Act::Signal(Signal::Stop) => {
@@ -124,6 +131,7 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &Under) -> bool {
                 let _ = kill_process(process, Posix::CONT);
             }
         }
+        Act::Operate(_) if fault.stays => {}
         Act::Operate(Operation::StopAll) => drop(operator.release_all()),
         Act::Operate(_) => drop(operator.release(place)),
     }

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// That of most schemas of the campaign.
-const PERIOD: Duration = Duration::from_millis(20);
+/// The shortest of the campaign's schemas.
+const PERIOD: Duration = Duration::from_millis(10);
 
 /// The thread.
 pub(super) struct Bare {

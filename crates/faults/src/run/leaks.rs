@@ -19,7 +19,16 @@ pub struct Leaks {
     before: Option<Held>,
     cases: u64,
     warm: Option<u64>,
-    left: u64,
+    left: Left,
+}
+
+/// What calls that never return keep of an application that has ended.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Left {
+    /// Such calls: each keeps its thread.
+    pub calls: u64,
+    /// Files at most: the memory that the application shared with processes of schemas.
+    pub files: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,25 +45,28 @@ impl Leaks {
         self.before.is_some()
     }
 
-    /// After the first case, which made what all of them use. `left` calls of it never returned.
-    pub fn begin(&mut self, left: u64) {
+    /// After the first case, which made what all of them use.
+    pub fn begin(&mut self, left: Left) {
         let now = Held::now();
         self.cases = 1;
         self.left = left;
         self.before = Some(Held {
-            threads: now.threads.saturating_sub(left),
+            threads: now.threads.saturating_sub(left.calls),
+            files: now.files.saturating_sub(left.files),
             ..now
         });
     }
 
-    /// After a case: what is held that was not before. `left` calls of it never returned, each of which keeps its thread.
-    pub fn judge(&mut self, left: u64) -> Vec<String> {
+    /// After a case: what is held that was not before.
+    pub fn judge(&mut self, left: Left) -> Vec<String> {
         let Some(before) = self.before else {
             return Vec::new();
         };
-        self.left += left;
+        self.left.calls += left.calls;
+        self.left.files += left.files;
         let allowed = Held {
-            threads: before.threads + self.left,
+            threads: before.threads + self.left.calls,
+            files: before.files + self.left.files,
             ..before
         };
         let fits = |now: Held| {
@@ -69,7 +81,8 @@ impl Leaks {
             ));
             // Told once: what follows is judged by what is there since.
             self.before = Some(Held {
-                threads: now.threads.saturating_sub(self.left),
+                threads: now.threads.saturating_sub(self.left.calls),
+                files: now.files.saturating_sub(self.left.files),
                 ..now
             });
         }
@@ -84,7 +97,7 @@ impl Leaks {
     #[must_use]
     pub fn conclude(&self) -> Option<String> {
         let (warm, now) = (self.warm?, resident());
-        let allowed = warm + GROWTH * (self.cases - WARM) + LEFT * self.left;
+        let allowed = warm + GROWTH * (self.cases - WARM) + LEFT * self.left.calls;
         (now > allowed).then(|| {
             format!(
                 "leak: {:.1} MB of memory after {} cases, where {:.1} MB may be",
@@ -105,7 +118,7 @@ impl Leaks {
             "{} cases in this process: {warm}{:.1} MB at the end; {} calls that never returned keep a thread each",
             self.cases,
             resident() as f64 / 1e6,
-            self.left
+            self.left.calls
         )
     }
 }

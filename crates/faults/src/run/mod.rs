@@ -15,11 +15,11 @@ use jde_host::plugin::{Loaded, Plugins};
 use jde_host::{Handle, Lockstep, Options, Running};
 
 use crate::case::{Case, Clock};
-use crate::observer::{Observer, Sign, Tamper};
+use crate::observer::{CAME_BACK, LEFT_AT_THE_END, LEFT_BEHIND, Observer, Sign, Tamper};
 use crate::plan::{Act, Fault, Kind};
 use crate::stage::{self, Stage};
 use bare::Bare;
-pub use leaks::Leaks;
+pub use leaks::{Leaks, Left};
 
 /// What this program is called with to be the process of one schema.
 pub const SERVE: &str = "--serve-schema";
@@ -55,8 +55,8 @@ pub struct Report {
     pub broken: Vec<String>,
     /// The least share of turns that a bystander had, in real time.
     pub kept: Option<f64>,
-    /// Calls that were given up and have not returned.
-    pub left: u64,
+    /// What calls keep that were given up and have not returned.
+    pub left: Left,
 }
 
 /// A fault that was injected.
@@ -138,6 +138,11 @@ pub fn run(
         .list()
         .map(|variable| std::sync::Arc::downgrade(&variable))
         .collect();
+    let shared = handle
+        .board()
+        .list()
+        .filter(|variable| variable.shared().is_some())
+        .count() as u64;
     let bare = matches!(run, Run::RealTime(_)).then(Bare::start);
     let mut under: Vec<Option<act::Under>> = plan.iter().map(|_| None).collect();
     let mut struck = vec![false; plan.len()];
@@ -180,33 +185,37 @@ pub fn run(
         let came = |under: &act::Under| signs.iter().any(|sign| is_of(sign, fault, under.place));
         struck[number] |= under[number].as_ref().is_some_and(came);
     }
-    // Those who dawdle come back; those who hang do not.
-    let left = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
-    let all_back = || left("left behind") == left("came back");
-    let hangs = plan.iter().any(|fault| fault.kind == Kind::Hang);
-    if !hangs {
-        within(PATIENCE, all_back);
-    }
-    let left = left("left behind") - left("came back");
     let mut broken = observer.broken();
-    if left > 0 && !hangs {
-        broken.push(format!(
-            "leak: {left} calls that were given up never came back, and none was told to hang"
-        ));
-    }
     if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
         broken.push(format!("the application ended by itself: {}", outcome.words()));
     }
-    if !signs.iter().any(|sign| sign.what == "left behind") {
-        let kept = variables
+    // Those who dawdle come back and let go of everything; those who hang do not.
+    let count = |what: &str| observer.signs().iter().filter(|sign| sign.what == what).count() as u64;
+    let given_up = || count(LEFT_BEHIND).saturating_sub(count(CAME_BACK));
+    let held = || {
+        variables
             .iter()
             .filter(|variable| variable.strong_count() > 0)
-            .count();
-        if kept > 0 {
-            broken.push(format!(
-                "leak: {kept} variables of an application that has ended are still held by somebody"
-            ));
-        }
+            .count()
+    };
+    let gone = within(PATIENCE, || held() == 0);
+    let hangs = plan.iter().any(|fault| fault.kind == Kind::Hang);
+    let left = if hangs {
+        given_up() + count(LEFT_AT_THE_END)
+    } else {
+        0
+    };
+    if !gone && left == 0 {
+        broken.push(format!(
+            "leak: {} variables of an application that has ended are still held by somebody",
+            held()
+        ));
+    }
+    if !hangs && given_up() > 0 {
+        broken.push(format!(
+            "leak: {} calls that were given up never came back, and none was told to hang",
+            given_up()
+        ));
     }
     let faults = plan.into_iter().zip(whom).zip(struck);
     let faults = faults.map(|((fault, whom), struck)| Injected { fault, whom, struck });
@@ -215,7 +224,10 @@ pub fn run(
         faults: faults.collect(),
         broken,
         kept: observer.least_kept(),
-        left,
+        left: Left {
+            calls: left,
+            files: if left > 0 { shared } else { 0 },
+        },
     })
 }
 
