@@ -482,6 +482,8 @@ impl Runner {
                 "also failed while going to sleep: {reason}"
             );
         }
+        // What it exported on its way to sleep nobody vouches for any more than for what was before.
+        self.engine.variables.retract_exports(self.number);
         self.dismiss();
     }
 

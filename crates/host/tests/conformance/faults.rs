@@ -26,6 +26,7 @@ on_every_executor!(
     a_driver_that_worked_before_is_restarted,
     a_perceptive_schema_that_faults_is_restarted,
     nobody_acts_on_what_a_faulted_schema_said_before,
+    nobody_acts_on_what_a_faulted_schema_says_as_it_goes_to_sleep,
 );
 
 const PAIR: &str = r#"
@@ -358,5 +359,32 @@ fn nobody_acts_on_what_a_faulted_schema_said_before(executor: Executor) {
     // Its period is far: it looks again because the value went (R12).
     rig.until(|rig| rig.see("low").state == State::Checking);
     rig.until(|rig| faults(rig, "eye") == ["dust"]);
+    rig.stop();
+}
+
+fn nobody_acts_on_what_a_faulted_schema_says_as_it_goes_to_sleep(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("eye", |call, io| {
+        match call {
+            Call::Iterate => return Err("dust".into()),
+            Call::Sleep => io.publish(1.0),
+            Call::Awake | Call::Check | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["low"]
+        [schemas.eye]
+        type = "test/eye"
+        restart = "never"
+        [schemas.low]
+        type = "test/motor"
+        imports = { input = "eye.out" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("eye drop");
+    assert!(rig.stage.did("eye sleep"));
+    let out = rig.handle.value::<f64>("eye.out");
+    assert_eq!(out, Ok(None));
     rig.stop();
 }
