@@ -11,7 +11,7 @@ use crate::case::{Case, Clock, What};
 use crate::observer::Tamper;
 use crate::outside;
 use crate::plan::{Kind, plan};
-use crate::run::{Gear, Leaks, Report, run};
+use crate::run::{Gear, How, Leaks, Report, run};
 use crate::stage::{Root, Stage};
 use crate::table::Table;
 
@@ -46,6 +46,8 @@ pub struct Campaign {
     pub jde: Option<PathBuf>,
     /// Where the workspace is.
     pub root: Root,
+    /// Whether periods are judged in real time.
+    pub rhythm: bool,
     /// A lie, to see that it is found.
     pub tamper: Option<Tamper>,
 }
@@ -130,15 +132,12 @@ impl Campaign {
         let stage = Stage::of(&self.root, self.seed, case)?;
         let faults = plan(self.seed, case, &self.kinds, most);
         let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
-        let mut report = run(
-            gear,
-            case,
-            &stage,
-            faults,
-            self.seed ^ case.number,
-            self.tamper,
-            stop,
-        )?;
+        let how = How {
+            seed: self.seed ^ case.number,
+            rhythm: self.rhythm,
+            tamper: self.tamper,
+        };
+        let mut report = run(gear, case, &stage, faults, how, stop)?;
         // The first case makes what all of them use.
         if leaks.is_begun() {
             report.broken.extend(leaks.judge(report.left));

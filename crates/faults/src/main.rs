@@ -66,6 +66,9 @@ struct Arguments {
     /// The executable for the cases in processes of their own [default: the one beside this program].
     #[arg(long, value_name = "FILE")]
     jde: Option<PathBuf>,
+    /// Do not judge periods in real time, on a machine that is full of other work.
+    #[arg(long)]
+    no_rhythm: bool,
     /// Lie to the observer, to see that it is found.
     #[arg(long, value_name = "LIE", hide = true)]
     tamper: Option<Tamper>,
@@ -129,6 +132,7 @@ fn run(arguments: Arguments) -> Result<ExitCode> {
         plugins: arguments.plugins,
         jde: arguments.jde,
         root: Root::usual(),
+        rhythm: !arguments.no_rhythm,
         tamper: arguments.tamper,
     };
     if let Some(case) = campaign.case.filter(|_| arguments.application) {

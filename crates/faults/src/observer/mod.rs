@@ -8,7 +8,9 @@ mod motion;
 mod rhythm;
 mod rules;
 mod tamper;
+mod values;
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::Watch;
@@ -28,6 +30,9 @@ pub use tamper::Tamper;
 /// What is broken is told at most so often: what follows from the first is of no use.
 const MOST_TOLD: usize = 8;
 
+/// Faults after which the next restart comes soon: the back-off of 20 ms doubles with each.
+const SOON: u64 = 5;
+
 /// What became of a call that did not return: it was given up.
 pub const LEFT_BEHIND: &str = "left behind";
 /// It returned after all.
@@ -43,6 +48,8 @@ pub(crate) struct Known {
     pub(crate) history: History,
     pub(crate) rhythm: Rhythm,
     pub(crate) signs: Vec<Sign>,
+    /// Those who have faulted and were not restarted.
+    faulted: BTreeSet<usize>,
     broken: Vec<String>,
     /// The application is about to end, or has.
     over: bool,
@@ -78,6 +85,7 @@ impl Observer {
             history: History::default(),
             rhythm: Rhythm::new(clock),
             signs: Vec::new(),
+            faulted: BTreeSet::new(),
             broken: Vec::new(),
             over: false,
         };
@@ -135,6 +143,29 @@ impl Observer {
         lock(&self.known).rhythm.excuse(schema);
     }
 
+    /// A fault of it is over: from then on it is to have turns again.
+    pub fn recovers(&self, schema: usize, again: Nanos) {
+        lock(&self.known).rhythm.recovers(schema, again);
+    }
+
+    /// Judges who has recovered when its faults have been over for long.
+    pub fn judge_recovery(&self, handle: &Handle) {
+        // Taken first: the rules' lock is not to be waited for with what their witness waits for.
+        let schemas = handle.snapshot().schemas;
+        let mut known = lock(&self.known);
+        for (place, schema) in schemas.iter().enumerate() {
+            let faulted = matches!(schema.health, Health::Faulted(_));
+            // Who faulted often waits for long.
+            let waits = schema.faults > SOON || schema.left > 0;
+            if faulted && !waits && known.rhythm.is_to_have_turns(place, handle.now()) {
+                known.tell(format!(
+                    "recovery: `{}` was not restarted after its fault",
+                    schema.name
+                ));
+            }
+        }
+    }
+
     /// Judges what has happened until now; in lockstep between two instants.
     pub fn judge(&mut self, handle: &Handle) {
         let now = handle.now();
@@ -142,6 +173,9 @@ impl Observer {
         lock(&self.commands).judge(&mut known, now);
         self.motion.judge(&mut known, &lock(&self.commands), handle, now);
         known.judge_rhythm(now);
+        if known.clock == Clock::Lockstep {
+            known.judge_values(handle, now);
+        }
     }
 
     /// The application is about to end: from here on nobody is awake, and nothing is owed.
@@ -193,6 +227,13 @@ impl Known {
     }
 
     fn hear(&mut self, event: &Event) {
+        if let Event::Health { schema, health, .. } = event {
+            if matches!(health, Health::Faulted(_)) {
+                self.faulted.insert(*schema);
+            } else {
+                self.faulted.remove(schema);
+            }
+        }
         let (time, schema, what) = match event {
             Event::Changed {
                 time,

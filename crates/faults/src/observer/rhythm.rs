@@ -14,6 +14,10 @@ use crate::case::Clock;
 
 /// Turns of a bystander that are too few to judge it by.
 const FEW: u64 = 40;
+/// Periods after which a schema that is awake has had a turn.
+const AGAIN: u64 = 3;
+/// The same on a machine on which others need the processor too.
+const SLACK: Nanos = 500_000_000;
 /// Misses that are told of one that missed too many.
 const MOST_TOLD: usize = 6;
 /// What the median of all bystanders may lose beyond what a bare thread loses: a selection and a lock or two a turn.
@@ -34,6 +38,12 @@ struct Beat {
     period: Nanos,
     /// It was told to misbehave, or acted upon.
     victim: bool,
+    /// Faults of it that are not over.
+    faults: u32,
+    /// From when on it is to have turns again after a fault.
+    again: Option<Nanos>,
+    /// When it had a turn or woke up last, while it is awake.
+    seen: Option<Nanos>,
     /// While it is awake: in lockstep when it is due next, on the grid of its period from its awakening on; else when it had its
     /// last turn, or woke up.
     awake: Option<Nanos>,
@@ -41,6 +51,8 @@ struct Beat {
     last: Option<Nanos>,
     had: u64,
     owed: u64,
+    /// The last gap, in real time, was so long that a turn seems to have been missed in it.
+    late: bool,
     /// When it missed turns, and how many; the first few.
     missed: Vec<(Nanos, u64)>,
 }
@@ -59,10 +71,14 @@ impl Rhythm {
             .map(|instance| Beat {
                 period: instance.period_ns,
                 victim: false,
+                faults: 0,
+                again: None,
+                seen: None,
                 awake: None,
                 last: None,
                 had: 0,
                 owed: 0,
+                late: false,
                 missed: Vec::new(),
             })
             .collect();
@@ -76,7 +92,23 @@ impl Rhythm {
     pub(super) fn excuse(&mut self, schema: usize) {
         if let Some(beat) = self.schemas.get_mut(schema) {
             beat.victim = true;
+            beat.faults += 1;
+            beat.again = None;
         }
+    }
+
+    /// A fault of it is over: if it was the last, it is to have turns again from then on, while it is awake.
+    pub(super) fn recovers(&mut self, schema: usize, again: Nanos) {
+        if let Some(beat) = self.schemas.get_mut(schema) {
+            beat.faults = beat.faults.saturating_sub(1);
+            beat.again = (beat.faults == 0).then_some(again);
+        }
+    }
+
+    /// Whether its faults have been over for long enough.
+    pub(super) fn is_to_have_turns(&self, schema: usize, now: Nanos) -> bool {
+        let beat = self.schemas.get(schema);
+        beat.and_then(|beat| beat.again).is_some_and(|again| again <= now)
     }
 
     /// Of each bystander with enough turns, the share that it had, the least first.
@@ -98,12 +130,17 @@ impl Beat {
             return;
         };
         let gap = time.saturating_sub(last);
-        // One that came because something did stands between two that are due.
         if self.last.is_some() && gap < self.period / 2 {
+            // The one before was late, and this one is on time; or else something came between two that are due.
+            if std::mem::take(&mut self.late) {
+                self.had += 1;
+                self.awake = Some(time);
+            }
             return;
         }
         let due = ((gap + self.period / 2) / self.period).max(1);
         self.misses(last, due - 1);
+        self.late = due > 1;
         self.had += 1;
         self.owed += 1;
         self.awake = Some(time);
@@ -134,6 +171,11 @@ impl Known {
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
+        beat.seen = match (from, to) {
+            (_, State::Slept) => None,
+            (State::Slept, _) => Some(time),
+            _ => beat.seen,
+        };
         match (from, to) {
             (_, State::Slept) => {
                 if !lockstep {
@@ -154,6 +196,7 @@ impl Known {
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
+        beat.seen = beat.seen.map(|seen| seen.max(time));
         let hides = || !beat.victim && beat.owed > FEW && self.tamper == Some(Tamper::Turn);
         match (clock, &mut beat.awake) {
             (_, None) => {}
@@ -178,8 +221,23 @@ impl Known {
     }
 
     pub(super) fn judge_rhythm(&mut self, now: Nanos) {
-        if self.rhythm.clock == Clock::Lockstep {
-            (0..self.rhythm.schemas.len()).for_each(|schema| self.owes(schema, now));
+        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        for schema in 0..self.rhythm.schemas.len() {
+            if lockstep {
+                self.owes(schema, now);
+            }
+            let beat = &mut self.rhythm.schemas[schema];
+            let (Some(seen), Some(again)) = (beat.seen, beat.again) else {
+                continue;
+            };
+            let slack = if lockstep { 0 } else { SLACK };
+            if now.saturating_sub(seen.max(again)) > AGAIN * beat.period + slack {
+                beat.again = None;
+                let (name, now) = (self.name(schema).to_owned(), now as f64 / 1e9);
+                self.tell(format!(
+                    "recovery: `{name}` is awake, its faults are over, and it has no turns any more, at {now:.6} s"
+                ));
+            }
         }
     }
 

@@ -28,7 +28,7 @@ const MS: Nanos = 1_000_000;
 /// Time between two judgements.
 const SLICE: Nanos = 10 * MS;
 /// Time that an application goes on after the last fault: longer than the back-off after some faults, and than a validity.
-const TAIL: Nanos = 900 * MS;
+const TAIL: Nanos = 1_600 * MS;
 /// What became of a fault shows within this time after its end: a hang is found after 300 ms, and a dawdler comes back after 900.
 const SHOWS: Nanos = 1_000 * MS;
 /// How long those who dawdle may take to come back after the application has ended.
@@ -42,6 +42,17 @@ pub struct Gear {
     pub plugins: Plugins,
     builds: Vec<Loaded>,
     _folder: tempfile::TempDir,
+}
+
+/// How a case is run.
+#[derive(Clone, Copy, Debug)]
+pub struct How {
+    /// Of the application.
+    pub seed: u64,
+    /// Whether periods are judged in real time.
+    pub rhythm: bool,
+    /// A lie, to see that it is found.
+    pub tamper: Option<Tamper>,
 }
 
 /// What became of a case.
@@ -112,12 +123,11 @@ pub fn run(
     case: Case,
     stage: &Stage,
     plan: Vec<Fault>,
-    seed: u64,
-    tamper: Option<Tamper>,
+    how: How,
     stop: &AtomicBool,
 ) -> Result<Report> {
-    let application = stage.application(&gear.plugins, seed)?;
-    let mut observer = Observer::new(case.clock, tamper);
+    let application = stage.application(&gear.plugins, how.seed)?;
+    let mut observer = Observer::new(case.clock, how.tamper);
     let mut options = Options {
         apart: Some(Program {
             path: "/proc/self/exe".into(),
@@ -162,9 +172,12 @@ pub fn run(
         }
         let fault = &plan[number];
         if !begins {
-            struck[number] = under[number]
-                .as_ref()
-                .is_some_and(|under| act::end(fault, &handle, under));
+            if let Some(under) = &under[number] {
+                struck[number] = act::end(fault, &handle, under);
+                if !fault.stays {
+                    observer.recovers(under.place, fault.ends() + SHOWS);
+                }
+            }
         } else if let Some(place) = act::victim(fault, stage, &handle) {
             observer.excuse(place);
             under[number] = Some(act::begin(fault, place, &handle, &gear.builds));
@@ -172,9 +185,12 @@ pub fn run(
     }
     let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
     run.go_to(end, &handle, &mut observer, stop);
+    observer.judge_recovery(&handle);
     let ended = handle.outcome();
     let bare = bare.map_or(0.0, Bare::lost);
-    observer.conclude(bare);
+    if how.rhythm {
+        observer.conclude(bare);
+    }
     observer.is_over();
     let name = |under: &act::Under| handle.application().instances[under.place].name.clone();
     let whom: Vec<Option<String>> = under.iter().map(|under| under.as_ref().map(name)).collect();

@@ -38,8 +38,9 @@ struct Node {
 pub(super) fn stage(root: &Root, chance: &mut Chance) -> Stage {
     let nodes = grow(chance);
     let roots: Vec<String> = (0..ROOTS).map(name).collect();
+    let executor = chance.pick(&["threads", "threads", "pool"]);
     let mut text = format!(
-        "name = \"hundred\"\nroots = {roots:?}\nroot = {}\n",
+        "executor = \"{executor}\"\nname = \"hundred\"\nroots = {roots:?}\nroot = {}\n",
         group(chance, None)
     );
     text += "[schemas.pioneer]\ntype = \"sim/pioneer\"\nworld = \"../worlds/corridor.toml\"\n";

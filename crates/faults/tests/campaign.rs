@@ -1,0 +1,126 @@
+//! The campaign as a person starts it, short: that what runs survives it, that it finds what is broken, and that it says how to see
+//! that again.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The plugins of the applications of the campaign.
+const PLUGINS: [&str; 7] = ["fault", "sim", "example", "goon", "vff", "stop", "teleop"];
+
+/// Runs it.
+fn faults(words: &[&str]) -> Output {
+    let mut campaign = Command::new(env!("CARGO_BIN_EXE_jde-faults"));
+    campaign.arg("--plugins").arg(plugins()).args(words);
+    campaign.output().expect("it starts")
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("it says UTF-8")
+}
+
+/// The folder of the plugins, built if need be.
+fn plugins() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--message-format=json"]);
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        cargo.args(PLUGINS.iter().flat_map(|plugin| ["-p", plugin]));
+        let done = cargo.output().expect("cargo starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let messages = String::from_utf8(done.stdout).expect("cargo says UTF-8");
+        let mut libraries = messages.lines().filter_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            let is_ours = PLUGINS.iter().any(|plugin| message["target"]["name"] == *plugin);
+            let file = is_ours.then(|| message["filenames"][0].as_str())??;
+            Some(Path::new(file).parent()?.to_owned())
+        });
+        libraries.next().expect("cargo names the libraries it made")
+    })
+}
+
+#[test]
+fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
+    let run = faults(&["--only", "lockstep", "--count", "60", "--seed", "5"]);
+    let told = out(&run);
+    assert_eq!(run.status.code(), Some(0), "{told}");
+    let sum = told
+        .lines()
+        .find(|line| line.starts_with("| all |"))
+        .expect("a sum");
+    let figures: Vec<u64> = sum
+        .split('|')
+        .filter_map(|cell| cell.trim().parse().ok())
+        .collect();
+    let [demo, hundred, struck, survived] = figures[..] else {
+        panic!("{sum}");
+    };
+    assert_eq!((demo + hundred, survived), (60, 60), "{sum}");
+    assert!(struck > 20, "{sum}");
+}
+
+/// What is late on a machine full of tests is no fault, so the rhythm is not judged here; everything else is.
+#[test]
+fn schemas_that_hang_and_crash_in_real_time_leave_everything_else_as_it_is() {
+    let mut words = vec![
+        "--only",
+        "real-time",
+        "--count",
+        "8",
+        "--seed",
+        "5",
+        "--no-rhythm",
+    ];
+    for kind in ["hang", "dawdle", "crash", "kill", "freeze", "reload", "panic"] {
+        words.extend(["--kind", kind]);
+    }
+    let run = faults(&words);
+    assert_eq!(run.status.code(), Some(0), "{}", out(&run));
+}
+
+#[test]
+fn r16_a_case_of_one_seed_goes_alike_each_time() {
+    let told = |seed| {
+        let run = faults(&["--seed", seed, "--case", "lockstep/hundred/1"]);
+        assert_eq!(run.status.code(), Some(0), "{}", out(&run));
+        String::from_utf8(run.stderr).expect("it says UTF-8")
+    };
+    assert_eq!(told("3"), told("3"));
+    assert_ne!(told("3"), told("4"));
+}
+
+/// What is broken on purpose is found, each by the check that is there for it, and said with the command that shows it again.
+#[test]
+fn a_campaign_fails_when_an_invariant_does() {
+    for (lie, found) in [
+        ("withdrawal", "R7"),
+        ("stranger", "R7: `"),
+        ("brake", "R9: a command of `"),
+        ("motion", "motion: the robot moves"),
+        ("turn", "R11: `"),
+        ("leak", "leak: "),
+    ] {
+        let run = faults(&[
+            "--only", "lockstep", "--count", "20", "--seed", "5", "--tamper", lie,
+        ]);
+        let told = out(&run);
+        assert_eq!(run.status.code(), Some(1), "{lie}: {told}");
+        let broken = told.lines().find(|line| line.starts_with("broken: "));
+        assert!(broken.is_some_and(|line| line.contains(found)), "{lie}: {told}");
+        assert!(
+            told.contains("again: cargo xtask faults --seed 5 --case lockstep/"),
+            "{lie}: {told}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_run_is_no_verdict() {
+    let run = faults(&["--only", "lockstep", "--kind", "line-cut"]);
+    assert_eq!(run.status.code(), Some(2));
+    let run = faults(&["--case", "somewhere/else/1"]);
+    assert_eq!(run.status.code(), Some(2));
+}
