@@ -29,7 +29,6 @@ pub(crate) struct Package {
     #[serde(default)]
     pub(crate) dependencies: Vec<Dependency>,
     #[serde(default)]
-    pub(crate) targets: Vec<Target>,
 }
 
 /// One line of a `[dependencies]` table.
@@ -52,12 +51,6 @@ pub(crate) struct Dependency {
 pub(crate) enum Kind {
     Dev,
     Build,
-}
-
-#[derive(Debug, Deserialize)]
-pub(crate) struct Target {
-    pub(crate) name: String,
-    pub(crate) kind: Vec<String>,
 }
 
 /// The packages that the lock file chose, and who needs whom.
@@ -129,13 +122,6 @@ impl Package {
     /// The folder of the package, relative to the root of the workspace, with `/` between its parts.
     pub(crate) fn folder(&self, root: &Path) -> String {
         folder(root, self.manifest_path.parent().unwrap_or(&self.manifest_path))
-    }
-
-    /// The targets of one kind: `bench`, `test`, `bin`, ...
-    pub(crate) fn targets<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Target> {
-        self.targets
-            .iter()
-            .filter(move |target| target.kind.iter().any(|k| k == kind))
     }
 }
 
