@@ -194,8 +194,9 @@ impl Finished {
                 kept * 100.0
             )
         });
+        let dev = if cfg!(debug_assertions) { " --dev" } else { "" };
         format!(
-            "`cargo xtask faults --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{kept}",
+            "`cargo xtask faults{dev} --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{kept}",
             campaign.seed,
             campaign.count,
             self.table.injected(),

@@ -44,7 +44,7 @@ fn plugins() -> &'static Path {
 
 #[test]
 fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
-    let run = faults(&["--only", "lockstep", "--count", "60", "--seed", "5"]);
+    let run = faults(&["--only", "lockstep", "--count", "40", "--seed", "5"]);
     let told = out(&run);
     assert_eq!(run.status.code(), Some(0), "{told}");
     let sum = told
@@ -58,8 +58,8 @@ fn r1_r5_r7_r9_r11_hold_whatever_goes_wrong_in_lockstep() {
     let [demo, hundred, struck, survived] = figures[..] else {
         panic!("{sum}");
     };
-    assert_eq!((demo + hundred, survived), (60, 60), "{sum}");
-    assert!(struck > 20, "{sum}");
+    assert_eq!((demo + hundred, survived), (40, 40), "{sum}");
+    assert!(struck > 15, "{sum}");
 }
 
 /// What is late on a machine full of tests is no fault, so the rhythm is not judged here; everything else is.
@@ -104,14 +104,14 @@ fn a_campaign_fails_when_an_invariant_does() {
         ("leak", "leak: "),
     ] {
         let run = faults(&[
-            "--only", "lockstep", "--count", "20", "--seed", "5", "--tamper", lie,
+            "--only", "lockstep", "--kind", "stop-all", "--count", "8", "--seed", "5", "--tamper", lie,
         ]);
         let told = out(&run);
         assert_eq!(run.status.code(), Some(1), "{lie}: {told}");
         let broken = told.lines().find(|line| line.starts_with("broken: "));
         assert!(broken.is_some_and(|line| line.contains(found)), "{lie}: {told}");
         assert!(
-            told.contains("again: cargo xtask faults --seed 5 --case lockstep/"),
+            told.contains("again: cargo xtask faults --seed 5 --kind stop-all --case lockstep/"),
             "{lie}: {told}"
         );
     }

@@ -12,6 +12,7 @@ fn word(word: &str) -> Text<16> {
 #[test]
 fn who_is_not_told_drives_by_turns_and_does_nothing_wrong() {
     let mut bench = Bench::<Motor>::new();
+    bench.unbind("needs");
     bench.set("off", 1.0);
     bench.set("speed", 0.2);
     assert!(bench.check().expect("it checks").ready);

@@ -24,6 +24,9 @@ const SLACK: Nanos = 250_000_000;
 /// What counts as standing, m/s and rad/s: wheels slip by less.
 const STANDS: f64 = 0.02;
 
+/// A speed that nothing has, m/s: for a lie.
+const UNSEEN: f64 = 9.0;
+
 /// How everything that moves was when it was last driven.
 #[derive(Default)]
 pub(super) struct Motion {
@@ -56,8 +59,8 @@ impl Motion {
                 let gained = CARRIES_OUT.saturating_add(slack) as f64 / 1e9;
                 let may = (last.linear + BRAKE * gained - BRAKE * braked).max(0.0) + STANDS;
                 let may_turn = (last.angular + TURN_BRAKE * gained - TURN_BRAKE * braked).max(0.0) + STANDS;
-                if braked > 2.0 && known.tampers(Tamper::Motion) {
-                    linear += 0.5;
+                if known.tampers(Tamper::Motion) {
+                    linear += UNSEEN;
                 }
                 if linear > may || angular > may_turn {
                     known.tell(format!(

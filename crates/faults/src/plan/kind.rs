@@ -217,8 +217,18 @@ impl Kind {
         match (self, whom) {
             (Self::Trespass | Self::Chatter, _) => &["check"],
             (Self::Silence | Self::Nan | Self::Beyond | Self::Flood | Self::Meddle, _) => &["iterate"],
-            (_, Whom::Motor) => &["awake", "check", "iterate", "sleep", "arbitrate", "end"],
-            (_, Whom::Eye | Whom::Device) => &["awake", "iterate", "sleep"],
+            // What is called often is named twice: of the others some come too seldom to be met.
+            (_, Whom::Motor) => &[
+                "check",
+                "check",
+                "iterate",
+                "iterate",
+                "awake",
+                "sleep",
+                "arbitrate",
+                "end",
+            ],
+            (_, Whom::Eye | Whom::Device) => &["iterate", "iterate", "awake", "sleep"],
         }
     }
 }
