@@ -6,6 +6,9 @@ fn main() {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let said = Command::new(rustc).arg("--version").output();
     let version = said.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned());
-    println!("cargo::rustc-env=JDE_BENCH_COMPILER={}", version.unwrap_or_default());
+    println!(
+        "cargo::rustc-env=JDE_BENCH_COMPILER={}",
+        version.unwrap_or_default()
+    );
     println!("cargo::rerun-if-changed=build.rs");
 }

@@ -151,10 +151,7 @@ impl Line {
     /// Ours by the yardstick.
     pub(crate) fn ratio(&self) -> Option<f64> {
         let yardstick = self.yardstick.as_ref()?;
-        Some(
-            self.ratio
-                .unwrap_or(self.ours.value() / yardstick.figure.value()),
-        )
+        Some(self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value()))
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
@@ -247,8 +244,14 @@ mod tests {
         assert_eq!(line(101.0, 1.0, above).verdict(), Verdict::Met);
         assert_eq!(line(102.0, 1.0, above).verdict(), Verdict::Missed);
         let below = Goal::Below(Figure::Time(10.0));
-        assert_eq!(Line::alone("it", Figure::Time(11.0), below).verdict(), Verdict::Missed);
-        assert_eq!(Line::alone("it", Figure::Time(11.0), Goal::Told).verdict(), Verdict::Told);
+        assert_eq!(
+            Line::alone("it", Figure::Time(11.0), below).verdict(),
+            Verdict::Missed
+        );
+        assert_eq!(
+            Line::alone("it", Figure::Time(11.0), Goal::Told).verdict(),
+            Verdict::Told
+        );
     }
 
     #[test]
@@ -259,6 +262,9 @@ mod tests {
 
     #[test]
     fn the_median_of_pairs_counts_where_there_is_one() {
-        assert_eq!(line(3.0, 1.0, Goal::AtMost(2.0)).paired(1.9).verdict(), Verdict::Met);
+        assert_eq!(
+            line(3.0, 1.0, Goal::AtMost(2.0)).paired(1.9).verdict(),
+            Verdict::Met
+        );
     }
 }

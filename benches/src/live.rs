@@ -26,7 +26,13 @@ pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
     let before = crate::bare::processor_time();
     std::thread::sleep(time);
     let processor = crate::bare::processor_time() - before;
-    let missed = running.handle().snapshot().schemas.iter().map(|schema| schema.overruns).sum();
+    let missed = running
+        .handle()
+        .snapshot()
+        .schemas
+        .iter()
+        .map(|schema| schema.overruns)
+        .sum();
     drop(running);
     Ok(Run {
         notes: schemas::notes(),

@@ -48,7 +48,11 @@ fn renamed(library: &[u8], name: &str) -> Result<Vec<u8>> {
     let places: Vec<usize> = (0..library.len() - old.len())
         .filter(|place| library[*place..].starts_with(old.as_bytes()))
         .collect();
-    ensure!(places.len() == 1 && name.len() == NAME.len(), "the plugin's name is in {} places", places.len());
+    ensure!(
+        places.len() == 1 && name.len() == NAME.len(),
+        "the plugin's name is in {} places",
+        places.len()
+    );
     let mut library = library.to_vec();
     library[places[0]..places[0] + name.len()].copy_from_slice(name.as_bytes());
     Ok(library)

@@ -84,8 +84,15 @@ fn main() -> Result<ExitCode> {
     let cli = Cli::parse();
     if cli.list {
         let width = ROWS.iter().map(|row| row.name.len()).max().unwrap_or_default();
-        for Row { name, title, long, .. } in ROWS {
-            let long = if *long { " (takes many minutes, only when it is named)" } else { "" };
+        for Row {
+            name, title, long, ..
+        } in ROWS
+        {
+            let long = if *long {
+                " (takes many minutes, only when it is named)"
+            } else {
+                ""
+            };
             println!("{name:width$}  {title}{long}");
         }
         return Ok(ExitCode::SUCCESS);
@@ -98,7 +105,11 @@ fn main() -> Result<ExitCode> {
     };
     let machine = Machine::here();
     let chosen = |row: &&Row| {
-        if cli.row.is_empty() { !row.long } else { cli.row.iter().any(|name| name == row.name) }
+        if cli.row.is_empty() {
+            !row.long
+        } else {
+            cli.row.iter().any(|name| name == row.name)
+        }
     };
     let rows: Vec<&Row> = ROWS.iter().filter(chosen).collect();
     let mut measured = Vec::new();
@@ -121,7 +132,9 @@ fn main() -> Result<ExitCode> {
     println!("\n{}\n", machine.words());
     println!("{}", table(&measured, Paint(paints())));
     if let Some(file) = cli.save {
-        let lines = measured.iter().flat_map(|(row, lines)| lines.iter().map(move |line| (row, line)));
+        let lines = measured
+            .iter()
+            .flat_map(|(row, lines)| lines.iter().map(move |line| (row, line)));
         let kept = Kept {
             machine: &machine,
             quick: scope.quick,
@@ -137,7 +150,11 @@ fn main() -> Result<ExitCode> {
         let text = serde_json::to_string_pretty(&kept)? + "\n";
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if whole {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 fn names() -> PossibleValuesParser {

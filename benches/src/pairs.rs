@@ -38,12 +38,21 @@ impl Rounds {
 
     /// The middle one of the ratios of what was measured in the same round.
     pub(crate) fn by(&self, other: &Self) -> f64 {
-        median(self.0.iter().zip(&other.0).map(|(ours, theirs)| ours / theirs).collect())
+        median(
+            self.0
+                .iter()
+                .zip(&other.0)
+                .map(|(ours, theirs)| ours / theirs)
+                .collect(),
+        )
     }
 }
 
 /// Nanoseconds that an operation of each side takes, round by round. Each round begins with another side.
-pub(crate) fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDES]) -> [Rounds; SIDES] {
+pub(crate) fn interleave<const SIDES: usize>(
+    effort: Effort,
+    mut sides: [Side<'_>; SIDES],
+) -> [Rounds; SIDES] {
     let batches = sides.each_mut().map(|side| batch(effort.batch, side));
     let mut all = [const { Vec::new() }; SIDES];
     for round in 0..effort.rounds {
@@ -81,7 +90,10 @@ pub(crate) fn median(values: Vec<f64>) -> f64 {
 pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
-    values.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+    values
+        .get((last as f64 * share).round() as usize)
+        .copied()
+        .unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

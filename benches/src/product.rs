@@ -26,7 +26,9 @@ pub(crate) fn jde(scope: &Scope, folder: &Path) -> Command {
 
 /// Runs it to its end; what it wrote to standard output. Its words appear only if it fails.
 pub(crate) fn read(command: &mut Command) -> Result<String> {
-    let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
+    let output = command
+        .output()
+        .with_context(|| format!("cannot start {command:?}"))?;
     ensure!(
         output.status.success(),
         "{command:?} ended with {}:\n{}",

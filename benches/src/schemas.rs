@@ -221,8 +221,11 @@ crowd! {
     c80 c81 c82 c83 c84 c85 c86 c87 c88 c89 c90 c91 c92 c93 c94 c95 c96 c97 c98 c99
 }
 
-static PLUGIN: raw::Plugin =
-    jde_schema::plugin!("pace", "Schemas of the benches.", [Beat, Leaf, Robot, Brake, Cruise, Teller, Crowd]);
+static PLUGIN: raw::Plugin = jde_schema::plugin!(
+    "pace",
+    "Schemas of the benches.",
+    [Beat, Leaf, Robot, Brake, Cruise, Teller, Crowd]
+);
 
 /// The plugin of all these.
 pub(crate) fn plugins() -> anyhow::Result<Plugins> {

@@ -15,7 +15,11 @@ impl Paint {
             Verdict::Missed => "31",
             Verdict::Told => "2",
         };
-        if self.0 { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+        if self.0 {
+            format!("\x1b[{code}m{text}\x1b[0m")
+        } else {
+            text.to_owned()
+        }
     }
 }
 
@@ -38,7 +42,12 @@ pub(crate) fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
             let verdict = line.verdict();
             let (front, last) = (&cells[..6], &cells[6]);
             let front: Vec<String> = front.to_vec();
-            let _ = writeln!(text, "{}  {}", row(&front, &widths[..6]), paint.verdict(last, verdict));
+            let _ = writeln!(
+                text,
+                "{}  {}",
+                row(&front, &widths[..6]),
+                paint.verdict(last, verdict)
+            );
         }
     }
     let count = |wanted| lines.iter().filter(|line| line.verdict() == wanted).count();
@@ -63,7 +72,8 @@ fn cells(line: &Line) -> [String; 7] {
         line.ours.to_string(),
         name,
         theirs,
-        line.ratio().map_or(String::from("-"), |ratio| format!("{ratio:.2}")),
+        line.ratio()
+            .map_or(String::from("-"), |ratio| format!("{ratio:.2}")),
         line.goal.to_string(),
         line.verdict().to_string(),
     ]
@@ -71,10 +81,14 @@ fn cells(line: &Line) -> [String; 7] {
 
 /// Words to the left, numbers to the right.
 fn row(cells: &[String], widths: &[usize]) -> String {
-    let aligned = cells.iter().zip(widths).enumerate().map(|(column, (cell, width))| match column {
-        1 | 3 | 4 => format!("{cell:>width$}"),
-        _ => format!("{cell:<width$}"),
-    });
+    let aligned = cells
+        .iter()
+        .zip(widths)
+        .enumerate()
+        .map(|(column, (cell, width))| match column {
+            1 | 3 | 4 => format!("{cell:>width$}"),
+            _ => format!("{cell:<width$}"),
+        });
     aligned.collect::<Vec<_>>().join("  ")
 }
 
@@ -86,7 +100,13 @@ mod tests {
     #[test]
     fn a_figure_from_elsewhere_says_so() {
         let lines = vec![
-            Line::given("a", Figure::Time(5.0), "theirs", Figure::Time(10.0), Goal::TimesFaster(1.0)),
+            Line::given(
+                "a",
+                Figure::Time(5.0),
+                "theirs",
+                Figure::Time(10.0),
+                Goal::TimesFaster(1.0),
+            ),
             Line::alone("longer", Figure::Count(3.0), Goal::Below(Figure::Count(0.0))),
         ];
         let expected = "\

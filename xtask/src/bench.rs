@@ -14,6 +14,10 @@ use crate::shell;
 /// Where they are.
 const FOLDER: &str = "benches";
 
+/// What they are compared with that is written in Python.
+const PACKAGE: &str = "ir-sim==2.12.0";
+const IMPORT: &str = "import irsim";
+
 /// What to measure.
 #[derive(Args)]
 pub(crate) struct Choice {
@@ -35,13 +39,23 @@ pub(crate) struct Choice {
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
     let target = Metadata::of_workspace(root)?.target_directory;
     if !choice.list {
-        shell::run(shell::cargo().args(["build", "--release"]).current_dir(root), paint)?;
+        shell::run(
+            shell::cargo().args(["build", "--release"]).current_dir(root),
+            paint,
+        )?;
     }
     shell::run(&mut build(root, &target), paint)?;
     let built = target.join("release");
     let mut benches = Command::new(built.join("jde-benches"));
     benches.args(choice.arguments(&std::env::current_dir()?));
     benches.arg("--root").arg(root).arg("--built").arg(&built);
+    if !choice.list && choice.casts_rays() {
+        match python(&target, paint) {
+            Ok(python) => _ = benches.arg("--python").arg(python),
+            // One yardstick of one row: the others need no Python.
+            Err(error) => println!("{PACKAGE} is left out: {error:#}"),
+        }
+    }
     benches.stdin(Stdio::null());
     shell::show(&benches, paint);
     let status = benches.status().context("cannot start the benches")?;
@@ -62,14 +76,37 @@ fn build(root: &Path, target: &Path) -> Command {
     cargo
 }
 
+/// A Python of its own that has the package.
+fn python(target: &Path, paint: Paint) -> Result<PathBuf> {
+    let folder = target.join("bench-peers");
+    let python = folder.join("bin/python");
+    if !shell::succeeds(Command::new(&python).args(["-c", IMPORT])) {
+        let mut venv = Command::new("python3");
+        shell::run(venv.args(["-m", "venv", "--clear"]).arg(&folder), paint)?;
+        let mut pip = Command::new(&python);
+        shell::run(pip.args(["-m", "pip", "install", "--quiet", PACKAGE]), paint)?;
+    }
+    Ok(python)
+}
+
 impl Choice {
+    /// Whether the row is to be measured that the package is for.
+    fn casts_rays(&self) -> bool {
+        self.row.is_empty() || self.row.iter().any(|row| row == "laser")
+    }
+
     /// As the benches want it, who run elsewhere than here.
     fn arguments(&self, here: &Path) -> Vec<PathBuf> {
         let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
         let flags = [("--list", self.list), ("--quick", self.quick)];
         let flags = flags.into_iter().filter(|(_, given)| *given);
-        let save = self.save.iter().flat_map(|file| ["--save".into(), here.join(file)]);
-        rows.chain(flags.map(|(flag, _)| flag.into())).chain(save).collect()
+        let save = self
+            .save
+            .iter()
+            .flat_map(|file| ["--save".into(), here.join(file)]);
+        rows.chain(flags.map(|(flag, _)| flag.into()))
+            .chain(save)
+            .collect()
     }
 }
 
@@ -85,7 +122,15 @@ mod tests {
             quick: true,
             save: Some("kept.json".into()),
         };
-        let expected = ["--row", "read", "--row", "demo", "--quick", "--save", "here/kept.json"];
+        let expected = [
+            "--row",
+            "read",
+            "--row",
+            "demo",
+            "--quick",
+            "--save",
+            "here/kept.json",
+        ];
         assert_eq!(choice.arguments(Path::new("here")), expected.map(PathBuf::from));
     }
 }

@@ -4,6 +4,7 @@
 mod bench;
 mod cargo_json;
 mod clients;
+mod counts;
 mod demo;
 mod faults;
 mod headers;
@@ -46,6 +47,12 @@ enum Verb {
         /// Only say which of them differ.
         #[arg(long)]
         check: bool,
+    },
+    /// Count the instructions of the hot paths, and hold them against those that are kept.
+    Counts {
+        /// Keep what is counted now.
+        #[arg(long)]
+        renew: bool,
     },
     /// Measure jde against the best there is, in the same run, and print one table (docs/performance.md).
     Bench(bench::Choice),
@@ -113,6 +120,8 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Tidy => tidy::run(&root)?,
         Verb::Headers { check: false } => headers::renew(&root)?,
         Verb::Headers { check: true } => headers::check(&root)?,
+        Verb::Counts { renew: false } => counts::check(&root, paint)?,
+        Verb::Counts { renew: true } => counts::renew(&root, paint)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
         Verb::Faults(Faults { dev, words }) => return faults::run(&root, dev, &words, paint),
     }

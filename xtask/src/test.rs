@@ -81,8 +81,8 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "valgrind",
-        title: "memory errors in tables, plugins and the cells of variables",
-        help: "see the stack above; each line of it is in a test",
+        title: "memory errors in tables, plugins and cells, and instructions of the hot paths",
+        help: "see above: the stack of an error, each line of which is in a test, or the path that takes more instructions",
         needs: &["build"],
         run: valgrind::run,
     },

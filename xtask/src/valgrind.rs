@@ -1,11 +1,12 @@
-//! Tests that handle memory by themselves, run under valgrind's memcheck. Races are for loom to find: valgrind
-//! takes the ordered loads and stores of the cells for unprotected ones.
+//! Tests that handle memory by themselves, run under valgrind's memcheck, and the instructions of the hot paths (see `counts`).
+//! Races are for loom to find: valgrind takes the ordered loads and stores of the cells for unprotected ones.
 
 use std::process::Command;
 
 use anyhow::Result;
 
 use crate::cargo_json;
+use crate::counts;
 use crate::prerequisites::INSTALL_VALGRIND;
 use crate::shell;
 use crate::step::Done;
@@ -41,5 +42,6 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         program.run_by(&mut valgrind);
         shell::run(&mut valgrind, context.paint)?;
     }
+    counts::check(&context.root, context.paint)?;
     Ok(Done::Passed)
 }

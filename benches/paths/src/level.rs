@@ -23,10 +23,15 @@ impl Level {
     /// # Errors
     /// Nothing that can be tried again.
     pub fn new(candidates: u32) -> Result<Self> {
-        let schemas = (0..candidates).map(|number| SchemaSpec::new(format!("s{number}"), Kind::Motor, 100 * MS));
+        let schemas =
+            (0..candidates).map(|number| SchemaSpec::new(format!("s{number}"), Kind::Motor, 100 * MS));
         let spec = Spec {
             schemas: schemas.collect(),
-            groups: vec![GroupSpec::new("roots", None, (0..candidates).map(SchemaId).collect())],
+            groups: vec![GroupSpec::new(
+                "roots",
+                None,
+                (0..candidates).map(SchemaId).collect(),
+            )],
         };
         let hierarchy = Hierarchy::new(spec).map_err(|faults| anyhow!("{faults:?}"))?;
         let mut level = Self {
@@ -78,7 +83,9 @@ impl Level {
 
     /// There was a record, which whoever wanted it has seen.
     fn told(&mut self) {
-        let told = black_box(&self.effects).iter().any(|it| matches!(it, Effect::Decided(_)));
+        let told = black_box(&self.effects)
+            .iter()
+            .any(|it| matches!(it, Effect::Decided(_)));
         assert!(told, "each selection leaves a record");
         self.effects.clear();
     }

@@ -22,7 +22,8 @@ impl Periods {
     /// # Errors
     /// What is wrong with the text.
     pub fn of(text: &str, plugins: &Plugins) -> Result<Self> {
-        let application = parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))?;
+        let application =
+            parse(text, Path::new("bench.toml"), &[], plugins).map_err(|faults| anyhow!("{faults}"))?;
         let lockstep = Lockstep::start(application, plugins, Options::default())?;
         Ok(Self { lockstep, now: 0 })
     }

@@ -41,7 +41,9 @@ pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Vari
         writers: 1,
         readers,
     };
-    Board::new().declare(declaration).context("a variable was refused")
+    Board::new()
+        .declare(declaration)
+        .context("a variable was refused")
 }
 
 /// Both ends of a variable, with a first value.

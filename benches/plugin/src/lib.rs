@@ -86,7 +86,9 @@ impl Schema for Clockwork {
     }
 
     fn sleep(&mut self, cx: &Context) {
-        let Some(file) = std::env::var_os(NOTES) else { return };
+        let Some(file) = std::env::var_os(NOTES) else {
+            return;
+        };
         let notes: String = self.late.iter().map(|late| format!("{late}\n")).collect();
         if let Err(error) = fs::write(file, notes) {
             error!(cx, "cannot write its notes: {error}");

@@ -12,10 +12,28 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let folder = tempfile::tempdir()?;
     let clone = folder.path().join("jde");
     let start = Instant::now();
-    succeed(Command::new("git").args(["clone", "--quiet"]).arg(&scope.root).arg(&clone))?;
+    succeed(
+        Command::new("git")
+            .args(["clone", "--quiet"])
+            .arg(&scope.root)
+            .arg(&clone),
+    )?;
     let mut cargo = Command::new("cargo");
-    cargo.args(["run", "--release", "--quiet", "--", "run", "safe-navigation", "--lockstep", "--for", "1s"]);
-    cargo.current_dir(&clone).env_remove("CARGO_TARGET_DIR").env_remove("RUSTFLAGS");
+    cargo.args([
+        "run",
+        "--release",
+        "--quiet",
+        "--",
+        "run",
+        "safe-navigation",
+        "--lockstep",
+        "--for",
+        "1s",
+    ]);
+    cargo
+        .current_dir(&clone)
+        .env_remove("CARGO_TARGET_DIR")
+        .env_remove("RUSTFLAGS");
     succeed(&mut cargo)?;
     Ok(vec![Line::alone(
         "fresh clone to a moving robot, libraries downloaded before",

@@ -33,10 +33,16 @@ fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> R
         ensure!(!late.is_empty(), "nobody woke");
         ours.push(late);
         let late = bare::sleepers(&vec![period; schemas], time);
-        bare.push(late.iter().flat_map(|late| late.iter().skip(FIRST)).map(|late| *late as f64).collect());
+        bare.push(
+            late.iter()
+                .flat_map(|late| late.iter().skip(FIRST))
+                .map(|late| *late as f64)
+                .collect(),
+        );
     }
     let line = |what: &str, share: f64| {
-        let of = |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
+        let of =
+            |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
         let (ours, bare) = (of(&ours), of(&bare));
         Line::beside(
             format!("{schemas} schemas of {} ms late by, {what}", period.as_millis()),
@@ -52,10 +58,16 @@ fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> R
 
 /// An application of schemas that all compete at the top.
 pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
-    let names: Vec<String> = (0..periods.len()).map(|number| format!("\"s{number}\"")).collect();
+    let names: Vec<String> = (0..periods.len())
+        .map(|number| format!("\"s{number}\""))
+        .collect();
     let mut text = format!("roots = [{}]\nexecutor = \"{executor}\"\n", names.join(", "));
     for (number, period) in periods.iter().enumerate() {
-        let _ = writeln!(text, "[schemas.s{number}]\ntype = \"pace/beat\"\nperiod = \"{}us\"", period.as_micros());
+        let _ = writeln!(
+            text,
+            "[schemas.s{number}]\ntype = \"pace/beat\"\nperiod = \"{}us\"",
+            period.as_micros()
+        );
     }
     text
 }

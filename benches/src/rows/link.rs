@@ -29,7 +29,8 @@ const PERIOD: Duration = Duration::from_millis(20);
 /// Values in a round.
 const ROUND: usize = 25;
 
-const APPLICATION: &str = "roots = [\"teller\"]\n[schemas.teller]\ntype = \"pace/teller\"\nperiod = \"20ms\"\n";
+const APPLICATION: &str =
+    "roots = [\"teller\"]\n[schemas.teller]\ntype = \"pace/teller\"\nperiod = \"20ms\"\n";
 
 /// How long values were under way, ns.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -56,7 +57,9 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let _link = Link::open(&settings, subject, &events)?;
     let session = session(folder.path(), "listen")?;
     let publisher = |key: &'static str| {
-        let publisher = session.declare_publisher(key).congestion_control(CongestionControl::Drop);
+        let publisher = session
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Drop);
         publisher.wait().map_err(|error| anyhow!("{error}"))
     };
     let (small, large) = (publisher("bench/small")?, publisher("bench/large")?);
@@ -70,16 +73,28 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         std::thread::sleep(PERIOD);
         turn += 1;
         let publisher = if turn.is_multiple_of(2) { &small } else { &large };
-        let bytes = if turn.is_multiple_of(2) { size_of::<Small>() } else { size_of::<Large>() };
+        let bytes = if turn.is_multiple_of(2) {
+            size_of::<Small>()
+        } else {
+            size_of::<Large>()
+        };
         let sent = bare::now();
         let mut message = room[..bytes].to_vec();
         message[..8].copy_from_slice(&sent.to_ne_bytes());
-        publisher.put(message).wait().map_err(|error| anyhow!("{error}"))?;
+        publisher
+            .put(message)
+            .wait()
+            .map_err(|error| anyhow!("{error}"))?;
     }
     let heard = guest.end()?;
     drop(running);
     let line = |what: &str, ours: &[u64], theirs: &[u64]| -> Result<Line> {
-        ensure!(!ours.is_empty() && !theirs.is_empty(), "nothing came: {} and {}", ours.len(), theirs.len());
+        ensure!(
+            !ours.is_empty() && !theirs.is_empty(),
+            "nothing came: {} and {}",
+            ours.len(),
+            theirs.len()
+        );
         let (ours, theirs) = (rounds(ours), rounds(theirs));
         Ok(Line::beside(
             format!("{what} to another process"),
@@ -97,7 +112,9 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 
 /// The medians of so many values in a row each.
 fn rounds(times: &[u64]) -> Rounds {
-    let rounds = times.chunks(ROUND).map(|round| median(round.iter().map(|time| *time as f64).collect()));
+    let rounds = times
+        .chunks(ROUND)
+        .map(|round| median(round.iter().map(|time| *time as f64).collect()));
     Rounds::of(rounds.collect())
 }
 
@@ -120,11 +137,18 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     let remote = client.application(None)?;
     let (small, large) = (note(|heard| &mut heard.small), note(|heard| &mut heard.large));
     let watching = [
-        remote.watch("teller.small", Rate::Full, move |sample| small(sample.bytes.as_deref().unwrap_or(&[])))?,
-        remote.watch("teller.large", Rate::Full, move |sample| large(sample.bytes.as_deref().unwrap_or(&[])))?,
+        remote.watch("teller.small", Rate::Full, move |sample| {
+            small(sample.bytes.as_deref().unwrap_or(&[]))
+        })?,
+        remote.watch("teller.large", Rate::Full, move |sample| {
+            large(sample.bytes.as_deref().unwrap_or(&[]))
+        })?,
     ];
     let session = session(folder, "connect")?;
-    let (small, large) = (note(|heard| &mut heard.bare_small), note(|heard| &mut heard.bare_large));
+    let (small, large) = (
+        note(|heard| &mut heard.bare_small),
+        note(|heard| &mut heard.bare_large),
+    );
     let subscribe = |key: &'static str, note: Box<dyn Fn(&[u8]) + Send + Sync>| {
         let subscriber = session.declare_subscriber(key);
         let subscriber = subscriber.callback(move |sample| note(&sample.payload().to_bytes()));
@@ -157,7 +181,9 @@ fn session(folder: &Path, end: &'static str) -> Result<Session> {
         ("transport/link/rx/max_message_size", (64 << 20).to_string()),
         (&format!("{end}/endpoints"), format!("[\"{endpoint}\"]")),
     ] {
-        config.insert_json5(key, &value).map_err(|error| anyhow!("{key}: {error}"))?;
+        config
+            .insert_json5(key, &value)
+            .map_err(|error| anyhow!("{key}: {error}"))?;
     }
     let open = std::thread::spawn(move || {
         // A system that refuses it refuses it to the link as well.
@@ -175,11 +201,17 @@ impl Guest {
     /// Starts it, and waits until it listens.
     fn start(folder: &Path) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg(LISTEN).arg(folder).stdin(Stdio::piped()).stdout(Stdio::piped());
+        command
+            .arg(LISTEN)
+            .arg(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
         let mut guest = Self(command.spawn()?);
         let mut ready = [0; 6];
         let stdout = guest.0.stdout.as_mut().context("its output is piped")?;
-        stdout.read_exact(&mut ready).context("the other process does not listen")?;
+        stdout
+            .read_exact(&mut ready)
+            .context("the other process does not listen")?;
         Ok(guest)
     }
 
@@ -187,7 +219,11 @@ impl Guest {
     fn end(&mut self) -> Result<Heard> {
         drop(self.0.stdin.take());
         let mut said = String::new();
-        self.0.stdout.take().context("its output is piped")?.read_to_string(&mut said)?;
+        self.0
+            .stdout
+            .take()
+            .context("its output is piped")?
+            .read_to_string(&mut said)?;
         Ok(serde_json::from_str(&said)?)
     }
 }

@@ -35,15 +35,43 @@ pub(crate) struct Row {
 
 pub(crate) const ROWS: &[Row] = &[
     row("read", "reading a small variable", variables::read),
-    row("image", "a picture in place, from publish to read", variables::image),
-    row("contended", "one writer and three readers at once", contended::run),
-    row("authority", "commands and the authority over them", authority::run),
+    row(
+        "image",
+        "a picture in place, from publish to read",
+        variables::image,
+    ),
+    row(
+        "contended",
+        "one writer and three readers at once",
+        contended::run,
+    ),
+    row(
+        "authority",
+        "commands and the authority over them",
+        authority::run,
+    ),
     row("selection", "one selection with its record", selection::run),
-    row("iteration", "one iteration of a loaded schema in lockstep", iteration::run),
-    row("takeover", "from a sensor's value to the new winner's first command", takeover::run),
+    row(
+        "iteration",
+        "one iteration of a loaded schema in lockstep",
+        iteration::run,
+    ),
+    row(
+        "takeover",
+        "from a sensor's value to the new winner's first command",
+        takeover::run,
+    ),
     row("jitter", "how late periods begin", jitter::run),
-    row("thousand", "a thousand awake schemas in real time", scale::thousand),
-    row("ten-thousand", "ten thousand awake schemas in lockstep", scale::ten_thousand),
+    row(
+        "thousand",
+        "a thousand awake schemas in real time",
+        scale::thousand,
+    ),
+    row(
+        "ten-thousand",
+        "ten thousand awake schemas in lockstep",
+        scale::ten_thousand,
+    ),
     row("laser", "laser beams of the simulator", simulator::laser),
     row("demo", "the demonstration in lockstep", simulator::demo),
     row("senses", "what other sensors and the world cost", senses::run),

@@ -33,15 +33,23 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     // Nobody minds that it does not get done.
     let text = text.replace("mission = ", "# mission = ");
     let text = text.replace(ROOTS, "[\"teleop\", \"example\", \"clockwork\"]");
-    fs::write(&application, text + "\n[schemas.clockwork]\ntype = \"bench-000/clockwork\"\n")?;
+    fs::write(
+        &application,
+        text + "\n[schemas.clockwork]\ntype = \"bench-000/clockwork\"\n",
+    )?;
     let (mut with, mut without) = (Vec::new(), Vec::new());
     for _ in 0..scope.either(1, 7) {
         with.push(drive(scope, folder.path(), &application, true)?);
         without.push(drive(scope, folder.path(), &application, false)?);
     }
-    let more: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a.processor - b.processor).collect();
+    let more: Vec<f64> = with
+        .iter()
+        .zip(&without)
+        .map(|(a, b)| a.processor - b.processor)
+        .collect();
     let line = |what: &str, share: f64| {
-        let of = |runs: &[Run]| Rounds::of(runs.iter().map(|run| quantile(run.late.clone(), share)).collect());
+        let of =
+            |runs: &[Run]| Rounds::of(runs.iter().map(|run| quantile(run.late.clone(), share)).collect());
         let (ours, theirs) = (of(&with), of(&without));
         Line::beside(
             format!("periods of 10 ms while it is recorded late by, {what}"),
@@ -68,7 +76,9 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     let seconds = scope.either(3, 10);
     let notes = folder.join("notes");
     let mut command: Command = product::jde(scope, folder);
-    command.args(["run", "--plain", "--for", &format!("{seconds}s")]).arg(application);
+    command
+        .args(["run", "--plain", "--for", &format!("{seconds}s")])
+        .arg(application);
     command.env("JDE_BENCH_NOTES", &notes);
     if record {
         let file = folder.join("recorded.mcap");
@@ -80,7 +90,10 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     product::read(&mut command)?;
     let processor = children()? - before;
     let late = fs::read_to_string(&notes).context("nobody noted anything")?;
-    let late = late.lines().map(|line| Ok(line.parse()?)).collect::<Result<_>>()?;
+    let late = late
+        .lines()
+        .map(|line| Ok(line.parse()?))
+        .collect::<Result<_>>()?;
     Ok(Run {
         processor: 100.0 * processor / f64::from(seconds),
         late,

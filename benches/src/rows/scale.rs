@@ -10,8 +10,8 @@ use jde_host::{Lockstep, Options};
 use super::jitter::application;
 use crate::figure::{Figure, Goal, Line};
 use crate::pairs::Rounds;
-use crate::scope::Scope;
 use crate::schemas::{self, ROLES};
+use crate::scope::Scope;
 use crate::{bare, live, loaded};
 
 /// Schemas in real time.
@@ -87,7 +87,10 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
     }
     Ok(vec![
         Line::alone(
-            format!("{awake} awake schemas of 20 Hz, {DEEP} groups deep, {} wide", ROLES.len()),
+            format!(
+                "{awake} awake schemas of 20 Hz, {DEEP} groups deep, {} wide",
+                ROLES.len()
+            ),
             Figure::Speed(Rounds::of(speeds).median()),
             Goal::Least(Figure::Speed(1.0)),
         ),

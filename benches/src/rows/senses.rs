@@ -29,8 +29,14 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let line = |what: String, ns: f64| Line::alone(what, Figure::Time(ns), Goal::Told);
     let mut lines = vec![
         line(String::from("sonar ring, 16 cones of 7 rays"), sonars.median()),
-        line(String::from("one second of the office, without sensors"), second.median()),
-        line(String::from("one step with 10 people and 10 balls"), step.median()),
+        line(
+            String::from("one second of the office, without sensors"),
+            second.median(),
+        ),
+        line(
+            String::from("one step with 10 people and 10 balls"),
+            step.median(),
+        ),
     ];
     for name in ["office.toml", "hall.toml"] {
         let (world, robot) = world(scope, name)?;
@@ -43,7 +49,10 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             let mut picture = vec![0; camera.bytes()];
             let side = &mut |times| (0..times).for_each(|_| see(world.picture(robot, &camera, &mut picture)));
             let [rounds] = interleave(scope.effort(), [side]);
-            lines.push(line(format!("picture, {width} x {height}, {name}"), rounds.median()));
+            lines.push(line(
+                format!("picture, {width} x {height}, {name}"),
+                rounds.median(),
+            ));
         }
     }
     Ok(lines)
@@ -64,7 +73,11 @@ fn busy() -> Result<World> {
     );
     for index in 0..10 {
         let at = f64::from(index) + 1.0;
-        let y = if index % 2 == 0 { 4.6 + f64::from(index % 3) } else { 7.4 };
+        let y = if index % 2 == 0 {
+            4.6 + f64::from(index % 3)
+        } else {
+            7.4
+        };
         let _ = writeln!(
             text,
             "[[people]]\nway = [[{at}, 1], [{at}, 11]]\nspeed = 0.{}\n[[balls]]\ncenter = [{}, {y}]\nradius = 0.11",

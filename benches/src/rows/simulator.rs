@@ -69,15 +69,36 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
         same(&ranges, &theirs)?;
         let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / beams as f64);
         let what = format!("a beam of {beams}, {SEGMENTS} segments");
-        lines.push(Line::beside(&what, a_ray(&ours), "parry2d", a_ray(&alone), Goal::AtMost(1.1)).paired(ours.by(&alone)));
-        lines.push(Line::given(&what, a_ray(&ours), "parry2d", Figure::Time(1e9 / GIVEN), Goal::AtMost(1.1)));
+        lines.push(
+            Line::beside(&what, a_ray(&ours), "parry2d", a_ray(&alone), Goal::AtMost(1.1))
+                .paired(ours.by(&alone)),
+        );
+        lines.push(Line::given(
+            &what,
+            a_ray(&ours),
+            "parry2d",
+            Figure::Time(1e9 / GIVEN),
+            Goal::AtMost(1.1),
+        ));
         if let Some(python) = &scope.python {
             let scan = ir_sim(scope, python, &walls, &laser)?;
-            lines.push(Line::beside(&what, a_ray(&ours), "ir-sim", Figure::Time(scan / beams as f64), Goal::TimesFaster(1.0)));
+            lines.push(Line::beside(
+                &what,
+                a_ray(&ours),
+                "ir-sim",
+                Figure::Time(scan / beams as f64),
+                Goal::TimesFaster(1.0),
+            ));
         }
         lines.push(
-            Line::beside(format!("{what}, with noise"), a_ray(&noise), "parry2d", a_ray(&alone), Goal::Told)
-                .paired(noise.by(&alone)),
+            Line::beside(
+                format!("{what}, with noise"),
+                a_ray(&noise),
+                "parry2d",
+                a_ray(&alone),
+                Goal::Told,
+            )
+            .paired(noise.by(&alone)),
         );
     }
     Ok(lines)
@@ -87,7 +108,11 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
 fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
     let differs = |(ours, theirs): (&f32, &f32)| ours != theirs && (ours - theirs).abs() > 1e-3;
     match ours.iter().zip(theirs).position(differs) {
-        Some(beam) => Err(anyhow!("beam {beam} measures {} and parry2d {}", ours[beam], theirs[beam])),
+        Some(beam) => Err(anyhow!(
+            "beam {beam} measures {} and parry2d {}",
+            ours[beam],
+            theirs[beam]
+        )),
         None => Ok(()),
     }
 }
@@ -97,7 +122,9 @@ fn walls() -> Vec<[[f64; 2]; 2]> {
     let mut state = 1u64;
     let mut random = move || {
         // Numerical Recipes' generator, of which the upper bits are good enough to spread walls.
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
     let mut walls = Vec::new();
@@ -114,7 +141,10 @@ fn walls() -> Vec<[[f64; 2]; 2]> {
 }
 
 fn world(walls: &[[[f64; 2]; 2]]) -> Result<(World, jde_sim::RobotId)> {
-    let mut text = format!("robots = {{ pioneer = {{ start = {{ x = {}, y = {} }} }} }}\n", AT[0], AT[1]);
+    let mut text = format!(
+        "robots = {{ pioneer = {{ start = {{ x = {}, y = {} }} }} }}\n",
+        AT[0], AT[1]
+    );
     for [from, to] in walls {
         let _ = writeln!(text, "[[walls]]\npoints = [{from:?}, {to:?}]");
     }
@@ -125,7 +155,10 @@ fn world(walls: &[[[f64; 2]; 2]]) -> Result<(World, jde_sim::RobotId)> {
 
 /// The walls as parry keeps many segments: in one shape with a tree over them.
 fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
-    let points = walls.iter().flatten().map(|point| Vector::new(point[0], point[1]));
+    let points = walls
+        .iter()
+        .flatten()
+        .map(|point| Vector::new(point[0], point[1]));
     let indices = (0..walls.len() as u32).map(|wall| [2 * wall, 2 * wall + 1]);
     Polyline::new(points.collect(), Some(indices.collect()))
 }
@@ -175,7 +208,9 @@ pub(crate) fn demo(scope: &Scope) -> Result<Vec<Line>> {
     let mut speeds = Vec::new();
     for _ in 0..scope.either(1, 5) {
         let mut command = product::jde(scope, folder.path());
-        command.args(["demo", "--lockstep", "--json", "--seed", "1", "--out"]).arg(folder.path());
+        command
+            .args(["demo", "--lockstep", "--json", "--seed", "1", "--out"])
+            .arg(folder.path());
         let said = product::read(&mut command)?;
         let last = said.lines().last().context("`jde demo` says nothing")?;
         let summary: Summary = serde_json::from_str(last)?;

@@ -23,15 +23,27 @@ const PLUGINS: usize = 100;
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let folder = tempfile::tempdir()?;
     let times = scope.either(3, 15);
-    let starts = (0..times).map(|_| start(scope, folder.path())).collect::<Result<_>>()?;
+    let starts = (0..times)
+        .map(|_| start(scope, folder.path()))
+        .collect::<Result<_>>()?;
     let files = loaded::copies(scope, PLUGINS, folder.path())?;
-    let loads = (0..scope.either(1, 3)).map(|_| load(&files, folder.path())).collect::<Result<_>>()?;
+    let loads = (0..scope.either(1, 3))
+        .map(|_| load(&files, folder.path()))
+        .collect::<Result<_>>()?;
     let (gaps, exchanges) = reload(scope, folder.path(), times)?;
     let line = |what: &str, times: Vec<f64>, goal: f64| {
-        Line::alone(what, Figure::Time(Rounds::of(times).median()), Goal::Below(Figure::millis(goal)))
+        Line::alone(
+            what,
+            Figure::Time(Rounds::of(times).median()),
+            Goal::Below(Figure::millis(goal)),
+        )
     };
     Ok(vec![
-        line("reload, from the old build's last turn to the new one's first", gaps, 10.0),
+        line(
+            "reload, from the old build's last turn to the new one's first",
+            gaps,
+            10.0,
+        ),
         line("reload, the exchange alone", exchanges, 10.0),
         line("`jde run` to the first iteration", starts, 100.0),
         line(&format!("{PLUGINS} plugins loaded"), loads, 200.0),
@@ -41,13 +53,19 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 /// From the start of the process to the first iteration of a schema of it, ns.
 fn start(scope: &Scope, folder: &Path) -> Result<f64> {
     let application = folder.join("first.toml");
-    fs::write(&application, "roots = [\"first\"]\n[schemas.first]\ntype = \"bench-000/first\"\n")?;
+    fs::write(
+        &application,
+        "roots = [\"first\"]\n[schemas.first]\ntype = \"bench-000/first\"\n",
+    )?;
     let hears = folder.join("hears");
     // It may be there from the last time.
     let _ = fs::remove_file(&hears);
     mknodat(CWD, &hears, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
     let mut command = product::jde(scope, folder);
-    command.args(["run", "--plain"]).arg(&application).env("JDE_BENCH_FIRST", &hears);
+    command
+        .args(["run", "--plain"])
+        .arg(&application)
+        .env("JDE_BENCH_FIRST", &hears);
     command.stdout(product::nowhere()?).stderr(product::nowhere()?);
     let start = Instant::now();
     let child = Stopped(command.spawn().context("cannot start `jde run`")?);
@@ -88,7 +106,9 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
             probation: 0,
             fresh: false,
         };
-        let reloaded = reloader.reload("bench", "act", how).map_err(|refused| anyhow!("{refused}"))?;
+        let reloaded = reloader
+            .reload("bench", "act", how)
+            .map_err(|refused| anyhow!("{refused}"))?;
         for (name, became) in reloaded.schemas {
             let Became::Reloaded(took) = became else {
                 return Err(anyhow!("{name}: {became:?}"));

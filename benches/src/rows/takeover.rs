@@ -34,7 +34,8 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         bare.push(numbers(bare::hand_over(PERIOD, time)));
     }
     let line = |what: &str, share: f64, most: f64| {
-        let of = |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
+        let of =
+            |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
         let (ours, bare) = (of(&ours), of(&bare));
         Line::beside(
             format!("takeover, {what}"),

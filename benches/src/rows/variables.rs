@@ -122,10 +122,9 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     let mut small = pass_in_place(SMALL, Access::Modulation, 1)?;
     let [picture, bytes] = interleave(
         scope.effort(),
-        [
-            &mut |times| (0..times).for_each(|_| large()),
-            &mut |times| (0..times).for_each(|_| small()),
-        ],
+        [&mut |times| (0..times).for_each(|_| large()), &mut |times| {
+            (0..times).for_each(|_| small())
+        }],
     );
     let size = Line::beside(
         "publish to read of 900 kB in place",

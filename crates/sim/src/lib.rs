@@ -85,6 +85,7 @@ mod loose;
 mod mover;
 mod odometer;
 mod person;
+mod probe;
 mod random;
 mod robot;
 mod scene;

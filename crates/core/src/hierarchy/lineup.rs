@@ -80,7 +80,10 @@ impl Hierarchy {
         if !kept.touched.is_empty() && !kept.catch_up(plan, nodes, touched) {
             *kept = Kept::of(plan, nodes, id);
         }
-        debug_assert!(*kept == Kept::of(plan, nodes, id), "a change that nobody was told of");
+        debug_assert!(
+            *kept == Kept::of(plan, nodes, id),
+            "a change that nobody was told of"
+        );
         kept.lineup()
     }
 }
@@ -89,9 +92,7 @@ impl Kept {
     /// A group looked at anew.
     fn of(plan: &Plan, nodes: &[Node], id: GroupId) -> Self {
         let members = plan.members(id).iter();
-        let candidates: Arc<[Candidate]> = members
-            .filter_map(|&member| candidate(nodes, member))
-            .collect();
+        let candidates: Arc<[Candidate]> = members.filter_map(|&member| candidate(nodes, member)).collect();
         let mut ready = vec![0; candidates.len().div_ceil(64)];
         for (place, candidate) in candidates.iter().enumerate() {
             ready[place / 64] |= u64::from(candidate.ready) << (place % 64);

@@ -232,14 +232,7 @@ impl Hierarchy {
         }
     }
 
-    fn arm_turn(
-        &mut self,
-        now: Nanos,
-        id: GroupId,
-        case: Case,
-        choice: Option<SchemaId>,
-        lineup: &Lineup,
-    ) {
+    fn arm_turn(&mut self, now: Nanos, id: GroupId, case: Case, choice: Option<SchemaId>, lineup: &Lineup) {
         let end = match case {
             Case::Collision => {
                 let field = Field {

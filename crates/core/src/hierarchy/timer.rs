@@ -25,6 +25,9 @@ impl Hierarchy {
     /// The time of the next timer.
     #[must_use]
     pub fn next_timer(&self) -> Option<Nanos> {
+        if self.timers.is_empty() {
+            return None;
+        }
         self.timers.values().min().copied()
     }
 

@@ -75,12 +75,13 @@ impl Groups {
         })
     }
 
+    /// Whether any group chatters: seldom, and asked in every transaction.
+    pub(super) fn is_restless(&self) -> bool {
+        !self.restless.is_empty()
+    }
+
     /// Time has passed: answers with the groups that have calmed down.
     pub(super) fn calmed(&mut self, now: Nanos) -> Vec<Event> {
-        // As it is nearly always, and this is asked in every transaction.
-        if self.restless.is_empty() {
-            return Vec::new();
-        }
         let groups = &mut self.groups;
         let calmed = self
             .restless

@@ -102,8 +102,10 @@ impl Engine {
         let order = journal.map_or(0, Journal::next);
         let time = if order > 0 { now } else { 0 };
         let moment = Moment { order, time };
-        for calmed in rules.groups.calmed(now) {
-            self.tell(&mut rules, &calmed);
+        if rules.groups.is_restless() {
+            for calmed in rules.groups.calmed(now) {
+                self.tell(&mut rules, &calmed);
+            }
         }
         let mut effects = std::mem::take(&mut rules.effects);
         let result = change(&mut rules.hierarchy, now, &mut effects);

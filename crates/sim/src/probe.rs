@@ -1,0 +1,99 @@
+//! A ray made ready to ask many upright boxes how near they are: by their slabs (Kay and Kajiya, 1986), without a division.
+//!
+//! It says no only where nothing in the box can be hit. What in it is hit, and where, is for `solid`.
+
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::math::Vector;
+use parry2d_f64::query::Ray;
+
+/// By how much a box is longer for a ray, in metres: far more than distances are rounded, far less than matters.
+const SLACK: f64 = 1e-9;
+/// In place of the inverse of nothing: more than any distance, and times 0 it is 0 still.
+const PARALLEL: f64 = 1e300;
+
+/// A ray whose parameter is metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe {
+    origin: Vector,
+    /// One by the direction.
+    inverse: Vector,
+}
+
+impl Probe {
+    pub(crate) fn of(ray: &Ray) -> Self {
+        let inverse = |along: f64| {
+            if along == 0.0 {
+                PARALLEL
+            } else {
+                (1.0 / along).clamp(-PARALLEL, PARALLEL)
+            }
+        };
+        Self {
+            origin: ray.origin,
+            inverse: Vector::new(inverse(ray.dir.x), inverse(ray.dir.y)),
+        }
+    }
+
+    /// How far along the ray the box begins, 0 from inside it; nothing if the ray misses it, or reaches it after `max` metres.
+    #[inline]
+    pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
+        let (a, b) = (
+            (area.mins - self.origin) * self.inverse,
+            (area.maxs - self.origin) * self.inverse,
+        );
+        let enters = a.x.min(b.x).max(a.y.min(b.y)).max(0.0);
+        let leaves = a.x.max(b.x).min(a.y.max(b.y));
+        (enters <= leaves + SLACK && enters <= max).then_some(enters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How far a box between these corners is along a ray.
+    fn reached(from: [f64; 2], to: [f64; 2], origin: [f64; 2], direction: [f64; 2]) -> Option<f64> {
+        let area = Aabb::new(from.into(), to.into());
+        Probe::of(&Ray::new(origin.into(), direction.into())).reaches(&area, 100.0)
+    }
+
+    #[test]
+    fn a_box_ahead_is_reached_where_it_begins() {
+        assert_eq!(
+            reached([2.0, -1.0], [3.0, 1.0], [0.0, 0.0], [1.0, 0.0]),
+            Some(2.0)
+        );
+        assert_eq!(
+            reached([-1.0, -4.0], [1.0, -3.0], [0.0, 0.0], [0.0, -1.0]),
+            Some(3.0)
+        );
+    }
+
+    #[test]
+    fn a_box_around_the_origin_begins_there() {
+        assert_eq!(
+            reached([-1.0, -1.0], [1.0, 1.0], [0.0, 0.0], [0.6, 0.8]),
+            Some(0.0)
+        );
+    }
+
+    #[test]
+    fn what_is_beside_behind_or_too_far_is_missed() {
+        assert_eq!(reached([2.0, 1.0], [3.0, 2.0], [0.0, 0.0], [1.0, 0.0]), None);
+        assert_eq!(reached([-3.0, -1.0], [-2.0, 1.0], [0.0, 0.0], [1.0, 0.0]), None);
+        assert_eq!(reached([101.0, -1.0], [102.0, 1.0], [0.0, 0.0], [1.0, 0.0]), None);
+    }
+
+    #[test]
+    fn a_box_without_thickness_is_reached_from_the_front_and_along_its_edge() {
+        assert_eq!(
+            reached([2.0, -1.0], [2.0, 1.0], [0.0, 0.0], [1.0, 0.0]),
+            Some(2.0)
+        );
+        assert_eq!(reached([2.0, 0.0], [5.0, 0.0], [0.0, 0.0], [1.0, 0.0]), Some(2.0));
+        assert_eq!(
+            reached([2.0, 0.0], [5.0, 0.0], [0.0, 0.0], [1.0, -0.0]),
+            Some(2.0)
+        );
+    }
+}

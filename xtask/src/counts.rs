@@ -1,0 +1,197 @@
+//! The gate of the hot paths: how many instructions each takes, counted by valgrind, held against the counts that are kept in
+//! the repository. Instructions are the same on a busy machine as on a quiet one, so a gate of them can be narrow; what they
+//! take in time is for the benches to say.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result, bail};
+use serde::{Deserialize, Serialize};
+
+use crate::metadata::Metadata;
+use crate::paint::Paint;
+use crate::shell;
+
+/// Where the paths are, and what they are called there.
+const FOLDER: &str = "benches";
+const PACKAGE: &str = "jde-paths";
+/// The counts that are kept.
+const KEPT: &str = "benches/counts.json";
+/// How often a path is passed, and once more as often: the difference knows nothing of how the process starts and ends.
+const TIMES: u64 = 1000;
+/// By how much a path may take more or fewer than it did. One allocation, or one lock, is more than this of any of them.
+const TOLERANCE: f64 = 0.03;
+
+/// What is kept.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Counts {
+    /// Who compiled what was counted: another compiler gives other counts.
+    compiler: String,
+    /// Instructions of each path.
+    instructions: BTreeMap<String, u64>,
+}
+
+/// Counts, and holds them against those that are kept; an error where they differ.
+pub(crate) fn check(root: &Path, paint: Paint) -> Result<()> {
+    let file = root.join(KEPT);
+    let kept = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let kept: Counts = serde_json::from_str(&kept).with_context(|| format!("{KEPT} has an unknown form"))?;
+    let compiler = compiler()?;
+    if compiler != kept.compiler {
+        println!(
+            "instructions are not compared: {KEPT} is of {}, and this is {compiler}",
+            kept.compiler
+        );
+        return Ok(());
+    }
+    let counted = count(root, paint)?;
+    for (path, now) in &counted {
+        println!("{path:28} {now:>8}");
+    }
+    let faults = differences(&kept.instructions, &counted);
+    if !faults.is_empty() {
+        bail!(
+            "{}\nif that is meant, run `cargo xtask counts --renew`",
+            faults.join("\n")
+        );
+    }
+    Ok(())
+}
+
+/// Counts, and keeps that.
+pub(crate) fn renew(root: &Path, paint: Paint) -> Result<()> {
+    let counts = Counts {
+        compiler: compiler()?,
+        instructions: count(root, paint)?,
+    };
+    fs::write(root.join(KEPT), serde_json::to_string_pretty(&counts)? + "\n")?;
+    println!("{KEPT} is renewed");
+    Ok(())
+}
+
+/// What of the counts is not as it was, in words.
+fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (path, now) in counted {
+        let Some(then) = kept.get(path) else {
+            faults.push(format!(
+                "`{path}` takes {now} instructions, and {KEPT} does not know it"
+            ));
+            continue;
+        };
+        let more = *now as f64 / *then as f64 - 1.0;
+        if more.abs() > TOLERANCE {
+            let percent = 100.0 * more;
+            faults.push(format!(
+                "`{path}` takes {now} instructions, and took {then}: {percent:+.1} %"
+            ));
+        }
+    }
+    let gone = kept.keys().filter(|path| !counted.contains_key(*path));
+    faults.extend(gone.map(|path| format!("{KEPT} has `{path}`, which is no path any more")));
+    faults
+}
+
+/// Instructions of each path.
+fn count(root: &Path, paint: Paint) -> Result<BTreeMap<String, u64>> {
+    let program = build(root, paint)?;
+    let names = shell::read(&mut Command::new(&program))?;
+    let counts = names.lines().map(|name| {
+        let once = collected(&program, name, TIMES)?;
+        let twice = collected(&program, name, 2 * TIMES)?;
+        let each = twice
+            .checked_sub(once)
+            .context("passing a path twice takes less than once")?
+            / TIMES;
+        Ok((name.to_owned(), each))
+    });
+    counts.collect()
+}
+
+/// As users get it, but for the peers of the benches, which it does not need.
+fn build(root: &Path, paint: Paint) -> Result<PathBuf> {
+    let target = Metadata::of_workspace(root)?.target_directory;
+    let mut cargo = shell::cargo();
+    cargo
+        .args(["build", "--release", "--package", PACKAGE, "--target-dir"])
+        .arg(&target)
+        .current_dir(root.join(FOLDER));
+    shell::run(&mut cargo, paint)?;
+    Ok(target.join("release").join(PACKAGE))
+}
+
+/// All instructions of a process that passes a path so many times.
+fn collected(program: &Path, path: &str, times: u64) -> Result<u64> {
+    let mut valgrind = Command::new("valgrind");
+    valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    let output = valgrind
+        .arg(program)
+        .args([path, &times.to_string()])
+        .output()
+        .context("cannot start valgrind")?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        bail!("the path `{path}` ended with {}:\n{said}", output.status);
+    }
+    sum(&said).with_context(|| format!("valgrind does not say what it collected:\n{said}"))
+}
+
+/// The sum that valgrind tells.
+fn sum(said: &str) -> Option<u64> {
+    let (_, rest) = said.split_once("Collected : ")?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+fn compiler() -> Result<String> {
+    Ok(shell::read(Command::new("rustc").arg("--version"))?
+        .trim()
+        .to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts(counts: &[(&str, u64)]) -> BTreeMap<String, u64> {
+        counts
+            .iter()
+            .map(|(path, count)| ((*path).to_owned(), *count))
+            .collect()
+    }
+
+    #[test]
+    fn the_sum_is_found_in_what_valgrind_says() {
+        let said = "==1== Events    : Ir\n==1== Collected : 7408310\n==1== \n";
+        assert_eq!(sum(said), Some(7_408_310));
+        assert_eq!(sum("==1== killed\n"), None);
+    }
+
+    #[test]
+    fn a_small_difference_passes_and_a_greater_one_is_named_both_ways() {
+        let kept = counts(&[("read", 100), ("select", 1000)]);
+        assert_eq!(
+            differences(&kept, &counts(&[("read", 103), ("select", 971)])),
+            [""; 0]
+        );
+        assert_eq!(
+            differences(&kept, &counts(&[("read", 104), ("select", 900)])),
+            [
+                "`read` takes 104 instructions, and took 100: +4.0 %",
+                "`select` takes 900 instructions, and took 1000: -10.0 %"
+            ]
+        );
+    }
+
+    #[test]
+    fn paths_that_come_and_go_are_named() {
+        let found = differences(&counts(&[("gone", 1)]), &counts(&[("new", 2)]));
+        assert_eq!(found.len(), 2);
+        assert!(found[0].starts_with("`new` takes 2 instructions"), "{found:?}");
+        assert!(
+            found[1].contains("`gone`, which is no path any more"),
+            "{found:?}"
+        );
+    }
+}
