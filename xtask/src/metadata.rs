@@ -1,4 +1,4 @@
-//! What cargo knows of the workspace: its packages, their arrows and targets. Read once, never changed.
+//! What cargo knows of the workspace: its packages and their arrows. Read once, never changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -28,7 +28,6 @@ pub(crate) struct Package {
     pub(crate) manifest_path: PathBuf,
     #[serde(default)]
     pub(crate) dependencies: Vec<Dependency>,
-    #[serde(default)]
 }
 
 /// One line of a `[dependencies]` table.
