@@ -219,13 +219,17 @@ mod tests {
     #[test]
     fn of_many_lines_and_of_long_ones_the_newest_are_kept() {
         let mut short = Kept::default();
-        (0..2 * KEPT).for_each(|_| drop(short.add(decision(3))));
+        for _ in 0..2 * KEPT {
+            short.add(decision(3));
+        }
         assert_eq!(
             (short.lines.len(), short.lines[0].number),
             (KEPT, KEPT as u64 + 1)
         );
         let mut long = Kept::default();
-        (0..200).for_each(|_| drop(long.add(decision(500))));
+        for _ in 0..200 {
+            long.add(decision(500));
+        }
         let json: usize = long.lines.iter().map(|kept| kept.line.json().len()).sum();
         assert!(json <= KEPT_BYTES && json > KEPT_BYTES / 2, "{json} bytes");
         assert_eq!(long.lines.back().map(|kept| kept.number), Some(200));
