@@ -4,6 +4,7 @@
 
 mod again;
 mod death;
+mod life;
 mod line;
 mod panel;
 mod swap;
@@ -151,6 +152,40 @@ impl Runner {
 
     /// Does what is due now; answers when the next turn is due, if by time alone.
     pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
+        let (triggered, promoted) = (inbox.triggered, inbox.promoted);
+        if !inbox.is_empty() {
+            self.attend(inbox);
+        }
+        let mut looked = false;
+        if let Life::Awake { due, .. } = self.life {
+            let now = self.engine.clock.now();
+            self.begin_turn(Turn::of(Turn::CYCLED, self.number));
+            looked = if now >= due {
+                self.cycle(now, due);
+                true
+            } else if triggered || promoted && self.engine.is_taking(self.number) {
+                // What it was chosen on may be a period old: it looks again before it acts (R8).
+                self.react(now);
+                true
+            } else {
+                false
+            };
+            self.tell();
+            if looked {
+                self.draw();
+            }
+            self.rest();
+        }
+        self.end_turn(looked);
+        match self.life {
+            Life::Awake { due, .. } => Some(due),
+            Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
+            Life::Absent | Life::Slept(_) | Life::Changing => None,
+        }
+    }
+
+    /// Does what it was told to, before it looks at anything.
+    fn attend(&mut self, inbox: Inbox) {
         for (group, ticket, level) in inbox.asked {
             self.arbitrate(group, ticket, &level);
         }
@@ -175,32 +210,6 @@ impl Runner {
         }
         if inbox.touched {
             self.take_gestures();
-        }
-        let mut looked = false;
-        if let Life::Awake { due, .. } = self.life {
-            let now = self.engine.clock.now();
-            self.begin_turn(Turn::of(Turn::CYCLED, self.number));
-            looked = if now >= due {
-                self.cycle(now, due);
-                true
-            } else if inbox.triggered || inbox.promoted && self.engine.is_taking(self.number) {
-                // What it was chosen on may be a period old: it looks again before it acts (R8).
-                self.react(now);
-                true
-            } else {
-                false
-            };
-            self.tell();
-            if looked {
-                self.draw();
-            }
-            self.rest();
-        }
-        self.end_turn(looked);
-        match self.life {
-            Life::Awake { due, .. } => Some(due),
-            Life::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
-            Life::Absent | Life::Slept(_) | Life::Changing => None,
         }
     }
 
@@ -386,117 +395,5 @@ impl Runner {
             },
             _ => Answer::Chose { child, reason },
         }
-    }
-
-    fn wake_up(&mut self) {
-        // It was woken before it was unloaded, and is asleep again since.
-        if self.engine.is_unloaded(self.number) {
-            return;
-        }
-        if let Err(reason) = self.create() {
-            return self.fault(reason);
-        }
-        match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Slept(mut instance) => {
-                let now = self.engine.clock.now();
-                self.last_check = now;
-                self.told = Turn::of(Turn::AWOKE, self.number);
-                let result = instance.awake();
-                self.told.looked = instance.called(&mut self.told);
-                self.life = Life::Awake { instance, due: now };
-                if let Err(reason) = result {
-                    self.fault(reason);
-                }
-                self.tell();
-            }
-            // It slept and woke while the application was closing, when nobody told it of the first.
-            other => self.life = other,
-        }
-    }
-
-    fn fall_asleep(&mut self) {
-        self.told = Turn::of(Turn::SLEPT, self.number);
-        if let Err(reason) = self.lie_down()
-            && !self.go_back(&reason)
-        {
-            if self.is_to_tell() {
-                self.told.failed = self.engine.faulted(self.number, reason);
-            }
-            self.dismiss();
-        }
-        self.tell();
-        self.put_away();
-    }
-
-    /// Ends the instance, now or when it sleeps; the next awakening makes a fresh one.
-    fn unload(&mut self) {
-        self.unloading = true;
-        self.put_away();
-    }
-
-    fn put_away(&mut self) {
-        if self.unloading && !matches!(self.life, Life::Awake { .. }) {
-            self.unloading = false;
-            self.dismiss();
-            // What it exported nobody vouches for any more.
-            self.engine.variables.retract_exports(self.number);
-        }
-    }
-
-    fn lie_down(&mut self) -> Result<(), String> {
-        match std::mem::replace(&mut self.life, Life::Changing) {
-            Life::Awake { mut instance, .. } => {
-                let result = instance.sleep();
-                if self.told.kind == Turn::SLEPT {
-                    self.told.looked = instance.called(&mut self.told);
-                }
-                self.engine.meters[self.number].pause();
-                self.life = Life::Slept(instance);
-                result
-            }
-            other => {
-                self.life = other;
-                Ok(())
-            }
-        }
-    }
-
-    /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one. A build on trial gives way
-    /// to the one before instead, which goes on as if nothing had happened.
-    fn fault(&mut self, reason: String) {
-        if self.go_back(&reason) {
-            return;
-        }
-        // The level selects again before anything else is tried with what is broken.
-        if self.is_to_tell() {
-            self.told.failed = self.engine.faulted(self.number, reason);
-        }
-        self.give_up();
-    }
-
-    /// Lets go of an instance that faulted.
-    fn give_up(&mut self) {
-        if let Err(reason) = self.lie_down() {
-            tracing::error!(
-                schema = self.engine.name(self.number),
-                "also failed while going to sleep: {reason}"
-            );
-        }
-        // What it exported on its way to sleep nobody vouches for any more than for what was before.
-        self.engine.variables.retract_exports(self.number);
-        self.dismiss();
-    }
-
-    fn dismiss(&mut self) {
-        // The next instance begins with a clean sheet, and so does its health.
-        self.late = [false; 2];
-        self.pass();
-        let left = self.engine.panels.went(self.number, self.engine.clock.now());
-        self.engine.untouched(self.number, left);
-        self.life = match std::mem::replace(&mut self.life, Life::Changing) {
-            // Dropped, it ends.
-            Life::Slept(_) | Life::Awake { .. } => Life::Absent,
-            other => other,
-        };
     }
 }

@@ -6,15 +6,16 @@ use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::Ray;
 
-/// By how much a box is longer for a ray, in metres: far more than distances are rounded, far less than matters.
+/// By how much a box is larger for a ray, in metres: far more than distances are rounded, far less than matters.
 const SLACK: f64 = 1e-9;
-/// In place of the inverse of nothing: more than any distance, and times 0 it is 0 still.
+/// In place of the inverse of nothing: times the slack it is more than any distance.
 const PARALLEL: f64 = 1e300;
 
 /// A ray whose parameter is metres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
-    origin: Vector,
+    /// The origin as the lower and the upper sides of boxes have it, which are that much farther away from it.
+    origin: [Vector; 2],
     /// One by the direction.
     inverse: Vector,
 }
@@ -29,21 +30,24 @@ impl Probe {
             }
         };
         Self {
-            origin: ray.origin,
+            origin: [
+                ray.origin + Vector::splat(SLACK),
+                ray.origin - Vector::splat(SLACK),
+            ],
             inverse: Vector::new(inverse(ray.dir.x), inverse(ray.dir.y)),
         }
     }
 
-    /// How far along the ray the box begins, 0 from inside it; nothing if the ray misses it, or reaches it after `max` metres.
+    /// How far along the ray the box begins at least, 0 from inside it; nothing if the ray misses it, or reaches it after `max` metres.
     #[inline]
     pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
         let (a, b) = (
-            (area.mins - self.origin) * self.inverse,
-            (area.maxs - self.origin) * self.inverse,
+            (area.mins - self.origin[0]) * self.inverse,
+            (area.maxs - self.origin[1]) * self.inverse,
         );
         let enters = a.x.min(b.x).max(a.y.min(b.y)).max(0.0);
         let leaves = a.x.max(b.x).min(a.y.max(b.y));
-        (enters <= leaves + SLACK && enters <= max).then_some(enters)
+        (enters <= leaves && enters <= max).then_some(enters)
     }
 }
 
@@ -51,10 +55,11 @@ impl Probe {
 mod tests {
     use super::*;
 
-    /// How far a box between these corners is along a ray.
+    /// How far a box between these corners is along a ray, to the micrometre.
     fn reached(from: [f64; 2], to: [f64; 2], origin: [f64; 2], direction: [f64; 2]) -> Option<f64> {
         let area = Aabb::new(from.into(), to.into());
-        Probe::of(&Ray::new(origin.into(), direction.into())).reaches(&area, 100.0)
+        let reached = Probe::of(&Ray::new(origin.into(), direction.into())).reaches(&area, 100.0);
+        reached.map(|distance| (distance * 1e6).round() / 1e6)
     }
 
     #[test]
@@ -93,6 +98,11 @@ mod tests {
         assert_eq!(reached([2.0, 0.0], [5.0, 0.0], [0.0, 0.0], [1.0, 0.0]), Some(2.0));
         assert_eq!(
             reached([2.0, 0.0], [5.0, 0.0], [0.0, 0.0], [1.0, -0.0]),
+            Some(2.0)
+        );
+        // Along one side of a box that has some.
+        assert_eq!(
+            reached([2.0, -1.0], [3.0, 0.0], [0.0, 0.0], [1.0, 0.0]),
             Some(2.0)
         );
     }
