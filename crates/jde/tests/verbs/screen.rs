@@ -72,9 +72,10 @@ fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
         .expect("script of util-linux is there");
     let mut keys = child.stdin.take().unwrap();
     let mut screen = child.stdout.take().unwrap();
-    // Half a line and Ctrl-X; what was typed is wiped away once that is done, and the shell left.
+    // Half a line and Ctrl-X; once that is done and the line editor asks again, what was typed is wiped away and the shell left.
+    // Before it asks the terminal is not the editor's, and would take the keys for its own.
     let mut to_press = [
-        (WHERE, &b"get talk\x18"[..]),
+        ("", &b"get talk\x18"[..]),
         ("every command is neutral", b"\x15exit\r"),
     ]
     .into_iter()
@@ -91,7 +92,11 @@ fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
             keys.write_all(HERE).unwrap();
             answered += 1;
         }
-        if let Some((_, keystrokes)) = to_press.next_if(|(after, _)| shown.contains(after)) {
+        let is_asked_after = |words: &str| match (shown.find(words), shown.rfind(WHERE)) {
+            (Some(said), Some(asked)) => said < asked,
+            (None, _) | (_, None) => false,
+        };
+        if let Some((_, keystrokes)) = to_press.next_if(|(words, _)| is_asked_after(words)) {
             keys.write_all(keystrokes).unwrap();
         }
     }

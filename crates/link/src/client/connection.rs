@@ -12,6 +12,10 @@ use crate::folder::Entry;
 use crate::message::{About, Refusal};
 use crate::session::{self, Login, Opening, Tls};
 
+/// How long is knocked where nobody is let in, and how often.
+const KNOCKING: Duration = Duration::from_secs(1);
+const AGAIN: Duration = Duration::from_millis(20);
+
 /// A session; closed when dropped, unless it is somebody else's.
 pub(crate) struct Connection {
     session: Option<Session>,
@@ -81,25 +85,32 @@ impl Connection {
     pub(crate) fn local(entry: &Entry) -> Result<Self, Error> {
         let endpoint = format!("unixsock-stream/{}", entry.socket.display());
         let start = Instant::now();
-        let opened = session::open(&Opening {
-            connect: std::slice::from_ref(&endpoint),
-            ..Opening::default()
-        });
-        match opened {
-            Ok(session) => Ok(Self {
-                session: Some(session),
-                endpoint,
-                shared: false,
-            }),
-            // It holds the lock on its announcement, so it is there.
-            Err(Error::Open(reason)) => {
-                tracing::debug!("{endpoint}: {reason}");
-                Err(Error::NoAnswer {
-                    application: entry.about.name.clone(),
-                    waited: start.elapsed(),
-                })
+        loop {
+            let opened = session::open(&Opening {
+                connect: std::slice::from_ref(&endpoint),
+                ..Opening::default()
+            });
+            match opened {
+                Ok(session) => {
+                    return Ok(Self {
+                        session: Some(session),
+                        endpoint,
+                        shared: false,
+                    });
+                }
+                // It holds the lock on its announcement, so it is there. Where more knock than are let in at a time, a socket
+                // says so at once.
+                Err(Error::Open(reason)) => {
+                    tracing::debug!("{endpoint}: {reason}");
+                    let waited = start.elapsed();
+                    if waited >= KNOCKING {
+                        let application = entry.about.name.clone();
+                        return Err(Error::NoAnswer { application, waited });
+                    }
+                    std::thread::sleep(AGAIN);
+                }
+                Err(other) => return Err(other),
             }
-            Err(other) => Err(other),
         }
     }
 
