@@ -79,7 +79,8 @@ impl Engine {
         // Who was stopped with everything else and goes on before its iteration has ended never lost its authority by the rules.
         if let Operator::Play(_) | Operator::Release(_) = operator {
             let all = (0..self.application.instances.len()).map(super::schema);
-            out.extend(all.filter(|id| hierarchy.has_authority(*id)).map(Effect::Granted));
+            let goes_on = |id: &SchemaId| hierarchy.has_authority(*id) && !is_kept_asleep(hierarchy, *id);
+            out.extend(all.filter(goes_on).map(Effect::Granted));
         }
         let mut held = self.held();
         match operator {
@@ -329,6 +330,12 @@ impl Engine {
         self.tell_turn(Turn::ENDED, 0, 0, moment);
         self.lock().closing.replace(Vec::new()).unwrap_or_default()
     }
+}
+
+/// Whether an operator stopped a schema or one of its fathers: it may be inside its last iteration still.
+fn is_kept_asleep(hierarchy: &Hierarchy, id: SchemaId) -> bool {
+    let mut path = std::iter::successors(Some(id), |id| hierarchy.father(*id));
+    path.any(|id| hierarchy.is_stopped(id))
 }
 
 /// What an operator did, as turns tell it.

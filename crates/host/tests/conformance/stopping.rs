@@ -16,6 +16,7 @@ mod hanging {
     in_real_time!(
         r14_who_is_inside_an_iteration_commands_nothing_more_when_everything_is_stopped,
         r14_who_is_let_go_on_inside_an_iteration_commands_again,
+        r14_who_stays_stopped_inside_an_iteration_commands_nothing_when_another_is_let_go_on,
     );
 }
 
@@ -125,5 +126,17 @@ fn r14_who_is_let_go_on_inside_an_iteration_commands_again(executor: Executor) {
     drop(release);
     rig.until_did("high then Accepted");
     rig.until_did("robot velocity 0.4");
+    rig.stop();
+}
+
+fn r14_who_stays_stopped_inside_an_iteration_commands_nothing_when_another_is_let_go_on(executor: Executor) {
+    let (mut rig, release) = slow(executor);
+    rig.operator().stop_all().expect("nothing keeps it from that");
+    let low = rig.place("low");
+    rig.operator().release(low).expect("it was stopped");
+    drop(release);
+    rig.until_did("high then Refused");
+    rig.until_did("high sleep");
+    assert_eq!(velocity(&rig), Some(Twist::ZERO));
     rig.stop();
 }
