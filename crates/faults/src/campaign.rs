@@ -190,7 +190,7 @@ impl Finished {
         let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
         let kept = self.kept.map_or_else(String::new, |kept| {
             format!(
-                " In real time no bystander had less than {:.1} % of its turns.",
+                " In real time no bystander in this process had less than {:.1} % of its turns.",
                 kept * 100.0
             )
         });

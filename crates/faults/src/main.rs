@@ -30,6 +30,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 #[derive(Parser)]
 #[command(
     name = "cargo xtask faults",
+    bin_name = "cargo xtask faults",
     disable_version_flag = true,
     after_help = "Examples:
   cargo xtask faults

@@ -30,7 +30,7 @@ const UNSEEN: f64 = 9.0;
 /// How everything that moves was when it was last driven.
 #[derive(Default)]
 pub(super) struct Motion {
-    last: BTreeMap<String, Driven>,
+    last: BTreeMap<&'static str, Driven>,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -43,15 +43,15 @@ struct Driven {
 impl Motion {
     pub(super) fn judge(&mut self, known: &mut Known, commands: &Commands, handle: &Handle, now: Nanos) {
         let slack = if known.clock == Clock::Lockstep { 0 } else { SLACK };
+        let last = self.last.entry("pioneer").or_default();
+        let driven = commands.is_driven("pioneer", now);
+        if driven {
+            last.at = now;
+        }
         if let Some(truth) = fresh::<Truth>(handle, "pioneer.truth", now, CARRIES_OUT + slack) {
             let (mut linear, angular) = (truth.twist.linear.x.abs(), truth.twist.angular.z.abs());
-            let last = self.last.entry("pioneer".to_owned()).or_default();
-            if commands.is_driven("pioneer", now) {
-                *last = Driven {
-                    at: now,
-                    linear,
-                    angular,
-                };
+            if driven {
+                (last.linear, last.angular) = (linear, angular);
             } else {
                 let idle = now.saturating_sub(last.at);
                 let braked = idle.saturating_sub(CARRIES_OUT + slack) as f64 / 1e9;
@@ -72,18 +72,14 @@ impl Motion {
             }
         }
         for device in ["arm", "gripper"] {
-            let Some(moves) = fresh::<f64>(
-                handle,
-                &format!("{device}.moves"),
-                now,
-                DEVICE_CARRIES_OUT + slack,
-            ) else {
-                continue;
-            };
-            let last = self.last.entry(device.to_owned()).or_default();
+            let last = self.last.entry(device).or_default();
             if commands.is_driven(device, now) {
                 last.at = now;
-            } else if moves.abs() > STANDS && now.saturating_sub(last.at) > DEVICE_CARRIES_OUT + slack {
+                continue;
+            }
+            let age = DEVICE_CARRIES_OUT + slack;
+            let moves = fresh::<f64>(handle, &format!("{device}.moves"), now, age).unwrap_or(0.0);
+            if moves.abs() > STANDS && now.saturating_sub(last.at) > age {
                 known.tell(format!(
                     "motion: `{device}` moves at {moves:.2} although no command is in force, at {:.6} s",
                     now as f64 / 1e9

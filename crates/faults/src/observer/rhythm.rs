@@ -36,6 +36,8 @@ pub(crate) struct Rhythm {
 #[derive(Clone, Debug)]
 struct Beat {
     period: Nanos,
+    /// It runs in a process of its own.
+    apart: bool,
     /// It was told to misbehave, or acted upon.
     victim: bool,
     /// Faults of it that are not over.
@@ -70,6 +72,7 @@ impl Rhythm {
         self.schemas = instances
             .map(|instance| Beat {
                 period: instance.period_ns,
+                apart: instance.isolate.is_some(),
                 victim: false,
                 faults: 0,
                 again: None,
@@ -85,7 +88,9 @@ impl Rhythm {
     }
 
     pub(crate) fn least_kept(&self) -> Option<f64> {
-        self.kept().first().map(|(kept, _)| *kept)
+        let kept = self.kept();
+        let mut here = kept.iter().filter(|(_, place)| !self.schemas[*place].apart);
+        here.next().map(|(kept, _)| *kept)
     }
 
     /// From now on it may miss turns.
@@ -265,7 +270,11 @@ impl Known {
             return;
         }
         let kept = self.rhythm.kept();
-        let (Some((median, _)), Some((least, last))) = (kept.get(kept.len() / 2), kept.first()) else {
+        // Each turn of a schema in a process of its own waits for the processor several times: it counts among all, not by itself.
+        let mut here = kept
+            .iter()
+            .filter(|(_, place)| !self.rhythm.schemas[*place].apart);
+        let (Some((median, _)), Some((least, last))) = (kept.get(kept.len() / 2), here.next()) else {
             return;
         };
         let (median, least) = (1.0 - median, 1.0 - least);
