@@ -70,6 +70,8 @@ pub struct Finished {
     pub leak: Option<String>,
     /// The least share of turns that any bystander had in real time.
     pub kept: Option<f64>,
+    /// Cases in real time in which periods were not judged, and in which they were.
+    pub rhythms: [u64; 2],
 }
 
 impl Campaign {
@@ -82,8 +84,10 @@ impl Campaign {
         let mut table = Table::default();
         let mut leaks = Leaks::default();
         let mut kept: Option<f64> = None;
+        let mut rhythms = [0; 2];
         let watchdog = Watchdog::new(self.clone());
         for (clock, what, quota) in self.lanes()? {
+            leaks.warms_up();
             let mut injected = 0;
             let mut number = self.case.map_or(0, |case| case.number);
             // A case in which nothing fits injects nothing: there are not more of these than this in a row.
@@ -102,6 +106,9 @@ impl Campaign {
                 number += 1;
                 empty = if report.faults.is_empty() { empty + 1 } else { 0 };
                 injected += report.faults.len() as u64;
+                if let Some(judged) = report.rhythm {
+                    rhythms[usize::from(judged)] += 1;
+                }
                 kept = [kept, report.kept].into_iter().flatten().reduce(f64::min);
                 table.add(&report);
                 progress.ended(&report);
@@ -115,6 +122,7 @@ impl Campaign {
             held: leaks.words(),
             leak: leaks.conclude(),
             kept,
+            rhythms,
         })
     }
 
@@ -190,10 +198,19 @@ impl Finished {
         let kernel = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
         let kept = self.kept.map_or_else(String::new, |kept| {
             format!(
-                " In real time no bystander in this process had less than {:.1} % of its turns.",
+                ": no bystander in this process had less than {:.1} % of its turns",
                 kept * 100.0
             )
         });
+        let [unjudged, judged] = self.rhythms;
+        let kept = match (unjudged, judged) {
+            (0, 0) => String::new(),
+            (0, _) => format!(" Periods were judged in all {judged} cases in real time{kept}."),
+            _ => format!(
+                " Periods were judged in {judged} of {} cases in real time{kept}; in the others, other programs took more than a quarter of the processors.",
+                judged + unjudged
+            ),
+        };
         let dev = if cfg!(debug_assertions) { " --dev" } else { "" };
         format!(
             "`cargo xtask faults{dev} --seed {} --count {}`: {} faults on {processors} processors, Linux {}. {}.{kept}",

@@ -15,12 +15,12 @@ impl Chance {
             (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
         });
         let mut chance = Self { state: seed ^ mixed };
-        chance.next();
+        chance.draw();
         chance
     }
 
     /// The next number.
-    pub fn next(&mut self) -> u64 {
+    pub fn draw(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -30,12 +30,12 @@ impl Chance {
 
     /// One from `least` to `most`, both included.
     pub fn between(&mut self, least: u64, most: u64) -> u64 {
-        least + self.next() % (most - least + 1)
+        least + self.draw() % (most - least + 1)
     }
 
     /// Whether something comes to pass that does so once in `times`.
     pub fn once_in(&mut self, times: u64) -> bool {
-        self.next().is_multiple_of(times)
+        self.draw().is_multiple_of(times)
     }
 
     /// One of them.
@@ -43,7 +43,7 @@ impl Chance {
     /// # Panics
     /// If there is none.
     pub fn pick<T: Copy>(&mut self, all: &[T]) -> T {
-        all[self.next() as usize % all.len()]
+        all[self.draw() as usize % all.len()]
     }
 }
 
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn the_same_seed_and_purpose_choose_alike_and_others_otherwise() {
-        let first = |seed, purpose| Chance::new(seed, purpose).next();
+        let first = |seed, purpose| Chance::new(seed, purpose).draw();
         assert_eq!(first(1, "a"), first(1, "a"));
         assert_ne!(first(1, "a"), first(1, "b"));
         assert_ne!(first(1, "a"), first(2, "a"));

@@ -80,6 +80,7 @@ impl Shadow {
     /// The rule that does not hold, or where the hierarchy says otherwise than its effects.
     pub fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
         let spec = h.spec();
+        let paths = self.winning_paths(spec);
         for id in ids(spec) {
             check(self.states[id.index()] == h.state(id), || {
                 format!("the effects do not tell the state of {id:?}")
@@ -87,7 +88,7 @@ impl Shadow {
             check(self.authority[id.index()] == h.has_authority(id), || {
                 format!("the effects do not tell the authority of {id:?}")
             })?;
-            let chain = spec.schemas[id.index()].kind == Kind::Motor && self.chain_of_winners(spec, id);
+            let chain = spec.schemas[id.index()].kind == Kind::Motor && paths[id.index()];
             check(h.has_authority(id) == chain, || {
                 format!("R7: authority of {id:?} and the chain of winners differ")
             })?;
@@ -265,9 +266,17 @@ impl Shadow {
         below(spec, id).iter().all(|&b| self.state(b) == State::Slept)
     }
 
-    fn chain_of_winners(&self, spec: &Spec, id: SchemaId) -> bool {
-        let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
-        self.state(id) == State::Winner && father.is_none_or(|f| self.chain_of_winners(spec, f))
+    /// Who is WINNER, with all its fathers. Those who compete in no group count as roots.
+    fn winning_paths(&self, spec: &Spec) -> Vec<bool> {
+        let mut fathers = vec![None; spec.schemas.len()];
+        for group in &spec.groups {
+            for member in &group.members {
+                fathers[member.index()] = group.father;
+            }
+        }
+        let wins = |id: SchemaId| self.state(id) == State::Winner;
+        let path = |id| std::iter::successors(Some(id), |id: &SchemaId| fathers[id.index()]);
+        ids(spec).map(|id| path(id).all(wins)).collect()
     }
 }
 

@@ -50,11 +50,23 @@ impl Witness for Rules {
                 Effect::Withdrawn(id) => history.withdrawn(*id, seen.done),
                 Effect::Changed { id, to, .. } => history.changed(*id, *to),
                 Effect::Hold { group, until } => history.holds(*group, *until),
-                _ => {}
+                Effect::Woken(_)
+                | Effect::Slept { .. }
+                | Effect::Promoted(_)
+                | Effect::Demoted(_)
+                | Effect::Ask { .. }
+                | Effect::Brake { .. }
+                | Effect::Health { .. }
+                | Effect::Decided(_)
+                | Effect::Took { .. } => {}
             }
         }
         if let Step::Began(id) = seen.step {
             shadow.began(id);
+        }
+        // Without effects nothing has changed that it could disagree with.
+        if seen.effects.is_empty() {
+            return;
         }
         if let Err(broken) = shadow.agrees(seen.hierarchy) {
             known.tell(format!("{broken}, at {:.6} s", seen.began as f64 / 1e9));

@@ -106,7 +106,25 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
                 cable.as_ref().context("there is a cable")?.cut();
                 stands(&robot, WATCHDOG, "the line was cut", &mut broken);
             }
-            _ => hostile(&mut host, &robot, &mut chance, &mut broken)?,
+            Kind::Client => hostile(&mut host, &robot, &mut chance, &mut broken)?,
+            Kind::Panic
+            | Kind::Error
+            | Kind::Hang
+            | Kind::Dawdle
+            | Kind::Slow
+            | Kind::Silence
+            | Kind::Nan
+            | Kind::Beyond
+            | Kind::Flood
+            | Kind::Trespass
+            | Kind::Chatter
+            | Kind::Meddle
+            | Kind::Crash
+            | Kind::Kill
+            | Kind::Freeze
+            | Kind::Reload
+            | Kind::Operator
+            | Kind::StopAll => unreachable!("faults of schemas are none of whole processes: see `fits`"),
         }
     }
     end(&mut host, kind, &mut broken);
@@ -133,6 +151,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         }],
         broken,
         kept: None,
+        rhythm: None,
         left: Left::default(),
     })
 }
@@ -224,7 +243,7 @@ fn nonsense(host: &Host, chance: &mut Chance) {
     for socket in host.sockets() {
         if let Ok(mut stream) = UnixStream::connect(&socket) {
             let bytes: Vec<u8> = (0..chance.between(1, 4096))
-                .map(|_| chance.next() as u8)
+                .map(|_| chance.draw() as u8)
                 .collect();
             // It may be thrown out before it has said all.
             let _ = stream.write_all(&bytes);

@@ -165,7 +165,19 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
                 build: chance.between(0, 2) as usize,
             }
         }
-        _ => {
+        Kind::Panic
+        | Kind::Error
+        | Kind::Hang
+        | Kind::Dawdle
+        | Kind::Slow
+        | Kind::Silence
+        | Kind::Nan
+        | Kind::Beyond
+        | Kind::Flood
+        | Kind::Trespass
+        | Kind::Chatter
+        | Kind::Meddle
+        | Kind::Crash => {
             let trouble = chance.pick(kind.troubles());
             let place = chance.pick(kind.places(whom));
             if ["awake", "sleep", "arbitrate", "end"].contains(&place) {
@@ -178,13 +190,16 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
             }
             Act::Tell { trouble, place }
         }
+        Kind::Client | Kind::HostKilled | Kind::HostStopped | Kind::HostCrashed | Kind::LineCut => {
+            unreachable!("faults of whole processes are no faults of a schema's: see `fits`")
+        }
     };
     Fault {
         at,
         lasts,
         kind,
         whom,
-        choice: chance.next(),
+        choice: chance.draw(),
         any: chance.once_in(4),
         stays: chance.once_in(6),
         act,

@@ -8,8 +8,29 @@ use std::time::{Duration, Instant};
 /// The shortest of the campaign's schemas.
 const PERIOD: Duration = Duration::from_millis(10);
 
+/// Share of all processors that other programs may take if anybody is to be judged by its periods.
+const OTHERS: f64 = 0.25;
+
+/// What was measured beside an application.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measured {
+    /// The share of its turns that the thread lost.
+    pub(super) lost: f64,
+    /// Other programs took too much of the processors.
+    pub(super) full: bool,
+}
+
+/// Time of the processors since the machine started, in the kernel's ticks.
+#[derive(Clone, Copy, Default)]
+struct Ticks {
+    all: u64,
+    idle: u64,
+    own: u64,
+}
+
 /// The thread.
 pub(super) struct Bare {
+    before: Ticks,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<f64>,
 }
@@ -34,12 +55,46 @@ impl Bare {
             }
             1.0 - f64::from(had) / f64::from(owed.max(1))
         });
-        Self { stop, thread }
+        Self {
+            before: Ticks::now(),
+            stop,
+            thread,
+        }
     }
 
-    /// Ends it; the share of its turns that it lost.
-    pub(super) fn lost(self) -> f64 {
+    /// Ends it.
+    pub(super) fn end(self) -> Measured {
         self.stop.store(true, Ordering::Relaxed);
-        self.thread.join().unwrap_or(1.0)
+        let (before, now) = (self.before, Ticks::now());
+        let all = now.all.saturating_sub(before.all).max(1);
+        let idle = now.idle.saturating_sub(before.idle);
+        let own = now.own.saturating_sub(before.own);
+        let others = all.saturating_sub(idle).saturating_sub(own);
+        Measured {
+            lost: self.thread.join().unwrap_or(1.0),
+            full: others as f64 / all as f64 > OTHERS,
+        }
+    }
+}
+
+impl Ticks {
+    fn now() -> Self {
+        let numbers = |text: &str| -> Vec<u64> {
+            text.split_whitespace()
+                .filter_map(|word| word.parse().ok())
+                .collect()
+        };
+        let stat = std::fs::read_to_string("/proc/stat").unwrap_or_default();
+        let all = stat.lines().next().and_then(|line| line.strip_prefix("cpu "));
+        // user, nice, system, idle, waiting for disks, ...; guests are counted in the first two already.
+        let all = numbers(all.unwrap_or_default());
+        let own = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+        // Behind the name, which may hold anything: the state, and ten numbers before user and system.
+        let own = numbers(own.rsplit_once(')').map_or("", |(_, rest)| rest));
+        Self {
+            all: all.iter().take(8).sum(),
+            idle: all.iter().skip(3).take(2).sum(),
+            own: own.iter().skip(10).take(2).sum(),
+        }
     }
 }

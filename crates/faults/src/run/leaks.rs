@@ -18,8 +18,11 @@ const LEFT: u64 = 2 << 20;
 pub struct Leaks {
     before: Option<Held>,
     cases: u64,
-    warm: Option<u64>,
+    /// Of the present kind of cases: how many, and what there was when it was warm, with the calls left by then.
+    alike: u64,
+    warm: Option<(u64, u64)>,
     left: Left,
+    grown: Option<String>,
 }
 
 /// What calls that never return keep of an application that has ended.
@@ -87,35 +90,46 @@ impl Leaks {
             });
         }
         self.cases += 1;
-        if self.cases == WARM {
-            self.warm = Some(resident());
+        self.alike += 1;
+        if self.alike == WARM {
+            self.warm = Some((resident(), self.left.calls));
         }
         broken
     }
 
-    /// At the end: what the process grew by, if that is more than it may.
-    #[must_use]
-    pub fn conclude(&self) -> Option<String> {
-        let (warm, now) = (self.warm?, resident());
-        let allowed = warm + GROWTH * (self.cases - WARM) + LEFT * self.left.calls;
-        (now > allowed).then(|| {
-            format!(
-                "leak: {:.1} MB of memory after {} cases, where {:.1} MB may be",
-                now as f64 / 1e6,
-                self.cases,
-                allowed as f64 / 1e6
-            )
-        })
+    /// Cases of another kind follow: other threads, another heap.
+    pub fn warms_up(&mut self) {
+        self.weigh();
+        (self.alike, self.warm) = (0, None);
     }
 
-    /// "118 cases, 21.3 MB when warm, 22.0 MB at the end, 3 calls left behind".
+    /// At the end: what the process grew by with cases of one kind, if that is more than it may.
+    #[must_use]
+    pub fn conclude(&mut self) -> Option<String> {
+        self.weigh();
+        self.grown.take()
+    }
+
+    fn weigh(&mut self) {
+        let Some((warm, left)) = self.warm else {
+            return;
+        };
+        let (cases, left) = (self.alike - WARM, self.left.calls - left);
+        let (allowed, now) = (warm + GROWTH * cases + LEFT * left, resident());
+        if now > allowed {
+            self.grown.get_or_insert(format!(
+                "leak: {:.1} MB of memory after {cases} cases, where {:.1} MB may be",
+                now as f64 / 1e6,
+                allowed as f64 / 1e6
+            ));
+        }
+    }
+
+    /// "118 cases in this process: 44.0 MB at the end".
     #[must_use]
     pub fn words(&self) -> String {
-        let warm = self.warm.map_or_else(String::new, |warm| {
-            format!("{:.1} MB when warm, ", warm as f64 / 1e6)
-        });
         format!(
-            "{} cases in this process: {warm}{:.1} MB at the end; {} calls that never returned keep a thread each",
+            "{} cases in this process: {:.1} MB at the end; {} calls that never returned keep a thread each",
             self.cases,
             resident() as f64 / 1e6,
             self.left.calls

@@ -66,6 +66,8 @@ pub struct Report {
     pub broken: Vec<String>,
     /// The least share of turns that a bystander had, in real time.
     pub kept: Option<f64>,
+    /// Whether periods were judged, where there is a machine to share.
+    pub rhythm: Option<bool>,
     /// What calls keep that were given up and have not returned.
     pub left: Left,
 }
@@ -187,9 +189,10 @@ pub fn run(
     run.go_to(end, &handle, &mut observer, stop);
     observer.judge_recovery(&handle);
     let ended = handle.outcome();
-    let bare = bare.map_or(0.0, Bare::lost);
-    if how.rhythm {
-        observer.conclude(bare);
+    let bare = bare.map(Bare::end);
+    let judged = bare.filter(|bare| how.rhythm && !bare.full);
+    if let Some(bare) = judged {
+        observer.conclude(bare.lost);
     }
     observer.is_over();
     let name = |under: &act::Under| handle.application().instances[under.place].name.clone();
@@ -239,7 +242,8 @@ pub fn run(
         case,
         faults: faults.collect(),
         broken,
-        kept: observer.least_kept(),
+        kept: judged.and_then(|_| observer.least_kept()),
+        rhythm: bare.map(|_| judged.is_some()),
         left: Left {
             calls: left,
             files: if left > 0 { shared } else { 0 },
