@@ -188,7 +188,7 @@ impl fmt::Display for Goal {
             Self::TimesFaster(times) if *times == 1.0 => f.write_str("faster"),
             Self::TimesFaster(times) => write!(f, "{times}x faster"),
             Self::Above(margin) => write!(f, "{margin} above at most"),
-            Self::Below(most) => write!(f, "under {most}"),
+            Self::Below(most) => write!(f, "at most {most}"),
             Self::Least(least) => write!(f, "{least} or more"),
             Self::Told => f.write_str("-"),
         }

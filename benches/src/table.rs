@@ -110,10 +110,10 @@ mod tests {
             Line::alone("longer", Figure::Count(3.0), Goal::Below(Figure::Count(0.0))),
         ];
         let expected = "\
-what       ours  yardstick        theirs  ratio  goal     met
---------------------------------------------------------------
-a       5.00 ns  theirs (given)  10.0 ns   0.50  faster   met
-longer        3  -                     -      -  under 0  MISSED
+what       ours  yardstick        theirs  ratio  goal       met
+----------------------------------------------------------------
+a       5.00 ns  theirs (given)  10.0 ns   0.50  faster     met
+longer        3  -                     -      -  at most 0  MISSED
 
 1 met, 1 missed, 0 told only";
         assert_eq!(table(&[(String::from("row"), lines)], Paint(false)), expected);

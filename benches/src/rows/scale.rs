@@ -30,7 +30,7 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
         .collect();
     let texts = [application(&periods, "pool"), application(&periods, "threads")];
     let mut spent = [const { Vec::new() }; 3];
-    let mut missed = [0; 2];
+    let mut missed = [0; 3];
     for _ in 0..scope.either(1, 5) {
         for (place, text) in texts.iter().enumerate() {
             let run = live::run(text, time)?;
@@ -38,7 +38,13 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
             missed[place] += run.missed;
         }
         let before = bare::processor_time();
-        bare::sleepers(&periods, time);
+        let late = bare::sleepers(&periods, time);
+        let too_late = |(late, period): (&Vec<u64>, &Duration)| {
+            late.iter()
+                .filter(|late| u128::from(**late) >= period.as_nanos())
+                .count() as u64
+        };
+        missed[2] += late.iter().zip(&periods).map(too_late).sum::<u64>();
         spent[2].push(percent(bare::processor_time() - before, time));
     }
     let spent = spent.map(Rounds::of);
@@ -52,9 +58,11 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
             Goal::AtMost(1.2),
         );
         lines.push(line.paired(spent[place].by(&spent[2])));
-        lines.push(Line::alone(
+        lines.push(Line::beside(
             format!("their missed periods, executor \"{executor}\""),
             Figure::Count(missed[place] as f64),
+            "as many threads in clock_nanosleep",
+            Figure::Count(missed[2] as f64),
             Goal::Below(Figure::Count(0.0)),
         ));
     }

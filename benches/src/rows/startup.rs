@@ -1,8 +1,8 @@
 //! What a person waits for: until a robot moves, until new code moves it, until many plugins are there.
 
 use std::fs;
-use std::path::Path;
-use std::process::Child;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -30,6 +30,17 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let loads = (0..scope.either(1, 3))
         .map(|_| load(&files, folder.path()))
         .collect::<Result<_>>()?;
+    let bytes = fs::metadata(&files[0])?.len();
+    // What the compiler says of lines is nearly all of a library, and nobody loads it.
+    let lean = tempfile::tempdir()?;
+    let lean_files = files
+        .iter()
+        .map(|file| strip(file, lean.path()))
+        .collect::<Result<Vec<_>>>()?;
+    let lean_loads = (0..scope.either(1, 3))
+        .map(|_| load(&lean_files, lean.path()))
+        .collect::<Result<_>>()?;
+    let lean_bytes = fs::metadata(&lean_files[0])?.len();
     let (gaps, exchanges) = reload(scope, folder.path(), times)?;
     let line = |what: &str, times: Vec<f64>, goal: f64| {
         Line::alone(
@@ -46,7 +57,19 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         ),
         line("reload, the exchange alone", exchanges, 10.0),
         line("`jde run` to the first iteration", starts, 100.0),
-        line(&format!("{PLUGINS} plugins loaded"), loads, 200.0),
+        line(
+            &format!("{PLUGINS} plugins loaded, {} each", Figure::Bytes(bytes as f64)),
+            loads,
+            200.0,
+        ),
+        line(
+            &format!(
+                "the same, {} each without lines",
+                Figure::Bytes(lean_bytes as f64)
+            ),
+            lean_loads,
+            200.0,
+        ),
     ])
 }
 
@@ -78,13 +101,21 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
 }
 
 /// All of them into a process that has none of them, ns. Libraries stay mapped: each time they are mapped anew.
-fn load(files: &[std::path::PathBuf], folder: &Path) -> Result<f64> {
+fn load(files: &[PathBuf], folder: &Path) -> Result<f64> {
     let plugins = loaded::plugins(folder);
     let start = Instant::now();
     for file in files {
         plugins.open(file)?;
     }
     Ok(start.elapsed().as_nanos() as f64)
+}
+
+/// A copy of a library in that folder that says nothing of its lines.
+fn strip(file: &Path, folder: &Path) -> Result<PathBuf> {
+    let to = folder.join(file.file_name().context("a plugin has a name")?);
+    let mut strip = Command::new("strip");
+    product::read(strip.arg("--strip-debug").arg(file).arg("-o").arg(&to))?;
+    Ok(to)
 }
 
 /// Builds that take over from each other in real time: the gaps, and what the exchanges took, ns.

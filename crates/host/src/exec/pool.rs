@@ -49,6 +49,10 @@ struct Desk {
     /// When instances are due, the earliest on top; outdated entries are passed over.
     calendar: BinaryHeap<Reverse<(Nanos, usize)>>,
     due: Vec<Option<Nanos>>,
+    /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
+    keeper: Option<Nanos>,
+    /// How many wait until an instance has nothing to do.
+    settling: usize,
     leave: bool,
 }
 
@@ -82,6 +86,8 @@ impl Pool {
             ready: VecDeque::new(),
             calendar: BinaryHeap::new(),
             due: vec![None; count],
+            keeper: None,
+            settling: 0,
             leave: false,
         };
         let pool = Arc::new_cyclic(|own| Self {
@@ -139,22 +145,24 @@ impl Pool {
             if let Some(number) = desk.take(engine.clock.now()) {
                 desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
-                if !desk.ready.is_empty() || !desk.calendar.is_empty() {
-                    // Whoever waited for the next deadline may be this worker, which is now gone for as long as a call takes.
+                if desk.wants_another() {
+                    // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
                     self.work.notify_one();
                 }
                 return Some((number, inbox));
             }
-            desk = match desk
-                .calendar
-                .peek()
-                .map(|Reverse((due, _))| engine.clock.until(*due))
-            {
-                Some(wait) => {
-                    self.work
-                        .wait_timeout(desk, wait)
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .0
+            // One keeps the calendar; the others wait until they are called.
+            let next = desk.calendar.peek().map(|Reverse((due, _))| *due);
+            desk = match next.filter(|due| desk.keeper.is_none_or(|kept| *due < kept)) {
+                Some(due) => {
+                    desk.keeper = Some(due);
+                    let wait = engine.clock.until(due);
+                    let waited = self.work.wait_timeout(desk, wait);
+                    let mut desk = waited.unwrap_or_else(PoisonError::into_inner).0;
+                    if desk.keeper == Some(due) {
+                        desk.keeper = None;
+                    }
+                    desk
                 }
                 None => self.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
             };
@@ -167,13 +175,11 @@ impl Pool {
         desk.due[number] = due;
         if let Some(due) = due {
             desk.calendar.push(Reverse((due, number)));
-            self.work.notify_one();
         }
-        if desk.inboxes[number].is_empty() {
-            self.idle.notify_all();
-        } else {
+        if !desk.inboxes[number].is_empty() {
             desk.ready.push_back(number);
-            self.work.notify_one();
+        } else if desk.settling > 0 {
+            self.idle.notify_all();
         }
     }
 
@@ -192,6 +198,13 @@ impl Holder {
 }
 
 impl Desk {
+    /// Whether another worker is to look for work, when one has taken some: there is more, or nobody keeps the calendar.
+    fn wants_another(&self) -> bool {
+        let next = self.calendar.peek().map(|Reverse((due, _))| *due);
+        let kept = |due| self.keeper.is_some_and(|kept| kept <= due);
+        !self.ready.is_empty() || next.is_some_and(|due| !kept(due))
+    }
+
     /// An instance to run now, mail before time.
     fn take(&mut self, now: Nanos) -> Option<usize> {
         while let Some(number) = self.ready.pop_front() {
@@ -216,11 +229,13 @@ impl Desk {
 impl Crew for Pool {
     fn settled(&self, instance: usize, within: Duration) -> bool {
         let waiting = |desk: &mut Desk| desk.busy[instance].is_some() || !desk.inboxes[instance].is_empty();
-        let desk = self.lock();
+        let mut desk = self.lock();
+        desk.settling += 1;
         let (mut desk, _) = self
             .idle
             .wait_timeout_while(desk, within, waiting)
             .unwrap_or_else(PoisonError::into_inner);
+        desk.settling -= 1;
         !waiting(&mut desk)
     }
 
@@ -242,6 +257,8 @@ impl Crew for Pool {
             drop(lock(&self.workers).threads.remove(&worker));
         }
         self.put_back(instance, None);
+        // No worker of its own looks at what it left, and the keeper of the calendar may be gone with it.
+        self.work.notify_one();
         if let Err(error) = self.hire(engine) {
             tracing::error!("the system refuses a thread in place of one that hangs: {error}");
         }

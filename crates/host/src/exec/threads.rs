@@ -34,15 +34,23 @@ struct Holder {
 #[derive(Default)]
 struct Mail {
     inbox: Inbox,
+    /// Its thread is taking a turn, and looks here before it waits again.
     busy: bool,
     leave: bool,
+    /// How many wait until there is nothing to do: seldom anybody, and to tell nobody takes a call of the system.
+    settling: usize,
 }
 
 impl Bells for Threads {
     fn ring(&self, instance: usize, signal: Signal) {
         let seat = &self.seats[instance];
-        lock(&seat.mail).inbox.put(signal);
-        seat.news.notify_one();
+        let mut mail = lock(&seat.mail);
+        mail.inbox.put(signal);
+        let waits = !mail.busy;
+        drop(mail);
+        if waits {
+            seat.news.notify_one();
+        }
     }
 
     fn alarm(&self, next: Option<Nanos>) {
@@ -78,12 +86,14 @@ impl Threads {
 impl Crew for Threads {
     fn settled(&self, instance: usize, within: Duration) -> bool {
         let seat = &self.seats[instance];
-        let mail = lock(&seat.mail);
+        let mut mail = lock(&seat.mail);
+        mail.settling += 1;
         let waiting = |mail: &mut Mail| mail.busy || !mail.inbox.is_empty();
         let (mut mail, _) = seat
             .idle
             .wait_timeout_while(mail, within, waiting)
             .unwrap_or_else(PoisonError::into_inner);
+        mail.settling -= 1;
         !waiting(&mut mail)
     }
 
@@ -181,10 +191,11 @@ impl Seat {
             if mail.leave {
                 return None;
             }
-            if mail.inbox.is_empty() {
-                self.idle.notify_all();
-            } else {
+            if !mail.inbox.is_empty() {
                 break;
+            }
+            if mail.settling > 0 {
+                self.idle.notify_all();
             }
             match due.map(|due| engine.clock.until(due)) {
                 Some(Duration::ZERO) => break,
