@@ -151,6 +151,28 @@ fn keys_drive_while_the_pad_has_the_focus_and_no_longer() {
 }
 
 #[test]
+fn a_tap_on_the_pad_gives_it_the_keyboard() {
+    let robot = Robot::of("safe-navigation");
+    let mut harness = look(&robot);
+    let pad = at_the_pad(&mut harness);
+    harness.hover_at(pad.center());
+    harness.step();
+    // Over within a frame, as on a trackpad.
+    for pressed in [true, false] {
+        harness.input_mut().events.push(egui::Event::PointerButton {
+            pos: pad.center(),
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+    harness.step();
+    until(&mut harness, |harness| {
+        harness.get_by_label("Drive pad").is_focused()
+    });
+}
+
+#[test]
 fn a_window_that_loses_the_focus_lets_go_although_the_button_is_down() {
     let (robot, mut harness, _) = driving();
     harness.input_mut().focused = false;

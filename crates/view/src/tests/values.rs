@@ -92,7 +92,9 @@ fn what_was_recorded_is_shown_and_not_to_be_changed() {
 fn what_is_out_of_range_or_of_another_unit_is_refused_beside_its_field() {
     let robot = painter::robot();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
-    until(&mut harness, |harness| field(harness, "goon.speed").is_some());
+    until(&mut harness, |harness| {
+        field(harness, "goon.speed").as_deref() == Some("0.500 m/s")
+    });
     enter(&mut harness, "goon.speed", "9");
     harness.get_by_label("give 0.000 m/s to 2.00 m/s");
     enter(&mut harness, "goon.speed", "1 kg");

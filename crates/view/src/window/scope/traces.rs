@@ -387,12 +387,10 @@ mod tests {
     #[test]
     fn a_group_whose_switches_are_forgotten_is_won_since_its_winner_is_one() {
         let mut fixed = fixture::navigation();
-        let place = fixed
-            .snapshot
-            .schemas
-            .iter()
-            .position(|schema| schema.name == "teleop");
+        let mut schemas = fixed.snapshot.schemas.iter();
+        let place = schemas.position(|schema| schema.name == "teleop");
         fixed.change(2.5, "teleop", "ready", "winner");
+        fixed.snapshot.schemas[place.expect("it is there")].state = State::Winner;
         fixed.past.see(&fixed.snapshot);
         let won = |fixed: &fixture::Fixed, winner| {
             let (seen, index, scale) = (fixed.seen(), Index::default(), scale(0.0, 10.0));

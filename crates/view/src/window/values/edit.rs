@@ -90,7 +90,10 @@ pub(super) fn show(
             let mut text = edit.text.clone().unwrap_or_else(|| shown.clone());
             let field = ui.add_sized(
                 vec2(96.0, ui.available_height()),
-                TextEdit::singleline(&mut text).font(egui::TextStyle::Monospace),
+                // The slider before it comes with the first value, and must not take the focus along.
+                TextEdit::singleline(&mut text)
+                    .id_salt(&path)
+                    .font(egui::TextStyle::Monospace),
             );
             let field = field
                 .accessible_name(path.clone())
