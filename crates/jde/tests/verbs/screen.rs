@@ -88,10 +88,9 @@ fn r14_a_key_of_the_shell_stops_everything_whatever_is_typed() {
             break;
         }
         shown += &String::from_utf8_lossy(&piece[..length]);
-        for _ in answered..shown.matches(WHERE).count() {
-            keys.write_all(HERE).unwrap();
-            answered += 1;
-        }
+        let asked = shown.matches(WHERE).count();
+        keys.write_all(&HERE.repeat(asked - answered)).unwrap();
+        answered = asked;
         let is_asked_after = |words: &str| match (shown.find(words), shown.rfind(WHERE)) {
             (Some(said), Some(asked)) => said < asked,
             (None, _) | (_, None) => false,

@@ -151,7 +151,7 @@ fn iterations(place: &Place, schema: &str) -> u64 {
 fn a_robot_is_stopped_driven_and_sent_from_a_window_that_may_stall_and_die() {
     let Some(screen) = Screen::new() else { return };
     let place = Place::new();
-    let robot = place.start("apps/safe-navigation.toml", &[]);
+    let robot = place.start("apps/safe-navigation.toml", &["--set", "example.rounds=0"]);
     let windows = screen.open(&place, "safe-navigation");
     // Stop everything, and let it go on.
     screen.click_until(1383, 13, || state(&place, "example") == "slept");
