@@ -4,17 +4,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Nanos;
 
-/// Weight of the newest interval: about the last eight count.
-const WEIGHT: f64 = 1.0 / 8.0;
+/// One by the weight of the newest interval: about the last eight count.
+const LAST: u64 = 8;
 /// A pause counts as at most this many mean intervals, so that a schema that slept is soon measured right again.
-const LONGEST: f64 = 4.0;
+const LONGEST: u64 = 4;
 
 /// Exponential average of the intervals between values. Writers write it at each publish, so it has a cache line of its own: what is
 /// beside it is what readers look at.
 #[derive(Default)]
 #[repr(align(64))]
 pub(crate) struct Rate {
-    /// Bits of the mean interval in ns; 0 until there are two values.
+    /// Mean interval in ns; 0 until there are two values.
     interval: AtomicU64,
     /// Time of the last value, plus one; 0 until there is one.
     last: AtomicU64,
@@ -27,25 +27,23 @@ impl Rate {
         let Some(interval) = last.checked_sub(1).and_then(|last| time.checked_sub(last)) else {
             return;
         };
-        let (interval, mean) = (
-            interval as f64,
-            f64::from_bits(self.interval.load(Ordering::Relaxed)),
-        );
-        let mean = if mean == 0.0 {
+        let mean = self.interval.load(Ordering::Relaxed);
+        let mean = if mean == 0 {
             interval
         } else {
-            mean + WEIGHT * (interval.min(LONGEST * mean) - mean)
+            let interval = interval.min(mean.saturating_mul(LONGEST));
+            mean - mean / LAST + interval / LAST
         };
-        self.interval.store(mean.to_bits(), Ordering::Relaxed);
+        self.interval.store(mean, Ordering::Relaxed);
     }
 
     /// Values per second; falls while nothing comes. 0 until there are two values.
     pub(crate) fn hz(&self, age: Nanos) -> f64 {
-        let mean = f64::from_bits(self.interval.load(Ordering::Relaxed));
-        if mean == 0.0 {
+        let mean = self.interval.load(Ordering::Relaxed);
+        if mean == 0 {
             return 0.0;
         }
-        1e9 / mean.max(age as f64)
+        1e9 / mean.max(age) as f64
     }
 }
 
