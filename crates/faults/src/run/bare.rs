@@ -65,19 +65,30 @@ impl Bare {
     /// Ends it.
     pub(super) fn end(self) -> Measured {
         self.stop.store(true, Ordering::Relaxed);
-        let (before, now) = (self.before, Ticks::now());
-        let all = now.all.saturating_sub(before.all).max(1);
-        let idle = now.idle.saturating_sub(before.idle);
-        let own = now.own.saturating_sub(before.own);
-        let others = all.saturating_sub(idle).saturating_sub(own);
         Measured {
+            full: self.before.is_full_since(),
             lost: self.thread.join().unwrap_or(1.0),
-            full: others as f64 / all as f64 > OTHERS,
         }
     }
 }
 
+/// Whether other programs take too much of the processors for anybody to be judged by its periods; looks at them for so long.
+pub(crate) fn is_full(time: Duration) -> bool {
+    let before = Ticks::now();
+    std::thread::sleep(time);
+    before.is_full_since()
+}
+
 impl Ticks {
+    fn is_full_since(self) -> bool {
+        let now = Self::now();
+        let all = now.all.saturating_sub(self.all).max(1);
+        let idle = now.idle.saturating_sub(self.idle);
+        let own = now.own.saturating_sub(self.own);
+        let others = all.saturating_sub(idle).saturating_sub(own);
+        others as f64 / all as f64 > OTHERS
+    }
+
     fn now() -> Self {
         let numbers = |text: &str| -> Vec<u64> {
             text.split_whitespace()

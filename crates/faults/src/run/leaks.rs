@@ -10,8 +10,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const GROWTH: u64 = 96 << 10;
 /// Cases until the heap is as large as one case needs it.
 const WARM: u64 = 10;
-/// The stack, the instance and the values that a call keeps which never returns, bytes.
-const LEFT: u64 = 2 << 20;
+/// What a call keeps that never returns, bytes: its stack, its part of the heap, and the variables of its application, of which it may
+/// still look at some.
+const LEFT: u64 = 4 << 20;
 
 /// What is held, before and since.
 #[derive(Default)]

@@ -19,6 +19,7 @@ use crate::observer::{CAME_BACK, LEFT_AT_THE_END, LEFT_BEHIND, Observer, Sign, T
 use crate::plan::{Act, Fault, Kind};
 use crate::stage::{self, Stage};
 use bare::Bare;
+pub(crate) use bare::is_full;
 pub use leaks::{Leaks, Left};
 
 /// What this program is called with to be the process of one schema.
