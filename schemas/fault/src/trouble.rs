@@ -35,7 +35,7 @@ pub(crate) fn make(trouble: Trouble) -> Result {
         }
         Trouble::Segfault => {
             // SAFETY: there is none, which is the point: the page at address 8 is nobody's, and this process ends here.
-            unsafe { black_box(8 as *mut u64).write_volatile(1) };
+            unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             Ok(())
         }
         Trouble::Abort => std::process::abort(),
