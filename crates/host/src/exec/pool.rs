@@ -15,6 +15,8 @@ use crate::runner::{Line, Runner};
 
 /// Fewest workers: so that slow schemas leave some for the others. One that hangs is made up for.
 const FEWEST: usize = 4;
+/// How long after a deadline another looks at the calendar too, ns: a busy system may not let the one run that keeps it.
+const GRACE: Nanos = 1_000_000;
 
 /// Workers that share all runners.
 pub(crate) struct Pool {
@@ -51,6 +53,8 @@ struct Desk {
     due: Vec<Option<Nanos>>,
     /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
     keeper: Option<Nanos>,
+    /// Whether a worker sleeps a little longer than that one.
+    deputy: bool,
     /// How many wait until an instance has nothing to do.
     settling: usize,
     leave: bool,
@@ -87,6 +91,7 @@ impl Pool {
             calendar: BinaryHeap::new(),
             due: vec![None; count],
             keeper: None,
+            deputy: false,
             settling: 0,
             leave: false,
         };
@@ -151,22 +156,31 @@ impl Pool {
                 }
                 return Some((number, inbox));
             }
-            // One keeps the calendar; the others wait until they are called.
+            // One keeps the calendar and one stands in for it; the others wait until they are called.
             let next = desk.calendar.peek().map(|Reverse((due, _))| *due);
-            desk = match next.filter(|due| desk.keeper.is_none_or(|kept| *due < kept)) {
-                Some(due) => {
+            desk = match next {
+                Some(due) if desk.keeper.is_none_or(|kept| due < kept) => {
                     desk.keeper = Some(due);
-                    let wait = engine.clock.until(due);
-                    let waited = self.work.wait_timeout(desk, wait);
-                    let mut desk = waited.unwrap_or_else(PoisonError::into_inner).0;
+                    let mut desk = self.wait(desk, engine.clock.until(due));
                     if desk.keeper == Some(due) {
                         desk.keeper = None;
                     }
                     desk
                 }
-                None => self.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
+                Some(due) if !desk.deputy => {
+                    desk.deputy = true;
+                    let mut desk = self.wait(desk, engine.clock.until(due.saturating_add(GRACE)));
+                    desk.deputy = false;
+                    desk
+                }
+                Some(_) | None => self.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
             };
         }
+    }
+
+    fn wait<'a>(&self, desk: MutexGuard<'a, Desk>, at_most: Duration) -> MutexGuard<'a, Desk> {
+        let waited = self.work.wait_timeout(desk, at_most);
+        waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
     fn put_back(&self, number: usize, due: Option<Nanos>) {
