@@ -146,6 +146,17 @@ mod tests {
     }
 
     #[test]
+    fn what_the_campaign_is_told_reaches_it_as_it_was_typed() {
+        let cli = Cli::try_parse_from(["xtask", "faults", "--dev", "--seed", "7", "--help"]).unwrap();
+        let Verb::Faults(Faults { dev, words }) = cli.verb else {
+            panic!("another verb");
+        };
+        assert!(dev);
+        assert_eq!(words, ["--seed", "7", "--help"]);
+        assert!(Cli::try_parse_from(["xtask", "faults", "--help"]).is_ok());
+    }
+
+    #[test]
     fn an_unknown_step_is_refused() {
         assert!(Cli::try_parse_from(["xtask", "test", "--only", "fmt"]).is_ok());
         assert!(Cli::try_parse_from(["xtask", "test", "--skip", "nothing"]).is_err());
