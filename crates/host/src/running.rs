@@ -149,7 +149,7 @@ impl Running {
         };
         engine.attach(&bells);
         mission::follow(&engine);
-        show(&engine, options.before_start).inspect_err(|_| drop(crew.dismiss()))?;
+        show(&engine, options.before_start).inspect_err(|_| drop(crew.dismiss(&engine)))?;
         let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
         let watch = move || {
             supervisor::guarded(&watched, || {
@@ -159,7 +159,7 @@ impl Running {
         let watcher = std::thread::Builder::new()
             .name(String::from("supervisor"))
             .spawn(watch)
-            .inspect_err(|_| drop(crew.dismiss()))?;
+            .inspect_err(|_| drop(crew.dismiss(&engine)))?;
         engine.start();
         Ok(Self {
             engine,

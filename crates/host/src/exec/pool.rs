@@ -2,12 +2,13 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use jde_core::Nanos;
 
+use super::ending;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
@@ -109,7 +110,7 @@ impl Pool {
             .max(FEWEST);
         for _ in 0..workers {
             if let Err(error) = pool.hire(engine) {
-                pool.dismiss();
+                pool.dismiss(engine);
                 return Err(error);
             }
         }
@@ -279,18 +280,14 @@ impl Crew for Pool {
         true
     }
 
-    fn dismiss(&self) -> Vec<usize> {
+    fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize> {
         self.lock().leave = true;
         self.work.notify_all();
-        let mut lost = Vec::new();
-        for (number, holder) in self.holders.iter().enumerate().rev() {
-            let runner = Arc::clone(&lock(holder).runner);
-            match runner.try_lock() {
-                Ok(mut runner) => runner.destroy(),
-                Err(TryLockError::WouldBlock) => lost.push(number),
-                Err(TryLockError::Poisoned(_)) => {}
-            }
-        }
+        let holders = self.holders.iter().enumerate().rev();
+        let lost = ending::end(
+            engine,
+            holders.map(|(number, holder)| (number, Arc::clone(&lock(holder).runner))),
+        );
         if lost.is_empty() {
             let workers = std::mem::take(&mut *lock(&self.workers));
             for worker in workers.threads.into_values() {

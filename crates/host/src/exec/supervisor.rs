@@ -17,7 +17,7 @@ const HUNG_LEAST: Duration = Duration::from_secs(1);
 /// How often calls are looked at at least: often enough to tell within a quarter of a second.
 const LOOK: Nanos = 250_000_000;
 /// How long an instance may take to go to sleep at the end before it is left behind.
-const REST: Duration = Duration::from_secs(1);
+pub(super) const REST: Duration = Duration::from_secs(1);
 
 /// The time at which the rules want to be called.
 #[derive(Default)]
@@ -35,7 +35,7 @@ pub(crate) trait Crew: Send + Sync {
     fn relieve(&self, engine: &Arc<Engine>, instance: usize, since: Nanos, tell: &mut dyn FnMut(u64))
     -> bool;
     /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
-    fn dismiss(&self) -> Vec<usize>;
+    fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize>;
 }
 
 impl Alarm {
@@ -94,7 +94,7 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
 }
 
 /// Stops actuators first, then puts schemas to sleep, children before fathers, then ends them in reverse order.
-pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
+pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
     for driver in engine.brake_all() {
         if !crew.settled(driver, REST) {
             tracing::error!(
@@ -123,7 +123,7 @@ pub(crate) fn bring_to_rest(engine: &Engine, crew: &dyn Crew) {
             );
         }
     }
-    for instance in crew.dismiss() {
+    for instance in crew.dismiss(engine) {
         tracing::error!(
             schema = engine.name(instance),
             "never returned from its last call"

@@ -1,11 +1,12 @@
 //! A thread for each schema that has been awake; a sleeping one waits without a deadline and costs no processor time.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use jde_core::Nanos;
 
+use super::ending;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
@@ -74,7 +75,7 @@ impl Threads {
             match spawn(engine, number, seat, move || Some(runner)) {
                 Ok(thread) => lock(&seat.holder).thread = Some(thread),
                 Err(error) => {
-                    threads.dismiss();
+                    threads.dismiss(engine);
                     return Err(error);
                 }
             }
@@ -132,26 +133,21 @@ impl Crew for Threads {
         true
     }
 
-    fn dismiss(&self) -> Vec<usize> {
+    fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize> {
         for seat in &self.seats {
             lock(&seat.mail).leave = true;
             seat.news.notify_all();
         }
-        let mut lost = Vec::new();
-        for (number, seat) in self.seats.iter().enumerate().rev() {
-            let runner = Arc::clone(&lock(&seat.holder).runner);
-            match runner.try_lock() {
-                Ok(mut runner) => {
-                    runner.destroy();
-                    drop(runner);
-                    let thread = lock(&seat.holder).thread.take();
-                    if let Some(thread) = thread {
-                        // It only has to see `leave`; its panics were reported by `guarded`.
-                        let _ = thread.join();
-                    }
-                }
-                Err(TryLockError::WouldBlock) => lost.push(number),
-                Err(TryLockError::Poisoned(_)) => {}
+        let seats = self.seats.iter().enumerate().rev();
+        let lost = ending::end(
+            engine,
+            seats.map(|(number, seat)| (number, Arc::clone(&lock(&seat.holder).runner))),
+        );
+        for (number, seat) in self.seats.iter().enumerate() {
+            let thread = lock(&seat.holder).thread.take();
+            if let Some(thread) = thread.filter(|_| !lost.contains(&number)) {
+                // It only has to see `leave`; its panics were reported by `guarded`.
+                let _ = thread.join();
             }
         }
         lost

@@ -2,14 +2,11 @@
 
 #![allow(unsafe_code)]
 
-use std::sync::Arc;
-
 use jde_panel::{Gesture, List};
 
 use super::host_table::HOST;
 use super::{Call, Given, Here, Question, Remembered, Verdict};
 use crate::apart::Apart;
-use crate::engine::Engine;
 
 /// The functions of an instance that was made.
 pub(crate) enum Body {
@@ -88,13 +85,6 @@ impl Body {
         match self {
             Self::Here(here) => here.restore(context(call), remembered),
             Self::Apart(apart) => apart.restore(call, remembered),
-        }
-    }
-
-    pub(super) fn destroy(self, engine: &Arc<Engine>, number: usize) {
-        match self {
-            Self::Here(here) => drop(here),
-            Self::Apart(apart) => apart.destroy(engine, number),
         }
     }
 

@@ -208,10 +208,30 @@ impl Instance {
         self.desk.release();
     }
 
+    /// Ends it, which is a call like any other: it may hang and be given up.
     fn end(&mut self) {
         self.release();
-        if let Some(body) = self.body.take() {
-            body.destroy(&self.engine, self.number);
+        match self.body.take() {
+            None => {}
+            Some(Body::Here(here)) => self.end_here(here),
+            // Its process can be ended whatever it does.
+            Some(Body::Apart(apart)) => apart.destroy(&self.engine, self.number),
+        }
+    }
+
+    fn end_here(&self, here: Here) {
+        let start = self.engine.clock.now();
+        if self.desk.enter(start, |_| ()).is_none() {
+            // A call before was given up, and this is what is left of it.
+            return drop(here);
+        }
+        let meter = &self.engine.meters[self.number];
+        meter.enter(start);
+        drop(here);
+        if self.desk.leave(|_| ()).is_some() {
+            meter.leave();
+        } else if !std::thread::panicking() {
+            Left::new(self.number, start, None, &self.desk).leave();
         }
     }
 

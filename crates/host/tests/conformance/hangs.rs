@@ -19,7 +19,9 @@ in_real_time!(
     who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that,
     many_that_hang_leave_the_others_running,
     a_driver_that_hangs_while_it_starts_ends_the_application,
+    who_hangs_while_it_ends_is_left_behind_and_wins_again,
     the_end_comes_although_a_call_never_returns,
+    the_end_comes_although_an_instance_never_ends,
     r5_a_father_that_hangs_takes_its_children_with_it,
 );
 
@@ -376,6 +378,43 @@ fn a_driver_that_hangs_while_it_starts_ends_the_application(executor: Executor) 
     drop(release);
 }
 
+fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
+    let stage = Stage::new();
+    let (release, hang) = hook();
+    let mut hang = Some(hang);
+    let mut failed = false;
+    stage.play("low", move |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate if !failed => {
+                failed = true;
+                return Err("a fault".into());
+            }
+            Call::Iterate => {
+                io.command(0.2);
+            }
+            Call::Drop => {
+                if let Some(hang) = hang.take() {
+                    io.then(move |_| hang());
+                }
+            }
+            Call::Awake | Call::Sleep | Call::Arbitrate => {}
+        }
+        Ok(())
+    });
+    let body = PAIR.replace("limit = 5 }", "limit = 5 }\nhang = \"250ms\"");
+    let mut rig = Rig::start(executor, &stage, &body);
+    let low = rig.place("low");
+    rig.until_did("robot velocity 0.2");
+    assert!(stage.told(|event| matches!(event, Event::LeftBehind { schema, left: 1, .. } if *schema == low)));
+    rig.until(|rig| rig.see("low").health == Health::Ok);
+    assert_eq!(rig.see("low").left, 1);
+    release.send(()).expect("it hangs");
+    rig.until(|rig| rig.see("low").left == 0);
+    rig.stop();
+    assert_eq!(stage.count("low drop"), 2);
+}
+
 fn the_end_comes_although_a_call_never_returns(executor: Executor) {
     let stage = Stage::new();
     let (release, hang) = hook();
@@ -423,6 +462,33 @@ fn the_end_comes_although_a_call_never_returns(executor: Executor) {
     assert!(!stage.did("low drop"), "what may still run is not ended");
     drop(release);
     stage.wait_until(|| stage.did("low back"));
+}
+
+fn the_end_comes_although_an_instance_never_ends(executor: Executor) {
+    let stage = Stage::new();
+    let (release, hang) = hook();
+    stage.drives("high", &Arc::new(true.into()), 0.3);
+    let mut hang = Some(hang);
+    stage.play("low", move |call, io| {
+        if call == Call::Drop
+            && let Some(hang) = hang.take()
+        {
+            io.then(move |_| hang());
+        }
+        Ok(())
+    });
+    let mut rig = Rig::start(executor, &stage, PAIR);
+    rig.until_did("robot velocity 0.3");
+    let low = rig.place("low");
+    assert_eq!(rig.stop(), Outcome::Stopped);
+    assert!(
+        stage.told(|event| hung(event, low)),
+        "it is said who stayed behind"
+    );
+    for ended in ["high drop", "robot drop", "robot velocity 0"] {
+        assert!(stage.did(ended), "{ended}");
+    }
+    drop(release);
 }
 
 fn r5_a_father_that_hangs_takes_its_children_with_it(executor: Executor) {
