@@ -39,18 +39,19 @@ pub(super) struct Ask {
     pub(super) query: Query,
 }
 
-/// Which requests go first.
+/// Which requests of one origin go first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rank {
-    /// What operators on this machine want done.
+    /// What operators want done.
     Order,
-    /// What people on this machine do to panels: so much that it may not fill the place of orders.
+    /// What people do to panels: so much that it may not fill the place of orders.
     Touch,
-    /// What else is asked on this machine.
-    Local,
-    /// Whatever comes from the network.
-    Network,
+    /// What else is asked.
+    Look,
 }
+
+/// How many ranks there are.
+const RANKS: usize = 3;
 
 /// What clients want of one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -82,8 +83,9 @@ struct Wanting {
 
 /// What waits for the worker.
 pub(super) struct Inbox {
-    /// By their [`Rank`]: whoever asks much keeps nobody of another rank waiting.
-    asks: [ArrayQueue<Ask>; 4],
+    /// By their [`Origin`], and then by their [`Rank`]: whoever asks much fills the place of no other kind, and the network keeps
+    /// nobody on this machine waiting.
+    asks: [[ArrayQueue<Ask>; RANKS]; 2],
     pub(super) done: ArrayQueue<Done>,
     wants: Mutex<Wants>,
     wants_changed: AtomicBool,
@@ -97,7 +99,7 @@ pub(super) struct Inbox {
 impl Inbox {
     pub(super) fn new() -> Self {
         Self {
-            asks: std::array::from_fn(|_| ArrayQueue::new(ASKS)),
+            asks: std::array::from_fn(|_| std::array::from_fn(|_| ArrayQueue::new(ASKS))),
             done: ArrayQueue::new(ASKS),
             wants: Mutex::default(),
             wants_changed: AtomicBool::new(false),
@@ -130,27 +132,26 @@ impl Inbox {
     }
 
     pub(super) fn ask(&self, origin: Origin, query: Query) {
-        let rank = match origin {
-            Origin::Network => Rank::Network,
-            Origin::Local if query.key_expr().as_str().ends_with(OPERATE) => {
-                let message = query.payload().map(|payload| payload.to_bytes());
-                rank(message.as_deref().unwrap_or_default())
-            }
-            Origin::Local => Rank::Local,
+        let rank = if query.key_expr().as_str().ends_with(OPERATE) {
+            let message = query.payload().map(|payload| payload.to_bytes());
+            rank(message.as_deref().unwrap_or_default())
+        } else {
+            Rank::Look
         };
+        let queue = &self.asks[origin as usize][rank as usize];
         // A full queue drops the request, which ends it without an answer: its sender knows at once.
-        if self.asks[rank as usize].push(Ask { origin, query }).is_ok() {
+        if queue.push(Ask { origin, query }).is_ok() {
             self.wake();
         }
     }
 
     /// The request that is next.
     pub(super) fn next_ask(&self) -> Option<Ask> {
-        self.asks.iter().find_map(ArrayQueue::pop)
+        self.asks.iter().flatten().find_map(ArrayQueue::pop)
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        self.asks.iter().all(ArrayQueue::is_empty) && self.done.is_empty()
+        self.asks.iter().flatten().all(ArrayQueue::is_empty) && self.done.is_empty()
     }
 
     /// A variable has a new value, or a panel was drawn. Called by whoever did it.

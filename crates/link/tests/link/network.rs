@@ -23,7 +23,7 @@ fn free() -> String {
 }
 
 /// A networked application, on a port that was free.
-fn open(
+pub(crate) fn open(
     home: &Home,
     protocol: &str,
     change: impl Fn(&mut Settings),

@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 
 use jde_host::Drawn;
 use jde_link::message::{Action, Request, SchemaInfo, Schemas};
-use jde_link::{Looking, News, PanelSample, Rate, Remote, Watching};
+use jde_link::{Access, Link, Looking, News, PanelSample, Rate, Remote, Watching};
 use jde_panel::{Button, Gesture, Item, List, Touch};
 use zenoh::Wait;
 
 use crate::common::{Home, SOON, Stage, socket, stranger, until};
+use crate::network;
 use crate::processes::Actor;
 
 /// The panel of the schema `goon`, drawn by a test.
@@ -256,6 +257,32 @@ fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
     let (home, stage) = (Home::new(), stage());
     let link = home.open("robot", &stage);
     let flood = stranger(&format!("unixsock-stream/{}", socket(&home.folder).display()));
+    keeps_no_operator_from_acting(&flood, &link, &stage);
+    let remote = home.remote();
+    for _ in 0..50 {
+        remote.operate(&stop()).unwrap();
+    }
+}
+
+#[test]
+fn nor_does_whoever_floods_across_the_network() {
+    let home = Home::new();
+    let (link, stage, endpoint) = network::open(&home, "tcp", |settings| settings.access = Access::Operate);
+    keeps_no_operator_from_acting(&stranger(&endpoint), &link, &stage);
+}
+
+fn stop() -> Request {
+    Request {
+        by: "ana".to_owned(),
+        action: Action::Stop {
+            schema: "goon".to_owned(),
+        },
+        lease_ms: None,
+    }
+}
+
+/// More gestures than may wait, and then a stop, all through one door.
+fn keeps_no_operator_from_acting(flood: &zenoh::Session, link: &Link, stage: &Arc<Stage>) {
     let key = format!("jde/1/robot/{}/operate", link.about().id);
     let request = Request {
         by: "eva".to_owned(),
@@ -275,13 +302,7 @@ fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
         get.callback(move |_| drop(Arc::clone(&open))).wait().unwrap();
     }
     until("most are refused", || Arc::strong_count(&open) < 100);
-    let stop = Request {
-        by: "ana".to_owned(),
-        action: Action::Stop {
-            schema: "goon".to_owned(),
-        },
-        lease_ms: None,
-    };
+    let stop = stop();
     let (tell, told) = channel();
     let get = flood
         .get(key.as_str())
@@ -298,10 +319,6 @@ fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
         let acts = stage.acts();
         acts.contains(&("ana".to_owned(), stop.action.clone())) && acts.iter().any(|(by, _)| by == "eva")
     });
-    let remote = home.remote();
-    for _ in 0..50 {
-        remote.operate(&stop).unwrap();
-    }
 }
 
 #[test]
