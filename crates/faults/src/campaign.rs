@@ -18,6 +18,8 @@ use crate::table::Table;
 /// How long a case may take of the machine's time, processes included, before it counts as one that never ends.
 const CASE: Duration = Duration::from_secs(120);
 
+/// Bytes that a case loses which is told to lose memory.
+const LOST: usize = 4 << 20;
 /// Shares of all faults, by where they are injected.
 const SHARES: [(Clock, What, u64); 5] = [
     (Clock::Lockstep, What::Demo, 30),
@@ -140,6 +142,7 @@ impl Campaign {
         let stage = Stage::of(&self.root, self.seed, case)?;
         let faults = plan(self.seed, case, &self.kinds, most);
         let leak = (self.tamper == Some(Tamper::Leak)).then(|| std::fs::File::open("/proc/self/stat"));
+        let memory = (self.tamper == Some(Tamper::Memory)).then(|| vec![1_u8; LOST]);
         let how = How {
             seed: self.seed ^ case.number,
             rhythm: self.rhythm,
@@ -152,8 +155,8 @@ impl Campaign {
         } else {
             leaks.begin(report.left);
         }
-        // Kept open until the process ends, as a leak is.
-        std::mem::forget(leak);
+        // Kept until the process ends, as what leaks is.
+        std::mem::forget((leak, memory));
         Ok(report)
     }
 

@@ -198,10 +198,13 @@ impl Known {
     /// It had a turn, by its period or because something came.
     pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
         let clock = self.rhythm.clock;
+        let blind = self.tamper == Some(Tamper::Recovery);
         let Some(beat) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
-        beat.seen = beat.seen.map(|seen| seen.max(time));
+        if !(blind && beat.again.is_some()) {
+            beat.seen = beat.seen.map(|seen| seen.max(time));
+        }
         let hides = || !beat.victim && beat.owed > FEW && self.tamper == Some(Tamper::Turn);
         match (clock, &mut beat.awake) {
             (_, None) => {}

@@ -13,18 +13,30 @@ pub enum Tamper {
     Motion,
     /// A turn is not seen to be had.
     Turn,
+    /// The turns of a schema whose faults are over are not seen.
+    Recovery,
+    /// What a schema exported before it faulted is seen to stand.
+    Value,
     /// A file stays open.
     Leak,
+    /// A variable of an application that has ended stays held.
+    Held,
+    /// Memory stays taken.
+    Memory,
 }
 
 impl Tamper {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::Withdrawal,
         Self::Stranger,
         Self::Brake,
         Self::Motion,
         Self::Turn,
+        Self::Recovery,
+        Self::Value,
         Self::Leak,
+        Self::Held,
+        Self::Memory,
     ];
 }

@@ -5,7 +5,7 @@ use jde_abi::describe::Role;
 use jde_core::Nanos;
 use jde_host::Handle;
 
-use super::Known;
+use super::{Known, Tamper};
 
 impl Known {
     /// Judges the exports of those who have faulted and were not restarted.
@@ -23,7 +23,7 @@ impl Known {
                 let stands = variable.is_some_and(|variable| {
                     let status = variable.status(now);
                     status.sequence > 0 && !status.retracted
-                });
+                }) || self.tampers(Tamper::Value);
                 if stands {
                     broken.push(format!(
                         "values: `{name}` still stands although `{}` has faulted, at {:.6} s",

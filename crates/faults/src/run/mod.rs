@@ -151,6 +151,10 @@ pub fn run(
         .list()
         .map(|variable| std::sync::Arc::downgrade(&variable))
         .collect();
+    let lie = match how.tamper {
+        Some(Tamper::Held) => handle.board().list().next(),
+        _ => None,
+    };
     let shared = handle
         .board()
         .list()
@@ -231,6 +235,7 @@ pub fn run(
             held()
         ));
     }
+    drop(lie);
     if !hangs && given_up() > 0 {
         broken.push(format!(
             "leak: {} calls that were given up never came back, and none was told to hang",
