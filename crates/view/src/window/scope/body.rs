@@ -10,9 +10,10 @@ use super::axis::Scale;
 use super::ink::{self, ROW};
 use super::lanes::LANE;
 use super::rows::{self, Row};
+use super::ruler;
 use super::seen::{Ask, Seen};
 use super::table::{self, Table};
-use super::traces::{self, Traces};
+use super::traces::Traces;
 use super::{Scope, Trigger};
 use crate::look::{self, Look};
 
@@ -50,7 +51,7 @@ impl Scope {
 
         let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.lanes.bottom());
         let times = Rect::from_x_y_ranges(parts.x, parts.head.y_range());
-        traces::ruler(ui.painter(), times, body, &scale, self.axis.division(), look);
+        ruler::draw(ui.painter(), times, body, &scale, self.axis.division(), look);
         let table = Table::new(whole.left(), parts.x.min - 6.0);
         table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
         self.rows(ui, seen, &list, &parts, &table, &traces, &scale, look, asks);
