@@ -14,6 +14,7 @@ use crate::card::{self, Lost};
 use crate::desk::{Desk, Leave};
 use crate::look::Look;
 use crate::player::Player;
+use crate::screen;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
 use crate::start::{Chosen, Start};
@@ -48,10 +49,11 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
         app.lost = watched;
         Ok(Box::new(app))
     });
-    let ended = eframe::run_native("jde", options, build);
-    match lost.reason() {
-        Some(reason) => Err(Error::Lost(reason.to_owned())),
-        None => ended.map_err(|error| card::refused(&error)),
+    let ended = screen::hold(|| eframe::run_native("jde", options, build));
+    match (lost.reason(), ended) {
+        (Some(reason), _) => Err(Error::Lost(reason.to_owned())),
+        (None, Err(reason)) => Err(Error::Taken(reason)),
+        (None, Ok(ended)) => ended.map_err(|error| card::refused(&error)),
     }
 }
 

@@ -11,6 +11,7 @@ mod desk;
 mod look;
 mod picture;
 mod player;
+mod screen;
 mod session;
 mod settings;
 mod start;
@@ -55,6 +56,9 @@ pub enum Error {
     /// The card was lost, or refused what it cannot do without.
     #[error("the graphics card draws no more: {0}; open the windows again, they are as they were left")]
     Lost(String),
+    /// The screen, or the window on it, went away.
+    #[error("the screen is gone, or took the window away; open it again, it is as it was left ({0})")]
+    Taken(String),
     /// The screen refused.
     #[error("cannot open a window: {0}")]
     Window(String),

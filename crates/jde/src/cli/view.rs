@@ -53,9 +53,10 @@ impl View {
                 error.to_string(),
                 "without a screen: jde top in this terminal, or jde view --at on a machine that has one",
             ),
-            jde_view::Error::NoCard(_) | jde_view::Error::Lost(_) | jde_view::Error::Window(_) => {
-                Failure::Broken(error.to_string())
-            }
+            jde_view::Error::NoCard(_)
+            | jde_view::Error::Lost(_)
+            | jde_view::Error::Taken(_)
+            | jde_view::Error::Window(_) => Failure::Broken(error.to_string()),
         })
     }
 

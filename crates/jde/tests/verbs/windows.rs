@@ -1,8 +1,9 @@
 //! Windows, real ones on a screen without a monitor: opened, clicked, stalled and killed, while the robot keeps its
 //! rules. Where the programs for it are missing, `cargo xtask test` installs them or says which.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -12,10 +13,11 @@ use crate::support::{jde, said};
 /// Set by `cargo xtask test` where a window can be opened: then a test that opens none has failed.
 const WANTED: &str = "JDE_TEST_SCREEN";
 
-/// A screen of its own; gone when dropped.
+/// A screen of its own; gone when dropped. One at a time: a processor that draws for two is too slow for hands.
 struct Screen {
     server: Child,
     name: String,
+    _alone: MutexGuard<'static, ()>,
 }
 
 /// A program that shows windows; killed when dropped.
@@ -24,6 +26,8 @@ struct Windows(Child);
 impl Screen {
     /// None where there is no program for it.
     fn new() -> Option<Self> {
+        static ALONE: Mutex<()> = Mutex::new(());
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let xdotool = Command::new("xdotool").arg("version").output();
         let server = Command::new("Xvfb")
             .args([
@@ -51,6 +55,7 @@ impl Screen {
         Some(Self {
             server,
             name: format!(":{}", number.trim()),
+            _alone: alone,
         })
     }
 
@@ -62,6 +67,7 @@ impl Screen {
             .env_remove("WAYLAND_DISPLAY")
             .stdin(Stdio::null())
             .stdout(Stdio::null())
+            .stderr(Stdio::piped())
             .spawn()
             .expect("the executable starts");
         let windows = Windows(view);
@@ -117,6 +123,16 @@ impl Windows {
             .args(["-STOP", &self.0.id().to_string()])
             .status();
         assert!(stopped.expect("kill starts").success());
+    }
+}
+
+impl Windows {
+    /// Waits for its end: with which status, and with what words.
+    fn end(&mut self) -> (Option<i32>, String) {
+        let mut words = String::new();
+        let mut said = self.0.stderr.take().expect("it is piped");
+        said.read_to_string(&mut words).expect("it says UTF-8");
+        (self.0.wait().expect("it ends").code(), words)
     }
 }
 
@@ -231,6 +247,28 @@ fn acts(all: &Value, schema: &str) -> bool {
     schemas
         .iter()
         .any(|one| one["name"] == schema && one["state"] == "winner" && one["authority"] == true)
+}
+
+#[test]
+fn a_screen_that_takes_the_window_away_ends_it_in_words_and_not_the_robot() {
+    let Some(screen) = Screen::new() else { return };
+    let place = Place::new();
+    let robot = place.start("apps/safe-navigation.toml", &["--set", "example.rounds=0"]);
+    let says_so = |mut windows: Windows| {
+        let (status, words) = windows.end();
+        assert_eq!(status, Some(1), "{words}");
+        assert!(words.contains("took the window away"), "{words}");
+        assert!(!words.contains("panicked"), "{words}");
+    };
+    let windows = screen.open(&place, "safe-navigation");
+    let title = "safe-navigation - jde";
+    screen.hand(&["search", "--onlyvisible", "--name", title, "windowclose"]);
+    says_so(windows);
+    let windows = screen.open(&place, "safe-navigation");
+    drop(screen);
+    says_so(windows);
+    goes_on(&place);
+    drop(robot);
 }
 
 #[test]

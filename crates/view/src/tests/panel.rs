@@ -225,6 +225,37 @@ fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si()
 }
 
 #[test]
+fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
+    let slider = Item::Slider {
+        id: "turn".to_owned(),
+        label: "Turn rate".to_owned(),
+        value: -1.0,
+        least: -1.0,
+        greatest: 3.0,
+        unit: String::new(),
+    };
+    let mut harness = with(vec![slider]);
+    let rail = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
+    let at = rail.rect().center();
+    harness.hover_at(at);
+    harness.step();
+    for pressed in [true, false] {
+        harness.input_mut().events.push(egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
+    }
+    harness.run();
+    let last = gestures(&mut harness).pop();
+    let Some((_, Touch::Moved(to))) = last else {
+        panic!("{last:?}");
+    };
+    assert!((0.8..1.2).contains(&to), "{to}");
+}
+
+#[test]
 fn a_choice_says_which_was_taken() {
     let choice = Item::Choice {
         id: "way".to_owned(),

@@ -1,5 +1,6 @@
 //! Sensors and motors on robots that really run: what they sense is shown, a hand on a pad drives, and letting go gives them back.
 
+use eframe::egui::accesskit::Toggled;
 use eframe::egui::{self, Key, Modifiers, Rect, Theme, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions};
@@ -51,8 +52,15 @@ fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
 fn at_the_pad(harness: &mut Looking) -> Rect {
     until(harness, |harness| harness.query_by_label("Drive").is_some());
     assert!(harness.query_by_label("Drive pad").is_none(), "off at first");
-    harness.get_by_label("Drive").click();
-    until(harness, |harness| harness.query_by_label("Drive pad").is_some());
+    until(harness, |harness| {
+        // What came into the picture meanwhile may have moved it from under the pointer.
+        let drive = harness.get_by_label("Drive");
+        if drive.accesskit_node().toggled() != Some(Toggled::True) {
+            drive.click();
+            harness.run_steps(4);
+        }
+        harness.query_by_label("Drive pad").is_some()
+    });
     harness.step();
     harness.get_by_label("Drive pad").rect()
 }

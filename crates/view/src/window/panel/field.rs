@@ -6,6 +6,7 @@ use jde_panel::{Ink, Touch};
 
 use super::board::Board;
 use crate::look::{self, Look};
+use crate::tap::tap;
 
 /// Names of fields that stand below each other are as wide.
 const NAMES: f32 = 110.0;
@@ -45,15 +46,22 @@ pub(super) fn slider(
     let before = board.kept.shown(ui, id, said) * factor;
     let mut number = before;
     let suffix = if unit.is_empty() { unit } else { format!(" {unit}") };
+    let (least, greatest) = (range.least * factor, range.greatest * factor);
     let response = ui
         .horizontal(|ui| {
             let name = name(ui, board.look, label, !board.beside);
-            ui.spacing_mut().slider_width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
-            ui.add(Slider::new(&mut number, range.least * factor..=range.greatest * factor).suffix(suffix))
-                .labelled_by(name.id)
+            let width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
+            ui.spacing_mut().slider_width = width;
+            let slider = ui.add(Slider::new(&mut number, least..=greatest).suffix(suffix));
+            let rail = slider.rect.left()..=slider.rect.left() + width;
+            if let Some(at) = tap(ui, &slider).filter(|at| rail.contains(&at.x)) {
+                let rail = f64::from(*rail.start())..=f64::from(*rail.end());
+                number = egui::remap_clamp(f64::from(at.x), rail, least..=greatest);
+            }
+            slider.labelled_by(name.id)
         })
         .inner;
-    if response.changed() && number != before {
+    if number != before {
         let number = (number / factor).clamp(range.least, range.greatest);
         board.kept.moved(id, said, number);
         board.did(id, Touch::Moved(number));

@@ -1,0 +1,70 @@
+//! The screen: what becomes of the windows when somebody takes one of them, or all of it, away while they are open. The library
+//! below panics over that; here it is the end of the windows, with the reason, as the loss of the card is.
+
+use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
+use std::path::{Component, Path};
+use std::sync::{Arc, OnceLock};
+use std::thread;
+
+/// Shows windows until they are closed.
+///
+/// # Errors
+/// What the library of windows panicked over. Panics of others go on.
+pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
+    let reason = Arc::new(OnceLock::new());
+    let (told, ours) = (Arc::clone(&reason), thread::current().id());
+    let before = Arc::new(panic::take_hook());
+    let others = Arc::clone(&before);
+    panic::set_hook(Box::new(move |info| {
+        let of_screen = info.location().is_some_and(|place| is_of_screen(place.file()));
+        if of_screen && thread::current().id() == ours {
+            // The first counts; the others follow from it.
+            let _ = told.set(words(info));
+        } else {
+            others(info);
+        }
+    }));
+    let ended = panic::catch_unwind(AssertUnwindSafe(show));
+    // Taken back only if nobody else put another in its place, which nobody here does.
+    panic::set_hook(Box::new(move |info| before(info)));
+    ended.map_err(|panic| match reason.get() {
+        Some(reason) => reason.clone(),
+        None => panic::resume_unwind(panic),
+    })
+}
+
+/// Whether a source file is of the library of windows.
+fn is_of_screen(file: &str) -> bool {
+    let parts = Path::new(file).components();
+    parts.into_iter().any(|part| match part {
+        Component::Normal(name) => name
+            .to_str()
+            .is_some_and(|name| name == "winit" || name.starts_with("winit-")),
+        _ => false,
+    })
+}
+
+fn words(info: &PanicHookInfo<'_>) -> String {
+    let words = info.payload_as_str().unwrap_or("it gave no reason");
+    let first = words.lines().next().unwrap_or_default();
+    let unwrapped = "called `Result::unwrap()` on an `Err` value: ";
+    first.strip_prefix(unwrapped).unwrap_or(first).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_the_library_of_windows_panics_over_is_a_reason() {
+        assert!(is_of_screen(
+            "/home/ana/.cargo/registry/src/index/winit-0.30.13/src/platform_impl/linux/x11/window.rs"
+        ));
+        assert!(is_of_screen("vendor/winit/src/event_loop.rs"));
+        assert!(!is_of_screen("crates/view/src/app.rs"));
+        assert!(!is_of_screen("/registry/egui-winit-0.37.0/src/lib.rs"));
+        assert_eq!(hold(|| 7), Ok(7));
+        let panic = panic::catch_unwind(|| hold(|| panic!("ours"))).expect_err("it is not swallowed");
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&"ours"));
+    }
+}
