@@ -14,7 +14,8 @@ use crate::shell;
 /// Runs it with these words; the exit status is its own.
 pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> Result<ExitCode> {
     let mut cargo = shell::cargo();
-    cargo.arg("build").current_dir(root);
+    // The campaign is none of what `cargo build` builds: it is for those who work on jde.
+    cargo.args(["build", "--workspace"]).current_dir(root);
     if !dev {
         cargo.arg("--release");
     }
