@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result};
 use crate::shell;
 
 /// What all steps leave in the folder of builds, if they begin with none, bytes.
-const ALL: u64 = 20_000_000_000;
+const ALL: u64 = 13_000_000_000;
 
 /// What to say before anything is built: nothing if there is room.
 ///

@@ -3,7 +3,7 @@
 //! Calls take no virtual time, so nothing overruns here and a call that never returns stops the whole run.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_core::Nanos;
@@ -13,13 +13,17 @@ use crate::event::Outcome;
 use crate::inbox::Inbox;
 use crate::runner::Runner;
 
-/// Signals in the order in which they came.
-#[derive(Default)]
+/// Signals in the order in which they came, and when the rules want to be called.
 pub(crate) struct Queue {
     signals: Mutex<VecDeque<(usize, Signal)>>,
     /// Whether there may be any: looked at after every turn, which seldom leads to one.
     waits: AtomicBool,
+    /// [`NEVER`] if no timer runs.
+    alarm: AtomicU64,
 }
+
+/// No time that comes.
+const NEVER: Nanos = Nanos::MAX;
 
 /// All runners on one thread.
 pub(crate) struct Lockstep {
@@ -45,10 +49,28 @@ impl Bells for Queue {
         }
     }
 
-    fn alarm(&self, _: Option<Nanos>) {}
+    /// Kept here, so that an instant need not ask the rules for it.
+    fn alarm(&self, next: Option<Nanos>) {
+        self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
+    }
+}
+
+impl Default for Queue {
+    fn default() -> Self {
+        Self {
+            signals: Mutex::default(),
+            waits: AtomicBool::default(),
+            alarm: AtomicU64::new(NEVER),
+        }
+    }
 }
 
 impl Queue {
+    /// When the rules' next timer is due.
+    fn timer(&self) -> Option<Nanos> {
+        Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER)
+    }
+
     pub(crate) fn pop(&self) -> Option<(usize, Signal)> {
         if !self.waits.load(Ordering::Acquire) {
             return None;
@@ -93,7 +115,7 @@ impl Lockstep {
             if let Some(outcome) = self.engine.outcome() {
                 return Some(outcome);
             }
-            let timer = self.engine.next_timer();
+            let timer = self.queue.timer();
             let Some(now) = self
                 .due
                 .iter()
