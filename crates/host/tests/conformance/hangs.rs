@@ -19,13 +19,10 @@ in_real_time!(
     who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that,
     many_that_hang_leave_the_others_running,
     a_driver_that_hangs_while_it_starts_ends_the_application,
-    who_hangs_while_it_ends_is_left_behind_and_wins_again,
-    the_end_comes_although_a_call_never_returns,
-    the_end_comes_although_an_instance_never_ends,
     r5_a_father_that_hangs_takes_its_children_with_it,
 );
 
-const PAIR: &str = r#"
+pub(crate) const PAIR: &str = r#"
     roots = ["high", "low"]
     [schemas.robot]
     type = "test/robot"
@@ -40,7 +37,7 @@ const PAIR: &str = r#"
 "#;
 
 /// Something to hang on, until the test drops or uses the other end.
-fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
+pub(crate) fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     let (release, held) = mpsc::channel::<()>();
     let held = Mutex::new(held);
     (release, move || {
@@ -49,7 +46,7 @@ fn hook() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     })
 }
 
-fn hung(event: &Event, place: usize) -> bool {
+pub(crate) fn hung(event: &Event, place: usize) -> bool {
     matches!(event, Event::Hung { schema, .. } if *schema == place)
 }
 
@@ -375,119 +372,6 @@ fn a_driver_that_hangs_while_it_starts_ends_the_application(executor: Executor) 
         reason.starts_with("driver `robot` could not start: has not returned from a call for "),
         "{reason}"
     );
-    drop(release);
-}
-
-fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    let mut hang = Some(hang);
-    let mut failed = false;
-    stage.play("low", move |call, io| {
-        match call {
-            Call::Check => io.ready(true),
-            Call::Iterate if !failed => {
-                failed = true;
-                return Err("a fault".into());
-            }
-            Call::Iterate => {
-                io.command(0.2);
-            }
-            Call::Drop => {
-                if let Some(hang) = hang.take() {
-                    io.then(move |_| hang());
-                }
-            }
-            Call::Awake | Call::Sleep | Call::Arbitrate => {}
-        }
-        Ok(())
-    });
-    let body = PAIR.replace("limit = 5 }", "limit = 5 }\nhang = \"250ms\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    let low = rig.place("low");
-    rig.until_did("robot velocity 0.2");
-    assert!(stage.told(|event| matches!(event, Event::LeftBehind { schema, left: 1, .. } if *schema == low)));
-    rig.until(|rig| rig.see("low").health == Health::Ok);
-    assert_eq!(rig.see("low").left, 1);
-    release.send(()).expect("it hangs");
-    rig.until(|rig| rig.see("low").left == 0);
-    rig.stop();
-    assert_eq!(stage.count("low drop"), 2);
-}
-
-fn the_end_comes_although_a_call_never_returns(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    let ready = Arc::new(true.into());
-    stage.drives("high", &ready, 0.3);
-    let hang = Mutex::new(Some(hang));
-    stage.play("low", move |call, io| {
-        if call == Call::Check {
-            io.say("check");
-            if let Some(hang) = hang.lock().unwrap().take() {
-                hang();
-                io.say("back");
-            }
-        }
-        Ok(())
-    });
-    // By so long a budget it would not count as hung for a quarter of an hour.
-    let body = PAIR.replace("restart = { back-off = \"5ms\", limit = 5 }", "budget = \"100s\"");
-    let mut rig = Rig::start(executor, &stage, &body);
-    rig.until_did("robot velocity 0.3");
-    rig.until_did("low check");
-    let low = rig.place("low");
-    assert_eq!(rig.stop(), Outcome::Stopped);
-    assert!(
-        stage.told(|event| hung(event, low)),
-        "it is said who stayed behind"
-    );
-    assert!(matches!(
-        stage.events().last(),
-        Some(Event::Ended {
-            outcome: Outcome::Stopped,
-            ..
-        })
-    ));
-    let lines = stage.lines();
-    for ended in [
-        "high sleep",
-        "robot sleep",
-        "high drop",
-        "robot drop",
-        "robot velocity 0",
-    ] {
-        assert!(lines.iter().any(|line| line == ended), "{ended}");
-    }
-    assert!(!stage.did("low drop"), "what may still run is not ended");
-    drop(release);
-    stage.wait_until(|| stage.did("low back"));
-}
-
-fn the_end_comes_although_an_instance_never_ends(executor: Executor) {
-    let stage = Stage::new();
-    let (release, hang) = hook();
-    stage.drives("high", &Arc::new(true.into()), 0.3);
-    let mut hang = Some(hang);
-    stage.play("low", move |call, io| {
-        if call == Call::Drop
-            && let Some(hang) = hang.take()
-        {
-            io.then(move |_| hang());
-        }
-        Ok(())
-    });
-    let mut rig = Rig::start(executor, &stage, PAIR);
-    rig.until_did("robot velocity 0.3");
-    let low = rig.place("low");
-    assert_eq!(rig.stop(), Outcome::Stopped);
-    assert!(
-        stage.told(|event| hung(event, low)),
-        "it is said who stayed behind"
-    );
-    for ended in ["high drop", "robot drop", "robot velocity 0"] {
-        assert!(stage.did(ended), "{ended}");
-    }
     drop(release);
 }
 

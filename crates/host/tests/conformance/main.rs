@@ -8,6 +8,7 @@ mod chattering;
 mod faults;
 mod gestures;
 mod hangs;
+mod hangs_at_the_end;
 mod hangs_in_c;
 mod operators;
 mod panels;

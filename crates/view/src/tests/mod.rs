@@ -6,6 +6,7 @@ mod letters;
 mod painter;
 mod panel;
 mod panel_pictures;
+mod panel_sliders;
 mod robot;
 mod scope;
 mod scope_live;

@@ -31,7 +31,7 @@ pub(super) fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'
     harness
 }
 
-fn with(items: Vec<Item>) -> Harness<'static, Bench> {
+pub(super) fn with(items: Vec<Item>) -> Harness<'static, Bench> {
     board(items, [420.0, 420.0], Theme::Dark)
 }
 
@@ -40,7 +40,7 @@ fn says(harness: &mut Harness<'_, Bench>, items: Vec<Item>) {
     harness.step();
 }
 
-fn gestures(harness: &mut Harness<'_, Bench>) -> Vec<(String, Touch)> {
+pub(super) fn gestures(harness: &mut Harness<'_, Bench>) -> Vec<(String, Touch)> {
     let taken = std::mem::take(&mut harness.state_mut().gestures);
     taken
         .into_iter()
@@ -191,68 +191,6 @@ fn a_toggle_stays_as_it_was_left_until_the_schema_says_something_new() {
     assert!(on(&harness));
     says(&mut harness, vec![toggle(false)]);
     assert!(!on(&harness));
-}
-
-#[test]
-fn a_number_is_typed_in_the_units_of_the_person_and_handed_back_in_those_of_si() {
-    let slider = Item::Slider {
-        id: "turn".to_owned(),
-        label: "Turn rate".to_owned(),
-        value: 0.0,
-        least: -1.0,
-        greatest: 2.0,
-        unit: "rad/s".to_owned(),
-    };
-    let mut harness = with(vec![slider]);
-    let typed = harness.get_by_role(egui::accesskit::Role::SpinButton);
-    assert_eq!(typed.value().as_deref(), Some("0.0 deg/s"));
-    typed.click();
-    harness.run();
-    harness
-        .get_by_role(egui::accesskit::Role::SpinButton)
-        .type_text("90");
-    harness.run();
-    harness.key_press(Key::Enter);
-    harness.run();
-    let last = gestures(&mut harness).pop();
-    let Some((widget, Touch::Moved(to))) = last else {
-        panic!("{last:?}");
-    };
-    assert_eq!(widget, "turn");
-    assert!((to - std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{to}");
-    // And the slider itself is found by its name.
-    harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
-}
-
-#[test]
-fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
-    let slider = Item::Slider {
-        id: "turn".to_owned(),
-        label: "Turn rate".to_owned(),
-        value: -1.0,
-        least: -1.0,
-        greatest: 3.0,
-        unit: String::new(),
-    };
-    let mut harness = with(vec![slider]);
-    let rail = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Turn rate");
-    let at = rail.rect().center();
-    harness.hover_at(at);
-    harness.step();
-    for pressed in [true, false] {
-        harness.input_mut().events.push(egui::Event::PointerButton {
-            pos: at,
-            button: egui::PointerButton::Primary,
-            pressed,
-            modifiers: egui::Modifiers::NONE,
-        });
-    }
-    harness.run();
-    let last = gestures(&mut harness).pop();
-    let Some((_, Touch::Moved(to))) = last else {
-        panic!("{last:?}");
-    };
-    assert!((0.8..1.2).contains(&to), "{to}");
 }
 
 #[test]
