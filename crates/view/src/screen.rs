@@ -1,5 +1,5 @@
 //! The screen: what becomes of the windows when somebody takes one of them, or all of it, away while they are open. The library
-//! below panics over that; here it is the end of the windows, with the reason, as the loss of the card is.
+//! below panics over that; here it is the end of the windows, with the reason, as the loss of the card is. It swallows no other panic.
 
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::path::{Component, Path};
@@ -25,7 +25,6 @@ pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
         }
     }));
     let ended = panic::catch_unwind(AssertUnwindSafe(show));
-    // Taken back only if nobody else put another in its place, which nobody here does.
     panic::set_hook(Box::new(move |info| before(info)));
     ended.map_err(|panic| match reason.get() {
         Some(reason) => reason.clone(),

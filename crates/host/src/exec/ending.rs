@@ -1,4 +1,5 @@
-//! The end of instances when the application ends: one after the other, none of which may keep those after it waiting.
+//! The end of instances when the application ends: one after the other, none of which may keep those after it waiting. It
+//! ends no thread: whoever does not return keeps the one it is on.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};

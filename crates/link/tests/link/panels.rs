@@ -265,7 +265,7 @@ fn whoever_floods_with_gestures_keeps_no_operator_from_acting() {
 }
 
 #[test]
-fn nor_does_whoever_floods_across_the_network() {
+fn r14_whoever_floods_across_the_network_keeps_no_operator_from_acting() {
     let home = Home::new();
     let (link, stage, endpoint) = network::open(&home, "tcp", |settings| settings.access = Access::Operate);
     keeps_no_operator_from_acting(&stranger(&endpoint), &link, &stage);
