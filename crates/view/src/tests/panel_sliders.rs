@@ -67,3 +67,18 @@ fn a_tap_on_a_slider_that_is_over_within_a_frame_moves_it() {
     };
     assert!((0.8..1.2).contains(&to), "{to}");
 }
+
+#[test]
+fn what_is_said_out_of_range_is_nobodys_gesture() {
+    let slider = Item::Slider {
+        id: "turn".to_owned(),
+        label: "Turn rate".to_owned(),
+        value: 9.0,
+        least: -1.0,
+        greatest: 3.0,
+        unit: String::new(),
+    };
+    let mut harness = with(vec![slider]);
+    harness.run();
+    assert!(gestures(&mut harness).is_empty());
+}

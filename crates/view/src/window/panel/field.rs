@@ -47,21 +47,20 @@ pub(super) fn slider(
     let mut number = before;
     let suffix = if unit.is_empty() { unit } else { format!(" {unit}") };
     let (least, greatest) = (range.least * factor, range.greatest * factor);
-    let mut moved = false;
-    let response = ui
+    let (response, moved) = ui
         .horizontal(|ui| {
             let name = name(ui, board.look, label, !board.beside);
             let width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
             ui.spacing_mut().slider_width = width;
             let slider = ui.add(Slider::new(&mut number, least..=greatest).suffix(suffix));
-            moved = slider.changed();
+            let mut moved = slider.changed();
             let rail = slider.rect.left()..=slider.rect.left() + width;
             if let Some(at) = tap(ui, &slider).filter(|at| rail.contains(&at.x)) {
                 let rail = f64::from(*rail.start())..=f64::from(*rail.end());
                 number = egui::remap_clamp(f64::from(at.x), rail, least..=greatest);
                 moved = true;
             }
-            slider.labelled_by(name.id)
+            (slider.labelled_by(name.id), moved)
         })
         .inner;
     // A schema may say what is out of range: what is shown of that within it, nobody has moved.
