@@ -220,15 +220,16 @@ impl Instance {
     }
 
     fn end_here(&self, here: Here) {
-        let start = self.engine.clock.now();
-        if self.desk.enter(start, |_| ()).is_none() {
+        if self.desk.is_closed() {
             // A call before was given up, and this is what is left of it.
             return drop(here);
         }
+        let start = self.engine.clock.now();
+        self.desk.enter(start);
         let meter = &self.engine.meters[self.number];
         meter.enter(start);
         drop(here);
-        if self.desk.leave(|_| ()).is_some() {
+        if self.desk.leave(|_| ()) {
             meter.leave();
         } else if !std::thread::panicking() {
             Left::new(self.number, start, None, &self.desk).leave();
@@ -308,7 +309,7 @@ impl Instance {
             leave,
         };
         let start = engine.clock.now();
-        let after = context.desk.enter(start, Ports::enter).flatten();
+        let after = context.desk.enter(start);
         meter.enter(start);
         let result = call(&mut self.body, &mut context);
         let failure = context.failure.take();
@@ -323,7 +324,7 @@ impl Instance {
                 self.inputs.clone_from(&looks.inputs);
             }
         });
-        if returned.is_none() {
+        if !returned {
             Left::new(self.number, start, self.body.take(), &self.desk).leave();
         }
         meter.leave();

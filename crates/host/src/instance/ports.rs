@@ -344,6 +344,11 @@ impl Ports {
         self.holds
     }
 
+    /// Whether something was loaned since loans were last forgotten.
+    pub(crate) fn lends(&self) -> bool {
+        self.lends
+    }
+
     /// Forgets loans that were not published.
     pub(crate) fn discard_loans(&mut self) {
         if !std::mem::take(&mut self.lends) {
