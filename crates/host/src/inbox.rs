@@ -1,6 +1,6 @@
 //! What awaits an instance until its next turn. It stays small however long the instance hangs in a call.
 
-use jde_core::{GroupId, Level};
+use jde_core::{GroupId, Level, Nanos};
 
 use crate::engine::Signal;
 use crate::reload::Swap;
@@ -8,8 +8,8 @@ use crate::reload::Swap;
 /// What awaits an instance until its next turn.
 #[derive(Debug, Default)]
 pub(crate) struct Inbox {
-    /// Awake and asleep, in the order in which they came: at most two, the last of which is how things are.
-    pub(crate) life: Vec<bool>,
+    /// Awake since then and asleep, in the order in which they came: at most two, the last of which is how things are.
+    pub(crate) life: Vec<Option<Nanos>>,
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
     pub(crate) retimed: bool,
@@ -28,9 +28,9 @@ pub(crate) struct Inbox {
 impl Inbox {
     pub(crate) fn put(&mut self, signal: Signal) {
         match signal {
-            Signal::Awake => self.live(true),
+            Signal::Awake(time) => self.live(Some(time)),
             Signal::Asleep => {
-                self.live(false);
+                self.live(None);
                 self.promoted = false;
             }
             Signal::Replaced => self.replaced = true,
@@ -56,8 +56,8 @@ impl Inbox {
     }
 
     /// Sleeping and waking again are two calls; to do that twice in a row would tell the instance nothing more.
-    fn live(&mut self, awake: bool) {
-        if self.life.last() == Some(&awake) {
+    fn live(&mut self, awake: Option<Nanos>) {
+        if self.life.last().map(Option::is_some) == Some(awake.is_some()) {
             return;
         }
         if self.life.len() == 2 {
@@ -91,9 +91,9 @@ mod tests {
     fn any_row_of_sleeps_and_wakes_comes_to_two_at_most_and_ends_the_same() {
         for row in 0..1_u32 << 8 {
             let mut inbox = Inbox::default();
-            let signals: Vec<bool> = (0..8).map(|bit| row >> bit & 1 == 1).collect();
+            let signals: Vec<Option<Nanos>> = (0..8).map(|bit| (row >> bit & 1 == 1).then_some(7)).collect();
             for awake in &signals {
-                inbox.put(if *awake { Signal::Awake } else { Signal::Asleep });
+                inbox.put(awake.map_or(Signal::Asleep, Signal::Awake));
             }
             assert!((1..=2).contains(&inbox.life.len()), "{signals:?}");
             assert_eq!(inbox.life.last(), signals.last(), "{signals:?}");
@@ -117,7 +117,7 @@ mod tests {
         let mut inbox = Inbox::default();
         inbox.put(Signal::Promoted);
         inbox.put(Signal::Asleep);
-        inbox.put(Signal::Awake);
+        inbox.put(Signal::Awake(0));
         assert!(!inbox.promoted);
         assert!(!inbox.is_empty());
     }

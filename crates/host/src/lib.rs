@@ -17,6 +17,7 @@ mod instance;
 mod meter;
 mod mission;
 mod operating;
+mod order;
 mod panels;
 pub mod period;
 pub mod plugin;

@@ -34,6 +34,8 @@ pub(crate) struct Runner {
     desk: Arc<Desk>,
     life: Life,
     period: Nanos,
+    /// An instant of the grid on which its deadlines are.
+    anchor: Nanos,
     /// When its last check was: a change of readiness came to be after that.
     last_check: Nanos,
     /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
@@ -104,6 +106,7 @@ impl Runner {
             desk: Arc::new(Desk::new(ports)),
             life: Life::Absent,
             period: about.period_ns,
+            anchor: 0,
             last_check: 0,
             last_iteration: 0,
             late: [false; 2],
@@ -200,7 +203,10 @@ impl Runner {
             self.unload();
         }
         for awake in inbox.life {
-            if awake { self.wake_up() } else { self.fall_asleep() }
+            match awake {
+                Some(time) => self.wake_up(time),
+                None => self.fall_asleep(),
+            }
         }
         if let Some(swap) = inbox.swap {
             self.swap(&swap);
@@ -232,10 +238,7 @@ impl Runner {
         }
         let end = self.engine.clock.now();
         self.engine.meters[self.number].cycle(start, end - start);
-        let (next, missed) = time::next_due(due, self.period, end);
-        if let Life::Awake { due, .. } = &mut self.life {
-            *due = next;
-        }
+        let missed = self.goes_on(due, end);
         if self.engine.clock.is_real() {
             self.judge(end - start, missed);
         }

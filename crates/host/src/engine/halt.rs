@@ -58,7 +58,8 @@ impl Engine {
         let mut rules = self.lock();
         let now = self.clock.now();
         for driver in rules.commands.brake_all(now) {
-            self.ring(driver, Signal::Triggered);
+            self.ring_within(&mut rules, driver, Signal::Triggered);
         }
+        self.unlock(rules);
     }
 }

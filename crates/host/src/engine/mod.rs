@@ -32,6 +32,7 @@ use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::meter::Meter;
+use crate::order::order;
 use crate::panels::Panels;
 use crate::reload::Swap;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
@@ -44,18 +45,26 @@ pub(crate) use services::Lead;
 pub(crate) use wiring::Variables;
 
 /// Tells the runner of an instance that something awaits it.
+///
+/// What is left and set is so at once, in the order of the transactions that it comes from: also under the engine's lock, which is why
+/// neither may call the engine. Whoever waits for it is called when that lock is free again: who is woken may well have the
+/// processor before the one who woke it goes on, and would find the rules locked.
 pub(crate) trait Bells: Send + Sync {
-    /// Rings for one instance; under the engine's lock, so it must not call the engine.
-    fn ring(&self, instance: usize, signal: Signal);
-    /// The next time at which the rules want [`Engine::tick`]; under the engine's lock.
-    fn alarm(&self, next: Option<Nanos>);
+    /// Leaves a signal for an instance; answers whether somebody must be called.
+    fn leave(&self, instance: usize, signal: Signal) -> bool;
+    /// Calls whoever takes the instance's turns.
+    fn call(&self, instance: usize);
+    /// Sets the next time at which the rules want [`Engine::tick`]; answers whether somebody must be called.
+    fn set_alarm(&self, next: Option<Nanos>) -> bool;
+    /// Calls whoever waits for that time.
+    fn call_alarm(&self);
 }
 
 /// What awaits an instance.
 #[derive(Debug)]
 pub(crate) enum Signal {
-    /// It is awake now.
-    Awake,
+    /// It is awake since then.
+    Awake(Nanos),
     /// It sleeps now.
     Asleep,
     /// It was given up inside a call: when that returns, the instance goes, and the next awakening makes a fresh one.
@@ -88,6 +97,8 @@ pub(crate) struct Engine {
     pub(crate) board: Board,
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
+    /// Where each instance comes in the order of those that are due at once.
+    pub(crate) places: Vec<usize>,
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: build::Register,
@@ -121,8 +132,17 @@ pub(crate) struct Rules {
     unheard: BTreeSet<(usize, usize)>,
     /// When the bells were last told to call for a timer.
     alarm: Option<Nanos>,
+    /// Who is to be called as soon as the lock is free.
+    calls: Calls,
     /// While it is `Some`, nobody gains authority, and those put to sleep are listed here instead of rung for.
     closing: Option<Vec<usize>>,
+}
+
+/// Who is to be called.
+#[derive(Default)]
+struct Calls {
+    instances: Vec<usize>,
+    alarm: bool,
 }
 
 impl Engine {
@@ -160,8 +180,13 @@ impl Engine {
             groups,
             unheard: BTreeSet::new(),
             alarm: None,
+            calls: Calls::default(),
             closing: None,
         };
+        let mut places = vec![0; application.instances.len()];
+        for (place, number) in order(&application.instances).into_iter().enumerate() {
+            places[number] = place;
+        }
         let panels = Arc::new(Panels::new(application.instances.len()));
         let builds = build::Register::new(application.instances.len());
         let processes = Processes::new(application.instances.len(), apart);
@@ -170,6 +195,7 @@ impl Engine {
             board,
             variables,
             clock,
+            places,
             meters,
             panels,
             builds,
@@ -347,10 +373,41 @@ impl Engine {
             .collect()
     }
 
+    /// Rings for an instance, outside of the lock.
     fn ring(&self, instance: usize, signal: Signal) {
-        if let Some(bells) = self.bells.get().and_then(Weak::upgrade) {
-            bells.ring(instance, signal);
+        if let Some(bells) = self.bells()
+            && bells.leave(instance, signal)
+        {
+            bells.call(instance);
         }
+    }
+
+    /// Rings for an instance within a transaction; [`Self::unlock`] calls.
+    fn ring_within(&self, rules: &mut Rules, instance: usize, signal: Signal) {
+        if let Some(bells) = self.bells()
+            && bells.leave(instance, signal)
+        {
+            rules.calls.instances.push(instance);
+        }
+    }
+
+    /// Ends a transaction: whoever awaits something of it is called.
+    fn unlock(&self, mut rules: MutexGuard<'_, Rules>) {
+        let none = rules.calls.instances.is_empty() && !rules.calls.alarm;
+        let calls = (!none).then(|| std::mem::take(&mut rules.calls));
+        drop(rules);
+        if let Some(calls) = calls
+            && let Some(bells) = self.bells()
+        {
+            calls.instances.iter().for_each(|instance| bells.call(*instance));
+            if calls.alarm {
+                bells.call_alarm();
+            }
+        }
+    }
+
+    fn bells(&self) -> Option<Arc<dyn Bells>> {
+        self.bells.get().and_then(Weak::upgrade)
     }
 
     fn tell(&self, rules: &mut Rules, event: &Event) {

@@ -314,8 +314,9 @@ impl Engine {
         rules.closing.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
         for driver in &drivers {
-            self.ring(*driver, Signal::Triggered);
+            self.ring_within(&mut rules, *driver, Signal::Triggered);
         }
+        self.unlock(rules);
         drivers
     }
 

@@ -1,7 +1,5 @@
 //! One transaction of the rules: the change, all that follows from it carried out in order, and whoever is told of it.
 
-use std::sync::Weak;
-
 use jde_abi::describe::Kind;
 use jde_core::{Effect, Hierarchy, Nanos};
 
@@ -120,11 +118,12 @@ impl Engine {
         rules.effects = effects;
         let next = rules.hierarchy.next_timer();
         if rules.alarm != next
-            && let Some(bells) = self.bells.get().and_then(Weak::upgrade)
+            && let Some(bells) = self.bells()
         {
             rules.alarm = next;
-            bells.alarm(next);
+            rules.calls.alarm |= bells.set_alarm(next);
         }
+        self.unlock(rules);
         (result, moment)
     }
 
@@ -141,24 +140,24 @@ impl Engine {
 
     fn apply(&self, rules: &mut Rules, now: Nanos, effect: Effect) {
         match effect {
-            Effect::Woken(id) => self.ring(id.index(), Signal::Awake),
+            Effect::Woken(id) => self.ring_within(rules, id.index(), Signal::Awake(now)),
             Effect::Slept { id, .. } => match &mut rules.closing {
                 Some(order) => order.push(id.index()),
-                None => self.ring(id.index(), Signal::Asleep),
+                None => self.ring_within(rules, id.index(), Signal::Asleep),
             },
             Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
             Effect::Granted(_) => {}
             Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
-            Effect::Promoted(id) => self.ring(id.index(), Signal::Promoted),
+            Effect::Promoted(id) => self.ring_within(rules, id.index(), Signal::Promoted),
             Effect::Demoted(_) => {}
             Effect::Ask { group, ticket, level } => {
                 if let Some(father) = self.application.groups[group.index()].father {
-                    self.ring(father, Signal::Asked { group, ticket, level });
+                    self.ring_within(rules, father, Signal::Asked { group, ticket, level });
                 }
             }
             Effect::Brake { group } => {
                 for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
-                    self.ring(driver, Signal::Triggered);
+                    self.ring_within(rules, driver, Signal::Triggered);
                 }
             }
             Effect::Hold { group, until } => {

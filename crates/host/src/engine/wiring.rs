@@ -158,7 +158,10 @@ pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
             let bells = Arc::downgrade(bells);
             move || {
                 if let Some(bells) = bells.upgrade() {
-                    bells.ring(number, signal());
+                    let signal = signal();
+                    if bells.leave(number, signal) {
+                        bells.call(number);
+                    }
                 }
             }
         };

@@ -11,6 +11,7 @@ use jde_core::Nanos;
 use crate::engine::{Bells, Engine, Signal};
 use crate::event::Outcome;
 use crate::inbox::Inbox;
+use crate::order::order;
 use crate::runner::Runner;
 
 /// Signals in the order in which they came, and when the rules want to be called.
@@ -33,13 +34,13 @@ pub(crate) struct Lockstep {
     due: Vec<Option<Nanos>>,
     /// The last instant at which each was triggered, and how often then.
     triggered: Vec<(Nanos, usize)>,
-    /// Who runs first when several are due: drivers and perceptive schemas, then motor schemas, fathers before children.
+    /// Who runs first when several are due.
     order: Vec<usize>,
 }
 
 impl Bells for Queue {
     /// Several values that come before their reader has looked trigger it once, as in real time.
-    fn ring(&self, instance: usize, signal: Signal) {
+    fn leave(&self, instance: usize, signal: Signal) -> bool {
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
         let waits =
             |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
@@ -47,12 +48,19 @@ impl Bells for Queue {
             signals.push_back((instance, signal));
             self.waits.store(true, Ordering::Release);
         }
+        false
     }
 
+    /// Nobody waits: whoever left it looks.
+    fn call(&self, _: usize) {}
+
     /// Kept here, so that an instant need not ask the rules for it.
-    fn alarm(&self, next: Option<Nanos>) {
+    fn set_alarm(&self, next: Option<Nanos>) -> bool {
         self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
+        false
     }
+
+    fn call_alarm(&self) {}
 }
 
 impl Default for Queue {
@@ -90,7 +98,7 @@ impl Lockstep {
         let queue = Arc::new(Queue::default());
         let bells: Arc<dyn Bells> = Arc::clone(&queue) as _;
         engine.attach(&bells);
-        let order = order(&engine);
+        let order = order(&engine.application.instances);
         let due = vec![None; runners.len()];
         let triggered = vec![(0, 0); runners.len()];
         Self {
@@ -195,25 +203,4 @@ impl Lockstep {
     fn turn(&mut self, number: usize, inbox: Inbox) {
         self.due[number] = self.runners[number].turn(inbox);
     }
-}
-
-fn order(engine: &Engine) -> Vec<usize> {
-    let instances = &engine.application.instances;
-    let depth = |mut number: usize| {
-        let mut depth = 0;
-        while let Some(father) = instances[number].father {
-            (number, depth) = (father, depth + 1);
-        }
-        depth
-    };
-    let mut order: Vec<usize> = (0..instances.len()).collect();
-    order.sort_by_key(|number| {
-        let rank = match instances[*number].schema.kind {
-            jde_abi::describe::Kind::Driver => 0,
-            jde_abi::describe::Kind::Perceptive => 1,
-            jde_abi::describe::Kind::Motor => 2,
-        };
-        (rank, depth(*number), *number)
-    });
-    order
 }

@@ -16,8 +16,11 @@ use crate::runner::{Line, Runner};
 
 /// Fewest workers: so that slow schemas leave some for the others. One that hangs is made up for.
 const FEWEST: usize = 4;
-/// How long after a deadline another looks at the calendar too, ns: a busy system may not let the one run that keeps it.
+/// How long after a deadline another looks at the calendar too, ns: a busy system may not let the one run that keeps it, and who
+/// has left it for a turn may come back later than is usual.
 const GRACE: Nanos = 1_000_000;
+/// About how long it takes until a worker that is called is there, ns: who is back by then need not call one.
+const CALL: Nanos = 20_000;
 
 /// Workers that share all runners.
 pub(crate) struct Pool {
@@ -54,27 +57,36 @@ struct Desk {
     due: Vec<Option<Nanos>>,
     /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
     keeper: Option<Nanos>,
-    /// Whether a worker sleeps a little longer than that one.
-    deputy: bool,
+    /// Until when another sleeps, which is a little longer; nothing while none does.
+    deputy: Option<Nanos>,
     /// How many wait until an instance has nothing to do.
     settling: usize,
     leave: bool,
 }
 
 impl Bells for Pool {
-    fn ring(&self, instance: usize, signal: Signal) {
+    fn leave(&self, instance: usize, signal: Signal) -> bool {
         let mut desk = self.lock();
         // Who has mail already is in the queue already.
         let first = desk.inboxes[instance].is_empty();
         desk.inboxes[instance].put(signal);
-        if first && desk.busy[instance].is_none() {
+        let waits = first && desk.busy[instance].is_none();
+        if waits {
             desk.ready.push_back(instance);
-            self.work.notify_one();
         }
+        waits
     }
 
-    fn alarm(&self, next: Option<Nanos>) {
-        self.alarm.set(next);
+    fn call(&self, _: usize) {
+        self.work.notify_one();
+    }
+
+    fn set_alarm(&self, next: Option<Nanos>) -> bool {
+        self.alarm.set(next)
+    }
+
+    fn call_alarm(&self) {
+        self.alarm.call();
     }
 }
 
@@ -92,7 +104,7 @@ impl Pool {
             calendar: BinaryHeap::new(),
             due: vec![None; count],
             keeper: None,
-            deputy: false,
+            deputy: None,
             settling: 0,
             leave: false,
         };
@@ -148,10 +160,13 @@ impl Pool {
             if desk.leave {
                 return None;
             }
-            if let Some(number) = desk.take(engine.clock.now()) {
+            let now = engine.clock.now();
+            if let Some(number) = desk.take(now) {
                 desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
-                if desk.wants_another() {
+                // Twice its usual time: a turn that takes as long as ever is no surprise.
+                let usual = engine.meters[number].usual();
+                if desk.wants_another(usual.map(|usual| now + 2 * usual)) {
                     // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
                     self.work.notify_one();
                 }
@@ -168,10 +183,11 @@ impl Pool {
                     }
                     desk
                 }
-                Some(due) if !desk.deputy => {
-                    desk.deputy = true;
-                    let mut desk = self.wait(desk, engine.clock.until(due.saturating_add(GRACE)));
-                    desk.deputy = false;
+                Some(due) if desk.deputy.is_none() => {
+                    let late = due.saturating_add(GRACE);
+                    desk.deputy = Some(late);
+                    let mut desk = self.wait(desk, engine.clock.until(late));
+                    desk.deputy = None;
                     desk
                 }
                 Some(_) | None => self.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
@@ -213,11 +229,21 @@ impl Holder {
 }
 
 impl Desk {
-    /// Whether another worker is to look for work, when one has taken some: there is more, or nobody keeps the calendar.
-    fn wants_another(&self) -> bool {
-        let next = self.calendar.peek().map(|Reverse((due, _))| *due);
-        let kept = |due| self.keeper.is_some_and(|kept| kept <= due);
-        !self.ready.is_empty() || next.is_some_and(|due| !kept(due))
+    /// Whether another worker is to look for work, when one has taken some and is thought to be back at `end`: there is more, or
+    /// nobody keeps the calendar until then. If it stays away, the deputy comes.
+    fn wants_another(&self, end: Option<Nanos>) -> bool {
+        if !self.ready.is_empty() {
+            return true;
+        }
+        let Some(Reverse((due, _))) = self.calendar.peek() else {
+            return false;
+        };
+        let kept = self.keeper.is_some_and(|kept| kept <= *due);
+        let stood_in = self
+            .deputy
+            .is_some_and(|until| until <= due.saturating_add(GRACE));
+        let back = end.is_some_and(|end| end <= due.saturating_add(CALL));
+        !(kept || stood_in && back)
     }
 
     /// An instance to run now, mail before time.

@@ -39,7 +39,8 @@ pub(crate) trait Crew: Send + Sync {
 }
 
 impl Alarm {
-    pub(crate) fn set(&self, next: Option<Nanos>) {
+    /// Answers whether the caretaker must be called: it sleeps for longer than that.
+    pub(crate) fn set(&self, next: Option<Nanos>) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let sooner = match (next, state.0) {
             (Some(next), Some(set)) => next < set,
@@ -47,15 +48,16 @@ impl Alarm {
             (None, _) => false,
         };
         state.0 = next;
-        drop(state);
-        if sooner {
-            self.changed.notify_all();
-        }
+        sooner
+    }
+
+    pub(crate) fn call(&self) {
+        self.changed.notify_all();
     }
 
     pub(crate) fn stop(&self) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
-        self.changed.notify_all();
+        self.call();
     }
 }
 

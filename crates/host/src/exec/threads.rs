@@ -43,19 +43,22 @@ struct Mail {
 }
 
 impl Bells for Threads {
-    fn ring(&self, instance: usize, signal: Signal) {
-        let seat = &self.seats[instance];
-        let mut mail = lock(&seat.mail);
+    fn leave(&self, instance: usize, signal: Signal) -> bool {
+        let mut mail = lock(&self.seats[instance].mail);
         mail.inbox.put(signal);
-        let waits = !mail.busy;
-        drop(mail);
-        if waits {
-            seat.news.notify_one();
-        }
+        !mail.busy
     }
 
-    fn alarm(&self, next: Option<Nanos>) {
-        self.alarm.set(next);
+    fn call(&self, instance: usize) {
+        self.seats[instance].news.notify_one();
+    }
+
+    fn set_alarm(&self, next: Option<Nanos>) -> bool {
+        self.alarm.set(next)
+    }
+
+    fn call_alarm(&self) {
+        self.alarm.call();
     }
 }
 

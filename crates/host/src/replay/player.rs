@@ -165,8 +165,8 @@ impl Player {
                 continue;
             };
             match signal {
-                Signal::Awake if seat.was_awake && seat.life.is_empty() => seat.live(true, now),
-                Signal::Awake => seat.life.push_back((true, now)),
+                Signal::Awake(_) if seat.was_awake && seat.life.is_empty() => seat.live(true, now),
+                Signal::Awake(_) => seat.life.push_back((true, now)),
                 Signal::Asleep if seat.was_awake && seat.told => seat.life.push_back((false, now)),
                 Signal::Asleep if seat.life.is_empty() => seat.live(false, now),
                 Signal::Asleep => seat.life.push_back((false, now)),

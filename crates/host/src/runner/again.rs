@@ -98,7 +98,7 @@ impl Runner {
     }
 
     pub(crate) fn awake_now(&mut self) {
-        self.wake_up();
+        self.wake_up(self.engine.clock.now());
     }
 
     pub(crate) fn sleep_now(&mut self) {
@@ -115,8 +115,6 @@ impl Runner {
 
     /// From now on it takes its turns by its own period.
     pub(crate) fn go_on(&mut self, now: Nanos) {
-        if let Life::Awake { due, .. } = &mut self.life {
-            *due = now;
-        }
+        self.be_due(now);
     }
 }

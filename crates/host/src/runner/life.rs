@@ -1,10 +1,13 @@
 //! An instance's life between its turns: it awakes and falls asleep, is unloaded, fails and is let go of.
 
+use jde_core::Nanos;
+
 use super::{Life, Runner};
 use crate::turn::Turn;
 
 impl Runner {
-    pub(super) fn wake_up(&mut self) {
+    /// The rules woke it then.
+    pub(super) fn wake_up(&mut self, woken: Nanos) {
         // It was woken before it was unloaded, and is asleep again since.
         if self.engine.is_unloaded(self.number) {
             return;
@@ -15,6 +18,7 @@ impl Runner {
         match std::mem::replace(&mut self.life, Life::Changing) {
             Life::Slept(mut instance) => {
                 let now = self.engine.clock.now();
+                self.begin_grid(woken);
                 self.last_check = now;
                 self.told = Turn::of(Turn::AWOKE, self.number);
                 let result = instance.awake();

@@ -124,10 +124,8 @@ impl Runner {
         if std::mem::take(&mut self.announced) {
             self.engine.builds.settle(self.number, Ok(()));
         }
-        if std::mem::take(&mut self.at_once)
-            && let Life::Awake { due, .. } = &mut self.life
-        {
-            *due = self.engine.clock.now();
+        if std::mem::take(&mut self.at_once) {
+            self.be_due(self.engine.clock.now());
         }
         if let Some(trial) = &mut self.trial {
             trial.turns += u32::from(looked);

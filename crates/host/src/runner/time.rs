@@ -1,6 +1,7 @@
 //! When a schema's next turn is due, and whether it keeps its deadlines (R11). It waits for nothing.
 
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Duration;
 
 use jde_core::Nanos;
 
@@ -17,13 +18,46 @@ impl Runner {
         else {
             return;
         };
-        if let Life::Awake { due, .. } = &mut self.life {
+        if let Life::Awake { due, .. } = self.life {
             // What would be over by the new period is due now, and not late.
             let next = due.saturating_sub(self.period).saturating_add(period);
-            *due = next.max(self.engine.clock.now());
+            self.be_due(next.max(self.engine.clock.now()));
         }
         self.period = period;
         self.engine.retimed(self.number, period);
+    }
+
+    /// Puts the deadlines of an instance on their grid, which was woken then: whole periods after that, and in real time a little
+    /// less, so that those who were woken at once are due in their order and not all at the same instant.
+    pub(super) fn begin_grid(&mut self, woken: Nanos) {
+        self.anchor = if self.engine.clock.is_real() {
+            let (place, all) = (self.engine.places[self.number], self.engine.places.len());
+            let step = self.engine.clock.of_machine(STEP);
+            woken.saturating_add(self.period - lead(place, all, self.period, step))
+        } else {
+            woken
+        };
+    }
+
+    /// Puts them on another, on which the next one is.
+    pub(super) fn be_due(&mut self, then: Nanos) {
+        self.anchor = then;
+        if let Life::Awake { due, .. } = &mut self.life {
+            *due = then;
+        }
+    }
+
+    /// A turn that was due then is over: notes when the next is due; answers whether deadlines between the two were missed.
+    pub(super) fn goes_on(&mut self, due: Nanos, now: Nanos) -> bool {
+        let (next, missed) = next_due(self.anchor, due, self.period, now);
+        if next < due.saturating_add(self.period) {
+            // Onto the grid: what lies between the two is no cycle.
+            self.engine.meters[self.number].pause();
+        }
+        if let Life::Awake { due, .. } = &mut self.life {
+            *due = next;
+        }
+        missed
     }
 
     pub(super) fn judge(&mut self, took: Nanos, missed: bool) {
@@ -75,29 +109,63 @@ enum Work {
     Drawing,
 }
 
-/// The first deadline after `now` on the grid of `due` and `period` (R11), and whether others were missed before it.
-pub(super) fn next_due(due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
-    let next = due.saturating_add(period);
-    if next > now {
-        return (next, false);
-    }
-    let skipped = (now - next) / period + 1;
-    (next + skipped * period, true)
+/// Most time between the deadlines of two schemas of the same period that follow each other: longer than most turns take.
+const STEP: Duration = Duration::from_millis(1);
+
+/// The first deadline on the grid through `anchor` after a turn that was due then and is over now, and whether others were missed
+/// before it (R11).
+fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
+    let missed = due.saturating_add(period) <= now;
+    let next = match now.checked_sub(anchor) {
+        Some(since) => anchor.saturating_add((since / period + 1).saturating_mul(period)),
+        None => anchor,
+    };
+    (next, missed)
+}
+
+/// How long before the last of `all` the one is due that has `place` in their order, if all were woken at once.
+fn lead(place: usize, all: usize, period: Nanos, step: Nanos) -> Nanos {
+    (all - 1 - place) as u64 * (period / all as u64).min(step)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::next_due;
+    use super::{lead, next_due};
+
+    const MS: u64 = 1_000_000;
 
     #[test]
     fn r11_deadlines_are_absolute() {
-        assert_eq!(next_due(100, 75, 130), (175, false));
-        assert_eq!(next_due(175, 75, 249), (250, false));
+        assert_eq!(next_due(100, 100, 75, 130), (175, false));
+        assert_eq!(next_due(100, 175, 75, 249), (250, false));
     }
 
     #[test]
     fn r11_a_late_schema_skips_and_stays_on_its_grid() {
-        assert_eq!(next_due(100, 75, 175), (250, true));
-        assert_eq!(next_due(100, 75, 500), (550, true));
+        assert_eq!(next_due(100, 100, 75, 175), (250, true));
+        assert_eq!(next_due(100, 100, 75, 500), (550, true));
+    }
+
+    #[test]
+    fn r11_a_first_turn_that_takes_longer_than_until_the_grid_missed_nothing() {
+        assert_eq!(next_due(110, 100, 75, 105), (110, false));
+        assert_eq!(next_due(110, 100, 75, 174), (185, false));
+        assert_eq!(next_due(110, 100, 75, 175), (185, true));
+    }
+
+    #[test]
+    fn who_reads_is_due_a_moment_after_who_writes() {
+        let due = |place| next_due(50 * MS - lead(place, 4, 50 * MS, MS), 0, 50 * MS, 100).0;
+        assert_eq!([0, 1, 2, 3].map(due), [47 * MS, 48 * MS, 49 * MS, 50 * MS]);
+    }
+
+    #[test]
+    fn many_share_the_period_evenly_and_wait_for_none_longer_than_it() {
+        let leads: Vec<u64> = (0..100).map(|place| lead(place, 100, 10 * MS, MS)).collect();
+        assert!(
+            leads.windows(2).all(|two| two[0] - two[1] == MS / 10),
+            "{leads:?}"
+        );
+        assert!(leads.iter().all(|lead| *lead < 10 * MS));
     }
 }
