@@ -9,37 +9,51 @@ use std::time::{Duration, Instant};
 use rustix::thread::futex;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
-/// Has threads sleep until deadlines, a thread a period, for that long; answers by how much each sleep was too long, ns.
-pub(crate) fn sleepers(periods: &[Duration], time: Duration) -> Vec<Vec<u64>> {
-    let over = Arc::new(AtomicBool::new(false));
-    let threads: Vec<_> = periods
-        .iter()
-        .map(|period| {
-            let (over, period) = (Arc::clone(&over), nanos(*period));
-            std::thread::spawn(move || sleeper(period, &over))
-        })
-        .collect();
-    std::thread::sleep(time);
-    over.store(true, Ordering::Relaxed);
-    threads
-        .into_iter()
-        .map(|thread| thread.join().expect("it only sleeps"))
-        .collect()
+use crate::grid::Grid;
+use crate::live::START;
+
+/// What threads did that sleep until deadlines.
+pub(crate) struct Slept {
+    /// By how much each sleep of each was too long, ns.
+    pub(crate) late: Vec<Vec<u64>>,
+    /// Processor time of the process meanwhile, ns.
+    pub(crate) processor: u64,
 }
 
-fn sleeper(period: u64, over: &AtomicBool) -> Vec<u64> {
+/// Has threads sleep until deadlines, a thread a grid, for that long, once all are there.
+pub(crate) fn sleepers(grids: &[Grid], time: Duration) -> Slept {
+    let over = Arc::new(AtomicBool::new(false));
+    let start = now() + nanos(START);
+    let threads: Vec<_> = grids
+        .iter()
+        .map(|grid| {
+            let (over, grid) = (Arc::clone(&over), *grid);
+            std::thread::spawn(move || sleeper(start + grid.first, grid.period, &over))
+        })
+        .collect();
+    sleep_until(start);
+    let before = processor_time();
+    std::thread::sleep(time);
+    let processor = processor_time() - before;
+    over.store(true, Ordering::Relaxed);
+    let late = threads
+        .into_iter()
+        .map(|thread| thread.join().expect("it only sleeps"))
+        .collect();
+    Slept { late, processor }
+}
+
+fn sleeper(mut due: u64, period: u64, over: &AtomicBool) -> Vec<u64> {
     sharpen_timers();
     let mut late = Vec::with_capacity(10_000);
-    let mut due = now();
     while !over.load(Ordering::Relaxed) {
-        due += period;
         sleep_until(due);
         let after = now().saturating_sub(due);
         if late.len() < late.capacity() {
             late.push(after);
         }
         // Whoever was late for more than a period skips, as schemas do.
-        due += after / period * period;
+        due += (after / period + 1) * period;
     }
     late
 }

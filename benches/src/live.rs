@@ -1,20 +1,45 @@
 //! Applications of linked-in schemas in real time, for so long. Measures nothing itself.
 
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
+use jde_core::{Nanos, State};
+use jde_host::event::{Event, Observer};
 use jde_host::{Options, Running};
 
 use crate::{loaded, schemas};
+
+/// How long it may take until all are awake and on their grids: what happens meanwhile is not counted.
+pub(crate) const START: Duration = Duration::from_millis(200);
 
 /// What a run left.
 pub(crate) struct Run {
     /// What its schemas noted, one list each.
     pub(crate) notes: Vec<Vec<u64>>,
+    /// When the first of them was woken, ns of the application's time.
+    pub(crate) woken: Nanos,
     /// Processor time of the process while it ran, ns.
     pub(crate) processor: u64,
-    /// Deadlines that were missed.
+    /// Deadlines that were missed meanwhile.
     pub(crate) missed: u64,
+}
+
+/// Notes when the first schema is woken.
+struct FirstWoken(Arc<OnceLock<Nanos>>);
+
+impl Observer for FirstWoken {
+    fn hear(&mut self, event: &Event) {
+        if let Event::Changed {
+            time,
+            from: State::Slept,
+            ..
+        } = event
+        {
+            // The others are woken at the same instant.
+            let _ = self.0.set(*time);
+        }
+    }
 }
 
 /// Runs an application for that long.
@@ -22,20 +47,25 @@ pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
     let plugins = schemas::plugins()?;
     let application = loaded::application(text, &plugins)?;
     schemas::notes();
-    let running = Running::start(application, &plugins, Options::default())?;
-    let before = crate::bare::processor_time();
+    let woken = Arc::new(OnceLock::new());
+    let options = Options {
+        observers: vec![Box::new(FirstWoken(Arc::clone(&woken)))],
+        ..Options::default()
+    };
+    let running = Running::start(application, &plugins, options)?;
+    std::thread::sleep(START);
+    let missed = || {
+        let schemas = running.handle().snapshot().schemas;
+        schemas.iter().map(|schema| schema.overruns).sum::<u64>()
+    };
+    let before = (crate::bare::processor_time(), missed());
     std::thread::sleep(time);
-    let processor = crate::bare::processor_time() - before;
-    let missed = running
-        .handle()
-        .snapshot()
-        .schemas
-        .iter()
-        .map(|schema| schema.overruns)
-        .sum();
+    let processor = crate::bare::processor_time() - before.0;
+    let missed = missed() - before.1;
     drop(running);
     Ok(Run {
         notes: schemas::notes(),
+        woken: woken.get().copied().context("nobody was woken")?,
         processor,
         missed,
     })

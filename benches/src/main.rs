@@ -4,6 +4,7 @@
 
 mod bare;
 mod figure;
+mod grid;
 mod live;
 mod loaded;
 mod machine;

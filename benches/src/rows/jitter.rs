@@ -6,11 +6,12 @@ use std::time::Duration;
 use anyhow::{Result, ensure};
 
 use crate::figure::{Figure, Goal, Line};
+use crate::grid::Grid;
 use crate::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 
-/// Of each instance these are left out: the call as it awakes, and the one as it becomes the winner.
+/// Of each instance these are left out: its name's number, the call as it awakes, and the one as it becomes the winner.
 const FIRST: usize = 4;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
@@ -25,16 +26,24 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> Result<Vec<Line>> {
-    let text = application(&vec![period; schemas], "threads");
+    let periods = vec![period; schemas];
+    let text = application(&periods, "threads");
+    let grids = Grid::all(&periods);
     let (mut ours, mut bare) = (Vec::new(), Vec::new());
     for _ in 0..scope.either(1, 9) {
         let run = live::run(&text, time)?;
-        let late: Vec<f64> = run.notes.iter().flat_map(|woke| lateness(woke, period)).collect();
+        let late: Vec<f64> = run
+            .notes
+            .iter()
+            .flat_map(|woke| lateness(woke, run.woken, &grids))
+            .collect();
         ensure!(!late.is_empty(), "nobody woke");
         ours.push(late);
-        let late = bare::sleepers(&vec![period; schemas], time);
+        let slept = bare::sleepers(&grids, time);
         bare.push(
-            late.iter()
+            slept
+                .late
+                .iter()
                 .flat_map(|late| late.iter().skip(FIRST))
                 .map(|late| *late as f64)
                 .collect(),
@@ -72,12 +81,11 @@ pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
     text
 }
 
-/// By how much wake-ups came after their places on the grid, ns. The grid begins a moment before the schema notes that it awoke,
-/// so what comes too early by less than a hundredth of a period came in time.
-fn lateness(woke: &[u64], period: Duration) -> impl Iterator<Item = f64> {
-    let period = period.as_nanos() as u64;
-    let early = period / 100;
-    let start = woke.first().copied().unwrap_or_default();
-    let times = woke.iter().skip(FIRST);
-    times.map(move |at| ((at + early - start) % period).saturating_sub(early) as f64)
+/// By how much wake-ups came after their deadlines, ns.
+fn lateness(woke: &[u64], woken: u64, grids: &[Grid]) -> impl Iterator<Item = f64> {
+    let number = woke.first().copied().unwrap_or_default();
+    let grid = grids[number as usize];
+    woke.iter()
+        .skip(FIRST)
+        .map(move |at| grid.late(woken, *at) as f64)
 }

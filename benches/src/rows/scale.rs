@@ -9,6 +9,7 @@ use jde_host::{Lockstep, Options};
 
 use super::jitter::application;
 use crate::figure::{Figure, Goal, Line};
+use crate::grid::Grid;
 use crate::pairs::Rounds;
 use crate::schemas::{self, ROLES};
 use crate::scope::Scope;
@@ -37,15 +38,14 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
             spent[place].push(percent(run.processor, time));
             missed[place] += run.missed;
         }
-        let before = bare::processor_time();
-        let late = bare::sleepers(&periods, time);
+        let slept = bare::sleepers(&Grid::all(&periods), time);
         let too_late = |(late, period): (&Vec<u64>, &Duration)| {
             late.iter()
                 .filter(|late| u128::from(**late) >= period.as_nanos())
                 .count() as u64
         };
-        missed[2] += late.iter().zip(&periods).map(too_late).sum::<u64>();
-        spent[2].push(percent(bare::processor_time() - before, time));
+        missed[2] += slept.late.iter().zip(&periods).map(too_late).sum::<u64>();
+        spent[2].push(percent(slept.processor, time));
     }
     let spent = spent.map(Rounds::of);
     let mut lines = Vec::new();
