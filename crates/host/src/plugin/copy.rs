@@ -1,8 +1,8 @@
 //! Private copies of plugins' files: they stay on disk while they are in use, so that backtraces and debuggers find symbols,
 //! and go with the last who uses them. What a killed process left behind goes with the next one's first copy.
 
-use std::fs;
-use std::io::{self, Write};
+use std::fs::{self, File};
+use std::io::{self, BufRead as _, BufReader};
 use std::path::Path;
 use std::sync::Once;
 
@@ -11,19 +11,61 @@ use tempfile::TempPath;
 /// Copies are called `jde-<process>-<plugin>-<something>.so`.
 const PREFIX: &str = "jde-";
 
-/// Writes a copy of the library `original`, whose content is `bytes`, for this process alone.
-pub(super) fn of(original: &Path, bytes: &[u8]) -> io::Result<TempPath> {
+/// A file that nobody else writes to, and which goes when this is dropped.
+#[derive(Debug)]
+pub(super) struct PrivateCopy {
+    path: TempPath,
+    /// Bytes.
+    pub(super) length: u64,
+}
+
+/// Copies the library `original` for this process alone. The system does it: what is in a file need not pass through here.
+pub(super) fn of(original: &Path) -> io::Result<PrivateCopy> {
     static SWEPT: Once = Once::new();
     SWEPT.call_once(|| sweep(&std::env::temp_dir()));
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
+    let mut original = File::open(original)?;
     let mut copy = tempfile::Builder::new()
         .prefix(&prefix)
         .suffix(".so")
         .tempfile()?;
-    copy.write_all(bytes)?;
-    copy.flush()?;
-    Ok(copy.into_temp_path())
+    let length = io::copy(&mut original, copy.as_file_mut())?;
+    Ok(PrivateCopy {
+        path: copy.into_temp_path(),
+        length,
+    })
+}
+
+impl PrivateCopy {
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether both have the same content; not if one cannot be read.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        self.length == other.length && alike(&self.path, &other.path).unwrap_or(false)
+    }
+}
+
+/// Whether files of the same length have the same content.
+fn alike(one: &Path, other: &Path) -> io::Result<bool> {
+    let (mut one, mut other) = (
+        BufReader::with_capacity(1 << 16, File::open(one)?),
+        BufReader::with_capacity(1 << 16, File::open(other)?),
+    );
+    loop {
+        let (here, there) = (one.fill_buf()?, other.fill_buf()?);
+        let both = here.len().min(there.len());
+        if here[..both] != there[..both] {
+            return Ok(false);
+        }
+        if both == 0 {
+            return Ok(here.len() == there.len());
+        }
+        one.consume(both);
+        other.consume(both);
+    }
 }
 
 /// Removes the copies of processes that are no more. Whatever cannot be removed is somebody else's.
@@ -53,11 +95,34 @@ mod tests {
 
     #[test]
     fn a_copy_goes_with_the_last_who_uses_it() {
-        let copy = of(Path::new("libx.so"), b"bytes").unwrap();
-        let path = copy.to_path_buf();
+        let folder = tempfile::tempdir().unwrap();
+        let original = folder.path().join("libx.so");
+        fs::write(&original, b"bytes").unwrap();
+        let copy = of(&original).unwrap();
+        let path = copy.path().to_path_buf();
         assert_eq!(fs::read(&path).unwrap(), b"bytes");
+        assert_eq!(copy.length, 5);
         drop(copy);
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn copies_are_alike_if_all_of_them_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let copy = |name: &str, bytes: &[u8]| {
+            let original = folder.path().join(name);
+            fs::write(&original, bytes).unwrap();
+            of(&original).unwrap()
+        };
+        let mut long = vec![7; 200_000];
+        let (one, same) = (copy("libone.so", &long), copy("libsame.so", &long));
+        long[199_999] = 8;
+        let (other, shorter) = (
+            copy("libother.so", &long),
+            copy("libshorter.so", &long[..199_999]),
+        );
+        assert!(one.is_like(&same));
+        assert!(!one.is_like(&other) && !one.is_like(&shorter));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 #![allow(unsafe_code)]
 
+use std::fs::File;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,8 +12,7 @@ use std::sync::Arc;
 use jde_abi::{describe, raw, read};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
-use tempfile::TempPath;
-
+use super::copy::PrivateCopy;
 use super::{copy, elf};
 use crate::apart;
 
@@ -24,8 +24,8 @@ pub struct Loaded {
     /// The file it came from; `None` if it is linked in.
     pub path: Option<PathBuf>,
     table: &'static raw::Plugin,
-    /// The file that is really mapped, and its length.
-    copy: Option<Arc<(TempPath, u64)>>,
+    /// The file that is really mapped.
+    copy: Option<Arc<PrivateCopy>>,
 }
 
 /// Why a file could not be loaded as a plugin.
@@ -79,16 +79,14 @@ impl Loaded {
                 "it is a directory; name the library in it",
             )));
         }
-        Self::of(path, &std::fs::read(path)?)
+        Self::of(path, copy::of(path)?)
     }
 
-    /// Loads the library at `path`, whose content is `bytes`, as [`Self::open`].
-    pub(super) fn of(path: &Path, bytes: &[u8]) -> Result<Self, LoadError> {
-        let held = held(bytes)?;
-        let copy = copy::of(path, bytes)?;
-        let loaded = Self::map(&copy, held, path)?;
+    /// Loads a copy of the library at `path`, as [`Self::open`].
+    pub(super) fn of(path: &Path, copy: PrivateCopy) -> Result<Self, LoadError> {
+        let loaded = Self::map(copy.path(), path)?;
         Ok(Self {
-            copy: Some(Arc::new((copy, bytes.len() as u64))),
+            copy: Some(Arc::new(copy)),
             ..loaded
         })
     }
@@ -98,12 +96,12 @@ impl Loaded {
     /// # Errors
     /// As [`Self::open`].
     pub(crate) fn open_copy(path: &Path) -> Result<Self, LoadError> {
-        let held = held(&std::fs::read(path)?)?;
-        Self::map(path, held, path)
+        Self::map(path, path)
     }
 
-    /// Maps a library, of which people know the file `path`, and whose symbol has so many bytes.
-    fn map(file: &Path, held: u64, path: &Path) -> Result<Self, LoadError> {
+    /// Maps a library, of which people know the file `path`.
+    fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
+        let held = held(file)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|error| LoadError::System(cause(&error, file, path)))?;
@@ -143,7 +141,7 @@ impl Loaded {
     /// Where another process finds the same code.
     pub(crate) fn code(&self) -> apart::Plugin {
         match self.copy.as_deref() {
-            Some((copy, _)) => apart::Plugin::File(copy.to_path_buf()),
+            Some(copy) => apart::Plugin::File(copy.path().to_path_buf()),
             None => apart::Plugin::LinkedIn(self.description.name.clone()),
         }
     }
@@ -151,15 +149,12 @@ impl Loaded {
     /// Bytes of its file; 0 if it is linked in.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.copy.as_ref().map_or(0, |copy| copy.1)
+        self.copy.as_ref().map_or(0, |copy| copy.length)
     }
 
-    /// Whether its file had exactly this content.
-    pub(super) fn is(&self, bytes: &[u8]) -> bool {
-        let same = |(copy, length): &(TempPath, u64)| {
-            *length == bytes.len() as u64 && std::fs::read(copy).is_ok_and(|loaded| loaded == bytes)
-        };
-        self.copy.as_deref().is_some_and(same)
+    /// Whether its file had exactly that content.
+    pub(super) fn is(&self, copy: &PrivateCopy) -> bool {
+        self.copy.as_deref().is_some_and(|loaded| loaded.is_like(copy))
     }
 
     /// Whether both are one library in memory.
@@ -188,9 +183,10 @@ impl Loaded {
 }
 
 /// Bytes of the symbol that is a plugin's table, of a library for this machine.
-fn held(bytes: &[u8]) -> Result<u64, LoadError> {
-    elf::check(bytes).map_err(LoadError::Foreign)?;
-    elf::symbol_size(bytes, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)
+fn held(file: &Path) -> Result<u64, LoadError> {
+    let parts = elf::Parts::new(File::open(file)?);
+    elf::check(&parts).map_err(LoadError::Foreign)?;
+    elf::symbol_size(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)
 }
 
 /// The system's words, with the name of the private copy replaced by the name the user knows.

@@ -1,6 +1,7 @@
 //! Where plugins are looked for, and in what order. Looks; loads nothing.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use jde_abi::raw;
@@ -113,7 +114,7 @@ impl SearchPath {
 }
 
 fn looks_like_one(path: &Path) -> bool {
-    std::fs::read(path).is_ok_and(|bytes| elf::is_plugin(&bytes, raw::ENTRY_SYMBOL))
+    File::open(path).is_ok_and(|file| elf::is_plugin(&elf::Parts::new(file), raw::ENTRY_SYMBOL))
 }
 
 fn file_name(plugin: &str) -> String {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::Catalogue;
 
-use super::{Found, LoadError, Loaded, SearchPath};
+use super::{Found, LoadError, Loaded, SearchPath, copy};
 
 /// Most builds that one process loads in place of others. Each stays in memory, and so does its private copy on disk: at the
 /// 0.5 to 5 MB of a plugin this is what a day of editing takes, and less than a machine that runs robots can miss.
@@ -155,13 +155,13 @@ impl Plugins {
     /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
     pub fn renew(&self, file: &Path) -> Result<Renewed, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let bytes = std::fs::read(&key).map_err(|error| unusable(file)(error.into()))?;
+        let copy = copy::of(&key).map_err(|error| unusable(file)(error.into()))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let known = loaded
             .get(&key)
             .into_iter()
             .flatten()
-            .find(|build| build.is(&bytes));
+            .find(|build| build.is(&copy));
         if let Some(plugin) = known {
             return Ok(Renewed {
                 plugin: plugin.clone(),
@@ -172,7 +172,7 @@ impl Plugins {
         if builds >= MOST_BUILDS {
             return Err(PluginError::TooMany { bytes: all });
         }
-        let plugin = Loaded::of(&key, &bytes).map_err(unusable(file))?;
+        let plugin = Loaded::of(&key, copy).map_err(unusable(file))?;
         loaded.entry(key).or_default().push(plugin.clone());
         Ok(Renewed { plugin, fresh: true })
     }
