@@ -49,7 +49,7 @@ impl Clock {
 
     pub(crate) fn now(&self) -> Nanos {
         match self {
-            Self::Real { start, speed } => (start.elapsed().as_nanos() as f64 * speed) as Nanos,
+            Self::Real { start, speed } => scaled(start.elapsed(), *speed),
             Self::Virtual { now, .. } => now.load(Ordering::Acquire),
         }
     }
@@ -77,7 +77,12 @@ impl Clock {
     pub(crate) fn until(&self, then: Nanos) -> Duration {
         match self {
             Self::Real { speed, .. } => {
-                Duration::from_nanos((then.saturating_sub(self.now()) as f64 / speed).ceil() as u64)
+                let time = then.saturating_sub(self.now());
+                Duration::from_nanos(if *speed == 1.0 {
+                    time
+                } else {
+                    (time as f64 / speed).ceil() as u64
+                })
             }
             Self::Virtual { .. } => Duration::ZERO,
         }
@@ -86,7 +91,7 @@ impl Clock {
     /// The application's time in which that much passes on this machine.
     pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
         match self {
-            Self::Real { speed, .. } => (time.as_nanos() as f64 * speed) as Nanos,
+            Self::Real { speed, .. } => scaled(time, *speed),
             Self::Virtual { .. } => 0,
         }
     }
@@ -115,5 +120,14 @@ impl Clock {
     /// Whether calls take time: in lockstep they do not.
     pub(crate) fn is_real(&self) -> bool {
         matches!(self, Self::Real { .. })
+    }
+}
+
+/// That much of the machine's time, in the application's. Exact where both are the same, as they are on a robot.
+fn scaled(time: Duration, speed: f64) -> Nanos {
+    if speed == 1.0 {
+        time.as_nanos() as Nanos
+    } else {
+        (time.as_nanos() as f64 * speed) as Nanos
     }
 }
