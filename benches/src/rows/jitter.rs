@@ -13,6 +13,8 @@ use crate::{bare, live};
 
 /// Of each instance these are left out: its name's number, the call as it awakes, and the one as it becomes the winner.
 const FIRST: usize = 4;
+/// Both ways in real time.
+pub(crate) const EXECUTORS: [&str; 2] = ["threads", "pool"];
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut lines = Vec::new();
@@ -27,42 +29,39 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 
 fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> Result<Vec<Line>> {
     let periods = vec![period; schemas];
-    let text = application(&periods, "threads");
     let grids = Grid::all(&periods);
-    let (mut ours, mut bare) = (Vec::new(), Vec::new());
+    let texts = EXECUTORS.map(|executor| application(&periods, executor));
+    let (mut ours, mut bare) = (EXECUTORS.map(|_| Vec::new()), Vec::new());
     for _ in 0..scope.either(1, 9) {
-        let run = live::run(&text, time)?;
-        let late: Vec<f64> = run
-            .notes
-            .iter()
-            .flat_map(|woke| lateness(woke, run.woken, &grids))
-            .collect();
-        ensure!(!late.is_empty(), "nobody woke");
-        ours.push(late);
+        for (text, ours) in texts.iter().zip(&mut ours) {
+            let run = live::run(text, time)?;
+            let notes = run.notes.iter();
+            let late: Vec<f64> = notes.flat_map(|woke| lateness(woke, run.woken, &grids)).collect();
+            ensure!(!late.is_empty(), "nobody woke");
+            ours.push(late);
+        }
         let slept = bare::sleepers(&grids, time);
-        bare.push(
-            slept
-                .late
-                .iter()
-                .flat_map(|late| late.iter().skip(FIRST))
-                .map(|late| *late as f64)
-                .collect(),
-        );
+        let late = slept.late.iter().flat_map(|late| late.iter().skip(FIRST));
+        bare.push(late.map(|late| *late as f64).collect());
     }
-    let line = |what: &str, share: f64| {
-        let of =
-            |runs: &[Vec<f64>]| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
-        let (ours, bare) = (of(&ours), of(&bare));
-        Line::beside(
-            format!("{schemas} schemas of {} ms late by, {what}", period.as_millis()),
-            Figure::Time(ours.median()),
-            "threads in clock_nanosleep",
-            Figure::Time(bare.median()),
-            Goal::AtMost(1.2),
-        )
-        .paired(ours.by(&bare))
+    let of = |runs: &[Vec<f64>], share| {
+        Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect())
     };
-    Ok(vec![line("median", 0.5), line("p99", 0.99)])
+    let mut lines = Vec::new();
+    for (executor, ours) in EXECUTORS.iter().zip(&ours) {
+        for (what, share) in [("median", 0.5), ("p99", 0.99)] {
+            let (ours, bare) = (of(ours, share), of(&bare, share));
+            let line = Line::beside(
+                format!("{schemas} schemas of {} ms late by, \"{executor}\", {what}", period.as_millis()),
+                Figure::Time(ours.median()),
+                "threads in clock_nanosleep",
+                Figure::Time(bare.median()),
+                Goal::AtMost(1.2),
+            );
+            lines.push(line.paired(ours.by(&bare)));
+        }
+    }
+    Ok(lines)
 }
 
 /// An application of schemas that all compete at the top.

@@ -233,9 +233,7 @@ impl Runner {
     /// One period: check, then iterate if it is WINNER.
     fn cycle(&mut self, start: Nanos, due: Nanos) {
         self.at_once = false;
-        if self.kind != Kind::Motor || self.check(start) {
-            self.act(start, Leave::Any);
-        }
+        self.look_and_act(start, Leave::Any);
         let end = self.engine.clock.now();
         self.engine.meters[self.number].cycle(start, end - start);
         let missed = self.goes_on(due, end);
@@ -247,56 +245,40 @@ impl Runner {
     /// A value came that cannot wait for the period: a motor schema looks whether its precondition still holds (R12), and
     /// iterates only if that made it WINNER; a driver carries out what was commanded.
     fn react(&mut self, now: Nanos) {
-        if self.kind != Kind::Motor {
-            self.act(now, Leave::Again);
-        } else if self.check(now) {
-            self.act(now, Leave::First);
-        }
+        let motor = self.kind == Kind::Motor;
+        self.look_and_act(now, if motor { Leave::First } else { Leave::Again });
     }
 
-    /// Evaluates the precondition; answers false if the instance is no longer fit to iterate.
-    fn check(&mut self, now: Nanos) -> bool {
+    /// Evaluates the precondition of a motor schema, and iterates if the rules give leave.
+    fn look_and_act(&mut self, now: Nanos, leave: Leave) {
         let Life::Awake { instance, .. } = &mut self.life else {
-            return false;
-        };
-        let result = instance.check();
-        self.told.looked = instance.called(&mut self.told);
-        self.checked(now, result)
-    }
-
-    /// Tells the rules what a check found.
-    fn checked(&mut self, now: Nanos, result: Result<instance::Answer, String>) -> bool {
-        match result {
-            Ok(answer) => {
-                // The situation came to be with the newest value looked at, but not before the check that saw it otherwise.
-                let cause = answer.newest.clamp(self.last_check.min(now), now);
-                self.last_check = now;
-                let check = Check {
-                    ready: answer.ready,
-                    urgency: answer.urgency,
-                    cause,
-                };
-                self.told.checked = self.engine.checked(self.number, check);
-                true
-            }
-            Err(reason) => {
-                self.fault(reason);
-                false
-            }
-        }
-    }
-
-    /// Iterates, if the rules give leave.
-    fn act(&mut self, now: Nanos, leave: Leave) {
-        let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
-        if !matches!(self.life, Life::Awake { .. }) {
             return;
-        }
-        let (may, begun) = match leave {
-            Leave::Again => self.engine.begin(self.number),
-            Leave::Any | Leave::First if again_this_instant => return,
-            Leave::Any => self.engine.begin(self.number),
-            Leave::First => self.engine.begin_first(self.number),
+        };
+        let checked = if self.kind == Kind::Motor {
+            let result = instance.check();
+            self.told.looked = instance.called(&mut self.told);
+            let Some(check) = self.found(now, result) else {
+                return;
+            };
+            Some(check)
+        } else {
+            None
+        };
+        let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
+        let asks = matches!(leave, Leave::Again) || !again_this_instant;
+        let first = matches!(leave, Leave::First);
+        let (may, begun) = match checked {
+            Some(check) if asks => {
+                let (checked, begun) = self.engine.checked_and_begin(self.number, check, first);
+                self.told.checked = checked;
+                begun
+            }
+            Some(check) => {
+                self.told.checked = self.engine.checked(self.number, check);
+                return;
+            }
+            None if asks => self.engine.begin(self.number),
+            None => return,
         };
         self.told.begun = begun;
         self.told.way = match leave {
@@ -307,6 +289,26 @@ impl Runner {
             self.last_iteration = now + 1;
             let result = self.iterate();
             self.iterated(result);
+        }
+    }
+
+    /// What a check found, for the rules; nothing if it failed, which they know then.
+    fn found(&mut self, now: Nanos, result: Result<instance::Answer, String>) -> Option<Check> {
+        match result {
+            Ok(answer) => {
+                // The situation came to be with the newest value looked at, but not before the check that saw it otherwise.
+                let cause = answer.newest.clamp(self.last_check.min(now), now);
+                self.last_check = now;
+                Some(Check {
+                    ready: answer.ready,
+                    urgency: answer.urgency,
+                    cause,
+                })
+            }
+            Err(reason) => {
+                self.fault(reason);
+                None
+            }
         }
     }
 

@@ -42,6 +42,7 @@ use observe::Groups;
 pub use observe::{decider_name, policy_name};
 use operate::Held;
 pub(crate) use services::Lead;
+pub(crate) use transact::Begun;
 pub(crate) use wiring::Variables;
 
 /// Tells the runner of an instance that something awaits it.
@@ -253,17 +254,18 @@ impl Engine {
     }
 
     /// Asks leave to iterate.
-    pub(crate) fn begin(&self, instance: usize) -> (bool, Moment) {
-        let id = schema(instance);
-        self.transact_begin(instance, |hierarchy, now, out| hierarchy.begin(now, id, out))
+    pub(crate) fn begin(&self, instance: usize) -> Begun {
+        self.transact_begin(instance, None, false).1
     }
 
     /// Asks leave for the first iteration since it became WINNER; no if it has had that already.
-    pub(crate) fn begin_first(&self, instance: usize) -> (bool, Moment) {
-        let id = schema(instance);
-        self.transact_begin(instance, |hierarchy, now, out| {
-            hierarchy.is_taking(id) && hierarchy.begin(now, id, out)
-        })
+    pub(crate) fn begin_first(&self, instance: usize) -> Begun {
+        self.transact_begin(instance, None, true).1
+    }
+
+    /// [`Self::checked`], and then at once [`Self::begin`] or [`Self::begin_first`].
+    pub(crate) fn checked_and_begin(&self, instance: usize, check: Check, first: bool) -> (Moment, Begun) {
+        self.transact_begin(instance, Some(check), first)
     }
 
     /// Whether it became WINNER and has not begun to iterate since.

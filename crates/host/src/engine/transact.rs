@@ -1,12 +1,15 @@
 //! One transaction of the rules: the change, all that follows from it carried out in order, and whoever is told of it.
 
 use jde_abi::describe::Kind;
-use jde_core::{Effect, Hierarchy, Nanos};
+use jde_core::{Check, Effect, Hierarchy, Nanos};
 
 use super::{Engine, Rules, Signal, schema};
 use crate::event::Event;
 use crate::turn::{Journal, Moment, Turn};
 use crate::witness::{Seen, Step};
+
+/// Whether leave was given to iterate, and when it was asked for.
+pub(crate) type Begun = (bool, Moment);
 
 impl Engine {
     /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
@@ -48,20 +51,28 @@ impl Engine {
         self.transact_as(self.journal_of(instance), |_| Step::Told, change)
     }
 
-    /// As [`Self::transact_of`], for leave to iterate.
+    /// A precondition was evaluated, if it was, and then leave to iterate is asked for: for any iteration, or for the first since it
+    /// became WINNER, which is refused if it has had that already. Answers when each was, and whether it may.
     pub(super) fn transact_begin(
         &self,
         instance: usize,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> bool,
-    ) -> (bool, Moment) {
-        let step = |may: &bool| {
-            if *may {
-                Step::Began(schema(instance))
-            } else {
-                Step::Told
-            }
-        };
-        self.transact_as(self.journal_of(instance), step, change)
+        check: Option<Check>,
+        first: bool,
+    ) -> (Moment, Begun) {
+        let (id, journal) = (schema(instance), self.journal_of(instance));
+        let mut rules = self.lock();
+        let checked = check.map_or_else(Moment::default, |check| {
+            let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+                hierarchy.checked(now, id, check, out);
+            };
+            self.transact_within(&mut rules, journal, |()| Step::Told, told).1
+        });
+        let step = |may: &bool| if *may { Step::Began(id) } else { Step::Told };
+        let begun = self.transact_within(&mut rules, journal, step, |hierarchy, now, out| {
+            (!first || hierarchy.is_taking(id)) && hierarchy.begin(now, id, out)
+        });
+        self.unlock(rules);
+        (checked, begun)
     }
 
     /// The iteration of an instance ended, or is not waited for any more.
@@ -96,13 +107,26 @@ impl Engine {
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
         let mut rules = self.lock();
+        let done = self.transact_within(&mut rules, journal, step, change);
+        self.unlock(rules);
+        done
+    }
+
+    /// One of several transactions in a row, between which nobody else has one.
+    fn transact_within<R>(
+        &self,
+        rules: &mut Rules,
+        journal: Option<&Journal>,
+        step: impl FnOnce(&R) -> Step,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+    ) -> (R, Moment) {
         let now = self.clock.now();
         let order = journal.map_or(0, Journal::next);
         let time = if order > 0 { now } else { 0 };
         let moment = Moment { order, time };
         if rules.groups.is_restless() {
             for calmed in rules.groups.calmed(now) {
-                self.tell(&mut rules, &calmed);
+                self.tell(rules, &calmed);
             }
         }
         let mut effects = std::mem::take(&mut rules.effects);
@@ -110,10 +134,10 @@ impl Engine {
         // Carried out, they are gone.
         let witnessed = rules.witness.is_some().then(|| effects.clone());
         for effect in effects.drain(..) {
-            self.apply(&mut rules, now, effect);
+            self.apply(rules, now, effect);
         }
         if let Some(effects) = witnessed {
-            self.witness(&mut rules, now, step(&result), &effects);
+            self.witness(rules, now, step(&result), &effects);
         }
         rules.effects = effects;
         let next = rules.hierarchy.next_timer();
@@ -123,7 +147,6 @@ impl Engine {
             rules.alarm = next;
             rules.calls.alarm |= bells.set_alarm(next);
         }
-        self.unlock(rules);
         (result, moment)
     }
 

@@ -41,7 +41,9 @@ impl Runner {
 
     /// Tells the rules what that check found.
     pub(crate) fn checked_again(&mut self, result: Result<instance::Answer, String>) {
-        self.checked(self.engine.clock.now(), result);
+        if let Some(check) = self.found(self.engine.clock.now(), result) {
+            self.told.checked = self.engine.checked(self.number, check);
+        }
     }
 
     /// Asks leave to iterate, in the way of that turn.
