@@ -16,26 +16,61 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Of the one in that place among so many.
-    pub(crate) fn of(place: usize, all: usize, period: Duration) -> Self {
-        let period = period.as_nanos() as u64;
-        let step = (period / all as u64).min(STEP.as_nanos() as u64);
-        Self {
-            first: period - (all - 1 - place) as u64 * step,
-            period,
-        }
+    /// Of as many as there are periods, in that order.
+    pub(crate) fn all(periods: &[Duration]) -> Vec<Self> {
+        let shortest = periods.iter().min().copied().unwrap_or_default();
+        let step = (shortest / periods.len() as u32).min(STEP);
+        let grids = periods.iter().zip((0..periods.len() as u32).rev());
+        let grid = |(period, after): (&Duration, u32)| Self {
+            first: (*period - step * after).as_nanos() as u64,
+            period: period.as_nanos() as u64,
+        };
+        grids.map(grid).collect()
     }
 
-    /// Of as many as there are periods.
-    pub(crate) fn all(periods: &[Duration]) -> Vec<Self> {
-        let grids = periods.iter().enumerate();
-        grids
-            .map(|(place, period)| Self::of(place, periods.len(), *period))
+    /// By how much turns that began at these times came after their deadlines, ns, if all were woken then: each has the first deadline
+    /// after the turn before it. Those before `from` are left out.
+    pub(crate) fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
+        let first = woken + self.first;
+        let due = |before: u64| match before.checked_sub(first) {
+            Some(since) => first + (since / self.period + 1) * self.period,
+            None => first,
+        };
+        let turns = times.windows(2).filter(|turn| turn[0] >= from);
+        // Who looks twice in a period looked for another reason the second time.
+        turns
+            .filter_map(|turn| turn[1].checked_sub(due(turn[0])))
             .collect()
     }
+}
 
-    /// How long after the last deadline something was, ns, if they were woken then; it was after the first.
-    pub(crate) fn late(self, woken: u64, at: u64) -> u64 {
-        (at - woken - self.first) % self.period
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_late_by_more_than_a_period_is_so_and_skips() {
+        let grid = Grid {
+            first: 90,
+            period: 100,
+        };
+        // Woken at 1000: due at 1090, 1190, 1290 and so on.
+        let times = [1001, 1095, 1390, 1391, 1491];
+        assert_eq!(grid.late(1000, &times, 0), [5, 200, 1]);
+        assert_eq!(grid.late(1000, &times, 1391), [1]);
+    }
+
+    #[test]
+    fn those_of_one_period_are_a_step_apart_and_the_last_is_due_after_it() {
+        let ms = Duration::from_millis;
+        let firsts = |periods: &[Duration]| {
+            Grid::all(periods)
+                .iter()
+                .map(|grid| grid.first)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(firsts(&[ms(50), ms(50)]), [49_000_000, 50_000_000]);
+        assert_eq!(firsts(&[ms(1), ms(1)]), [500_000, 1_000_000]);
+        assert_eq!(firsts(&[ms(1), ms(50)]), [500_000, 50_000_000]);
     }
 }

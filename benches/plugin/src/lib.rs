@@ -56,27 +56,22 @@ pub struct First {
     told: bool,
 }
 
-/// Notes by how much its periods begin too late, and never wants to act. The grid begins a moment before it notes that it awoke, so
-/// what comes too early by less than a hundredth of a period came in time.
+/// Notes when its periods begin, and never wants to act.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub struct Clockwork {
-    began: u64,
-    late: Vec<u64>,
+    began: Vec<u64>,
 }
 
 impl Schema for Clockwork {
-    fn awake(&mut self, cx: &Context) -> Result {
-        self.late = Vec::with_capacity(10_000);
-        self.began = now(cx);
+    fn awake(&mut self, _: &Context) -> Result {
+        self.began = Vec::with_capacity(10_000);
         Ok(())
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let (period, early) = (10_000_000, 100_000);
-        let late = ((now(cx) + early - self.began) % period).saturating_sub(early);
-        if self.late.len() < self.late.capacity() {
-            self.late.push(late);
+        if self.began.len() < self.began.capacity() {
+            self.began.push(now(cx));
         }
         Ok(false.into())
     }
@@ -89,7 +84,7 @@ impl Schema for Clockwork {
         let Some(file) = std::env::var_os(NOTES) else {
             return;
         };
-        let notes: String = self.late.iter().map(|late| format!("{late}\n")).collect();
+        let notes: String = self.began.iter().map(|time| format!("{time}\n")).collect();
         if let Err(error) = fs::write(file, notes) {
             error!(cx, "cannot write its notes: {error}");
         }

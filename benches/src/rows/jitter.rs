@@ -11,8 +11,6 @@ use crate::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 
-/// Of each instance these are left out: its name's number, the call as it awakes, and the one as it becomes the winner.
-const FIRST: usize = 4;
 /// Both ways in real time.
 pub(crate) const EXECUTORS: [&str; 2] = ["threads", "pool"];
 
@@ -41,18 +39,20 @@ fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> R
             ours.push(late);
         }
         let slept = bare::sleepers(&grids, time);
-        let late = slept.late.iter().flat_map(|late| late.iter().skip(FIRST));
+        let late = slept.late.iter().flatten();
         bare.push(late.map(|late| *late as f64).collect());
     }
-    let of = |runs: &[Vec<f64>], share| {
-        Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect())
-    };
+    let of =
+        |runs: &[Vec<f64>], share| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
     let mut lines = Vec::new();
     for (executor, ours) in EXECUTORS.iter().zip(&ours) {
         for (what, share) in [("median", 0.5), ("p99", 0.99)] {
             let (ours, bare) = (of(ours, share), of(&bare, share));
             let line = Line::beside(
-                format!("{schemas} schemas of {} ms late by, \"{executor}\", {what}", period.as_millis()),
+                format!(
+                    "{schemas} schemas of {} ms late by, \"{executor}\", {what}",
+                    period.as_millis()
+                ),
                 Figure::Time(ours.median()),
                 "threads in clock_nanosleep",
                 Figure::Time(bare.median()),
@@ -80,11 +80,12 @@ pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
     text
 }
 
-/// By how much wake-ups came after their deadlines, ns.
-fn lateness(woke: &[u64], woken: u64, grids: &[Grid]) -> impl Iterator<Item = f64> {
-    let number = woke.first().copied().unwrap_or_default();
-    let grid = grids[number as usize];
-    woke.iter()
-        .skip(FIRST)
-        .map(move |at| grid.late(woken, *at) as f64)
+/// By how much turns came after their deadlines, ns, from when all were there.
+fn lateness(notes: &[u64], woken: u64, grids: &[Grid]) -> Vec<f64> {
+    let Some((number, times)) = notes.split_first() else {
+        return Vec::new();
+    };
+    let from = woken + live::START.as_nanos() as u64;
+    let late = grids[*number as usize].late(woken, times, from);
+    late.into_iter().map(|late| late as f64).collect()
 }

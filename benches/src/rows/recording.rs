@@ -19,7 +19,7 @@ const ROOTS: &str = "[\"teleop\", \"example\"]";
 struct Run {
     /// Of one processor, percent.
     processor: f64,
-    /// How late the periods of a schema beside it began, ns.
+    /// How much later the periods of a schema beside it began than the earliest of them, ns.
     late: Vec<f64>,
 }
 
@@ -71,6 +71,9 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     ])
 }
 
+/// Of that schema, ns.
+const PERIOD: u64 = 10_000_000;
+
 /// The demonstration for some seconds in real time.
 fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Result<Run> {
     let seconds = scope.either(3, 10);
@@ -89,15 +92,30 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     let before = children()?;
     product::read(&mut command)?;
     let processor = children()? - before;
-    let late = fs::read_to_string(&notes).context("nobody noted anything")?;
-    let late = late
+    let began = fs::read_to_string(&notes).context("nobody noted anything")?;
+    let began = began
         .lines()
+        .skip(1)
         .map(|line| Ok(line.parse()?))
-        .collect::<Result<_>>()?;
+        .collect::<Result<Vec<u64>>>()?;
+    ensure!(began.len() > 1, "it noted {} periods", began.len());
     Ok(Run {
         processor: 100.0 * processor / f64::from(seconds),
-        late,
+        late: after_the_earliest(&began, PERIOD),
     })
+}
+
+/// How much later in their periods things were than whichever was earliest, ns: where the grid lies is seen by those that were in time.
+fn after_the_earliest(times: &[u64], period: u64) -> Vec<f64> {
+    let mut places: Vec<u64> = times.iter().map(|time| time % period).collect();
+    places.sort_unstable();
+    let last = places.last().copied().unwrap_or_default();
+    // They lie close together, somewhere on the circle of a period: the widest gap is before the earliest.
+    let gaps = places.windows(2).map(|two| (two[1] - two[0], two[1]));
+    let around = (places[0] + period - last, places[0]);
+    let (_, earliest) = gaps.fold(around, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
+    let late = places.iter().map(|place| (place + period - earliest) % period);
+    late.map(|late| late as f64).collect()
 }
 
 /// Processor time of all processes that were started here and have ended, s.
@@ -108,4 +126,19 @@ fn children() -> Result<f64> {
     let fields: Vec<&str> = rest.split_whitespace().collect();
     let ticks: u64 = fields[13].parse::<u64>()? + fields[14].parse::<u64>()?;
     Ok(ticks as f64 / rustix::param::clock_ticks_per_second() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::after_the_earliest;
+
+    #[test]
+    fn what_was_in_time_is_found_wherever_the_grid_lies() {
+        for first in [0, 3, 97] {
+            let times = [0, 102, 201, 340, 400].map(|time| first + time);
+            let late: Vec<f64> = after_the_earliest(&times, 100);
+            assert_eq!(late.iter().sum::<f64>(), 43.0, "{late:?}");
+            assert_eq!(late.iter().copied().fold(0.0, f64::max), 40.0);
+        }
+    }
 }

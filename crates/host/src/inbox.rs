@@ -55,6 +55,12 @@ impl Inbox {
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 
+    /// Whether it makes a turn no other than one that is due: it looks and perhaps acts.
+    pub(crate) fn is_light(&self) -> bool {
+        let flagged = self.replaced || self.unloaded || self.touched || self.swap.is_some();
+        self.life.is_empty() && self.asked.is_empty() && !flagged
+    }
+
     /// Sleeping and waking again are two calls; to do that twice in a row would tell the instance nothing more.
     fn live(&mut self, awake: Option<Nanos>) {
         if self.life.last().map(Option::is_some) == Some(awake.is_some()) {

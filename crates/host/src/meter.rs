@@ -72,11 +72,6 @@ impl Meter {
         Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
     }
 
-    /// How long a cycle usually takes, once there was one.
-    pub(crate) fn usual(&self) -> Option<Nanos> {
-        Some(self.mean_busy.load(Relaxed)).filter(|mean| *mean > 0)
-    }
-
     /// Share of time spent in calls.
     pub(crate) fn load(&self) -> f64 {
         match self.measured() {

@@ -202,6 +202,10 @@ impl Runner {
         if inbox.unloaded {
             self.unload();
         }
+        // Before it awakes: its first turn comes at once, whatever its period.
+        if inbox.retimed {
+            self.retime();
+        }
         for awake in inbox.life {
             match awake {
                 Some(time) => self.wake_up(time),
@@ -210,9 +214,6 @@ impl Runner {
         }
         if let Some(swap) = inbox.swap {
             self.swap(&swap);
-        }
-        if inbox.retimed {
-            self.retime();
         }
         if inbox.touched {
             self.take_gestures();

@@ -14,7 +14,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::raw;
+use jde_core::State;
 use jde_host::app;
+use jde_host::event::{Event, Observer};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::story::Kind;
 use jde_host::{Options, Running};
@@ -28,7 +30,7 @@ type Failure = Box<dyn std::error::Error>;
 
 /// When the loop woke, in the application's time.
 static WOKE: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
-/// When it awoke first, from where its periods count.
+/// When the rules woke it, from where its periods count.
 static AWOKE: Mutex<Duration> = Mutex::new(Duration::ZERO);
 
 const PERIOD: Duration = Duration::from_millis(10);
@@ -50,11 +52,6 @@ struct Beat {
 }
 
 impl Schema for Beat {
-    fn awake(&mut self, cx: &Context) -> Result {
-        *AWOKE.lock().unwrap_or_else(PoisonError::into_inner) = cx.now();
-        Ok(())
-    }
-
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         WOKE.lock().unwrap_or_else(PoisonError::into_inner).push(cx.now());
         Ok(true.into())
@@ -163,7 +160,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     let events = Events::of(&application);
     let title = Title::new(&application, 1.0);
     let options = Options {
-        observers: vec![events.observer()],
+        observers: vec![events.observer(), Box::new(Woken)],
         ..Options::default()
     };
     let running = Running::start(application, &plugins, options)?;
@@ -209,13 +206,26 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     Ok(woke.into_iter().map(|at| lateness(awoke, at)).collect())
 }
 
-/// By how much a wake-up came after its place on the grid of periods. The grid begins a few microseconds before `awake` is
-/// called, so what comes by less than one hundredth of a period too early came in time.
+/// By how much a wake-up came after its place on the grid of periods.
 fn lateness(awoke: Duration, woke: Duration) -> Duration {
-    let early = PERIOD / 100;
-    let since = (woke + early).saturating_sub(awoke).as_nanos();
-    let late = since % PERIOD.as_nanos();
-    Duration::from_nanos(late as u64).saturating_sub(early)
+    let late = woke.saturating_sub(awoke).as_nanos() % PERIOD.as_nanos();
+    Duration::from_nanos(late as u64)
+}
+
+/// Notes when the rules wake the loop.
+struct Woken;
+
+impl Observer for Woken {
+    fn hear(&mut self, event: &Event) {
+        if let Event::Changed {
+            time,
+            from: State::Slept,
+            ..
+        } = event
+        {
+            *AWOKE.lock().unwrap_or_else(PoisonError::into_inner) = Duration::from_nanos(*time);
+        }
+    }
 }
 
 /// A client in a process of its own; killed when dropped.

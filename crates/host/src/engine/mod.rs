@@ -32,7 +32,7 @@ use crate::clock::Clock;
 use crate::event::{Event, Observer, Outcome};
 use crate::instance::Ports;
 use crate::meter::Meter;
-use crate::order::order;
+use crate::order::early;
 use crate::panels::Panels;
 use crate::reload::Swap;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
@@ -98,8 +98,8 @@ pub(crate) struct Engine {
     pub(crate) board: Board,
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
-    /// Where each instance comes in the order of those that are due at once.
-    pub(crate) places: Vec<usize>,
+    /// How long each instance is due before the last of those that were woken with it.
+    early: Vec<Nanos>,
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: build::Register,
@@ -184,10 +184,7 @@ impl Engine {
             calls: Calls::default(),
             closing: None,
         };
-        let mut places = vec![0; application.instances.len()];
-        for (place, number) in order(&application.instances).into_iter().enumerate() {
-            places[number] = place;
-        }
+        let early = early(&application.instances, &clock);
         let panels = Arc::new(Panels::new(application.instances.len()));
         let builds = build::Register::new(application.instances.len());
         let processes = Processes::new(application.instances.len(), apart);
@@ -196,7 +193,7 @@ impl Engine {
             board,
             variables,
             clock,
-            places,
+            early,
             meters,
             panels,
             builds,
@@ -213,6 +210,11 @@ impl Engine {
             watches: Mutex::default(),
         });
         Ok((engine, ports))
+    }
+
+    /// How long it is due before the last of those that were woken with it.
+    pub(crate) fn early(&self, instance: usize) -> Nanos {
+        self.early[instance]
     }
 
     /// Names whoever runs the instances, and lets publications ring for them. Once, before [`Self::start`].
@@ -377,18 +379,25 @@ impl Engine {
 
     /// Rings for an instance, outside of the lock.
     fn ring(&self, instance: usize, signal: Signal) {
-        if let Some(bells) = self.bells()
-            && bells.leave(instance, signal)
-        {
+        if self.leave(instance, signal) {
+            self.call(instance);
+        }
+    }
+
+    /// Leaves a signal for an instance; answers whether it is to be called, outside of the lock.
+    fn leave(&self, instance: usize, signal: Signal) -> bool {
+        self.bells().is_some_and(|bells| bells.leave(instance, signal))
+    }
+
+    fn call(&self, instance: usize) {
+        if let Some(bells) = self.bells() {
             bells.call(instance);
         }
     }
 
     /// Rings for an instance within a transaction; [`Self::unlock`] calls.
     fn ring_within(&self, rules: &mut Rules, instance: usize, signal: Signal) {
-        if let Some(bells) = self.bells()
-            && bells.leave(instance, signal)
-        {
+        if self.leave(instance, signal) {
             rules.calls.instances.push(instance);
         }
     }

@@ -20,7 +20,9 @@ impl Engine {
         });
         let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
         self.tell_turn(Turn::OPERATED, instance, way, moment);
-        done?;
+        if done? {
+            self.call(instance);
+        }
         self.operated(by, OperatorAction::Unload { schema: instance });
         Ok(())
     }
@@ -29,6 +31,9 @@ impl Engine {
     pub(crate) fn unload_again(&self, instance: usize) {
         let done = self.transact(|hierarchy, now, out| self.put_away(hierarchy, now, out, "", instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
+        if done == Ok(true) {
+            self.call(instance);
+        }
     }
 
     /// Lets an unloaded schema go: it gets a fresh instance when it wakes up, which is at once if anybody wants it awake.
@@ -59,6 +64,7 @@ impl Engine {
         self.held().unloaded.contains(&instance)
     }
 
+    /// Within a transaction; answers whether the instance is to be called after it.
     fn put_away(
         &self,
         hierarchy: &mut Hierarchy,
@@ -66,12 +72,11 @@ impl Engine {
         out: &mut Vec<Effect>,
         by: &str,
         instance: usize,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         self.act(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
         self.held().unloaded.insert(instance);
         // The instance ends as soon as it sleeps, which it may do already.
-        self.ring(instance, Signal::Unloaded);
-        Ok(())
+        Ok(self.leave(instance, Signal::Unloaded))
     }
 
     fn refuse_needed(&self, hierarchy: &Hierarchy, instance: usize) -> Result<(), String> {

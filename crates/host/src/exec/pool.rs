@@ -18,7 +18,7 @@ use crate::runner::{Line, Runner};
 const FEWEST: usize = 4;
 /// How long after a deadline another looks at the calendar too, ns: a busy system may not let the one run that keeps it, and who
 /// has left it for a turn may come back later than is usual.
-const GRACE: Nanos = 1_000_000;
+const GRACE: Nanos = 500_000;
 /// About how long it takes until a worker that is called is there, ns: who is back by then need not call one.
 const CALL: Nanos = 20_000;
 
@@ -55,6 +55,8 @@ struct Desk {
     /// When instances are due, the earliest on top; outdated entries are passed over.
     calendar: BinaryHeap<Reverse<(Nanos, usize)>>,
     due: Vec<Option<Nanos>>,
+    /// When each one's turn began, and how long its turns take at most, lately.
+    turns: Vec<Turns>,
     /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
     keeper: Option<Nanos>,
     /// Until when another sleeps, which is a little longer; nothing while none does.
@@ -62,6 +64,14 @@ struct Desk {
     /// How many wait until an instance has nothing to do.
     settling: usize,
     leave: bool,
+}
+
+/// The turns of one instance, all that is in them.
+#[derive(Clone, Copy, Default)]
+struct Turns {
+    began: Nanos,
+    /// Falls by a sixteenth from turn to turn; nothing before the first.
+    longest: Option<Nanos>,
 }
 
 impl Bells for Pool {
@@ -103,6 +113,7 @@ impl Pool {
             ready: VecDeque::new(),
             calendar: BinaryHeap::new(),
             due: vec![None; count],
+            turns: vec![Turns::default(); count],
             keeper: None,
             deputy: None,
             settling: 0,
@@ -149,7 +160,7 @@ impl Pool {
         while let Some((number, inbox)) = self.next(engine, worker) {
             let runner = Arc::clone(&lock(&self.holders[number]).runner);
             let due = lock(&runner).turn(inbox);
-            self.put_back(number, due);
+            self.put_back(number, due, engine.clock.now());
         }
     }
 
@@ -164,9 +175,9 @@ impl Pool {
             if let Some(number) = desk.take(now) {
                 desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
-                // Twice its usual time: a turn that takes as long as ever is no surprise.
-                let usual = engine.meters[number].usual();
-                if desk.wants_another(usual.map(|usual| now + 2 * usual)) {
+                desk.turns[number].began = now;
+                let longest = desk.turns[number].longest.filter(|_| inbox.is_light());
+                if desk.wants_another(longest.map(|longest| now + longest)) {
                     // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
                     self.work.notify_one();
                 }
@@ -200,8 +211,9 @@ impl Pool {
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
-    fn put_back(&self, number: usize, due: Option<Nanos>) {
+    fn put_back(&self, number: usize, due: Option<Nanos>, now: Nanos) {
         let mut desk = self.lock();
+        desk.turns[number].end(now);
         desk.busy[number] = None;
         desk.due[number] = due;
         if let Some(due) = due {
@@ -225,6 +237,14 @@ impl Holder {
             line: runner.line(),
             runner: Arc::new(Mutex::new(runner)),
         }
+    }
+}
+
+impl Turns {
+    fn end(&mut self, now: Nanos) {
+        let took = now.saturating_sub(self.began);
+        let before = self.longest.unwrap_or_default();
+        self.longest = Some(took.max(before - before / 16));
     }
 }
 
@@ -297,7 +317,7 @@ impl Crew for Pool {
         if let Some(worker) = self.lock().busy[instance] {
             drop(lock(&self.workers).threads.remove(&worker));
         }
-        self.put_back(instance, None);
+        self.put_back(instance, None, engine.clock.now());
         // No worker of its own looks at what it left, and the keeper of the calendar may be gone with it.
         self.work.notify_one();
         if let Err(error) = self.hire(engine) {

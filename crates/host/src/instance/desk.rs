@@ -20,7 +20,7 @@ pub(crate) struct Desk {
     gate: Mutex<Gate>,
     /// Since when a call runs, plus one; or one of the words below.
     call: AtomicU64,
-    /// Calls may have looked at values since the last release. Written between calls, which follow each other.
+    /// Calls may have looked at values since the last release.
     holds: AtomicBool,
     /// The call may have loaned what it did not publish.
     lends: AtomicBool,

@@ -8,6 +8,8 @@ use std::sync::Once;
 
 use tempfile::TempPath;
 
+use super::LoadError;
+
 /// Copies are called `jde-<process>-<plugin>-<something>.so`.
 const PREFIX: &str = "jde-";
 
@@ -20,21 +22,37 @@ pub(super) struct PrivateCopy {
 }
 
 /// Copies the library `original` for this process alone. The system does it: what is in a file need not pass through here.
-pub(super) fn of(original: &Path) -> io::Result<PrivateCopy> {
+pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
     static SWEPT: Once = Once::new();
     SWEPT.call_once(|| sweep(&std::env::temp_dir()));
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
-    let mut original = File::open(original)?;
-    let mut copy = tempfile::Builder::new()
+    let mut file = regular(original)?;
+    let copied = tempfile::Builder::new()
         .prefix(&prefix)
         .suffix(".so")
-        .tempfile()?;
-    let length = io::copy(&mut original, copy.as_file_mut())?;
+        .tempfile()
+        .and_then(|mut copy| Ok((io::copy(&mut file, copy.as_file_mut())?, copy)));
+    let (length, copy) = copied.map_err(|error| LoadError::Copy {
+        folder: std::env::temp_dir(),
+        error,
+    })?;
     Ok(PrivateCopy {
         path: copy.into_temp_path(),
         length,
     })
+}
+
+/// Opens a file that has an end: no device, and no pipe, which would wait for somebody to write to it.
+pub(super) fn regular(path: &Path) -> io::Result<File> {
+    if fs::metadata(path)?.is_file() {
+        File::open(path)
+    } else {
+        Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "it is no regular file",
+        ))
+    }
 }
 
 impl PrivateCopy {

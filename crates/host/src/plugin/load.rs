@@ -31,9 +31,17 @@ pub struct Loaded {
 /// Why a file could not be loaded as a plugin.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The file could not be read or copied.
+    /// The file could not be read.
     #[error("cannot read it: {0}")]
     Io(#[from] std::io::Error),
+    /// It could not be copied.
+    #[error("cannot copy it to {}: {error}; make room there, or set TMPDIR to another folder", folder.display())]
+    Copy {
+        /// Where to.
+        folder: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// The file is no library of ours.
     #[error("{0}")]
     Foreign(String),

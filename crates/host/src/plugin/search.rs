@@ -1,12 +1,11 @@
 //! Where plugins are looked for, and in what order. Looks; loads nothing.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use jde_abi::raw;
 
-use super::elf;
+use super::{copy, elf};
 
 /// Folders in which plugins are looked for, the first that has one wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -114,7 +113,7 @@ impl SearchPath {
 }
 
 fn looks_like_one(path: &Path) -> bool {
-    File::open(path).is_ok_and(|file| elf::is_plugin(&elf::Parts::new(file), raw::ENTRY_SYMBOL))
+    copy::regular(path).is_ok_and(|file| elf::is_plugin(&elf::Parts::new(file), raw::ENTRY_SYMBOL))
 }
 
 fn file_name(plugin: &str) -> String {

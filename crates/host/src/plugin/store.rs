@@ -155,7 +155,7 @@ impl Plugins {
     /// [`PluginError::Unusable`]; [`PluginError::TooMany`] after [`MOST_BUILDS`].
     pub fn renew(&self, file: &Path) -> Result<Renewed, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let copy = copy::of(&key).map_err(|error| unusable(file)(error.into()))?;
+        let copy = copy::of(&key).map_err(unusable(file))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let known = loaded
             .get(&key)

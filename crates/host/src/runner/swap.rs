@@ -124,8 +124,11 @@ impl Runner {
         if std::mem::take(&mut self.announced) {
             self.engine.builds.settle(self.number, Ok(()));
         }
-        if std::mem::take(&mut self.at_once) {
-            self.be_due(self.engine.clock.now());
+        if std::mem::take(&mut self.at_once)
+            && let Life::Awake { due, .. } = &mut self.life
+        {
+            // On top of its deadlines, which stay where they are.
+            *due = self.engine.clock.now();
         }
         if let Some(trial) = &mut self.trial {
             trial.turns += u32::from(looked);

@@ -1,7 +1,6 @@
 //! When a schema's next turn is due, and whether it keeps its deadlines (R11). It waits for nothing.
 
 use std::sync::atomic::Ordering::Relaxed;
-use std::time::Duration;
 
 use jde_core::Nanos;
 
@@ -30,13 +29,8 @@ impl Runner {
     /// Puts the deadlines of an instance on their grid, which was woken then: whole periods after that, and in real time a little
     /// less, so that those who were woken at once are due in their order and not all at the same instant.
     pub(super) fn begin_grid(&mut self, woken: Nanos) {
-        self.anchor = if self.engine.clock.is_real() {
-            let (place, all) = (self.engine.places[self.number], self.engine.places.len());
-            let step = self.engine.clock.of_machine(STEP);
-            woken.saturating_add(self.period - lead(place, all, self.period, step))
-        } else {
-            woken
-        };
+        let early = self.engine.early(self.number) % self.period;
+        self.anchor = woken.saturating_add(self.period - early);
     }
 
     /// Puts them on another, on which the next one is.
@@ -109,9 +103,6 @@ enum Work {
     Drawing,
 }
 
-/// Most time between the deadlines of two schemas of the same period that follow each other: longer than most turns take.
-const STEP: Duration = Duration::from_millis(1);
-
 /// The first deadline on the grid through `anchor` after a turn that was due then and is over now, and whether others were missed
 /// before it (R11).
 fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
@@ -123,16 +114,9 @@ fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, boo
     (next, missed)
 }
 
-/// How long before the last of `all` the one is due that has `place` in their order, if all were woken at once.
-fn lead(place: usize, all: usize, period: Nanos, step: Nanos) -> Nanos {
-    (all - 1 - place) as u64 * (period / all as u64).min(step)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{lead, next_due};
-
-    const MS: u64 = 1_000_000;
+    use super::next_due;
 
     #[test]
     fn r11_deadlines_are_absolute() {
@@ -151,21 +135,5 @@ mod tests {
         assert_eq!(next_due(110, 100, 75, 105), (110, false));
         assert_eq!(next_due(110, 100, 75, 174), (185, false));
         assert_eq!(next_due(110, 100, 75, 175), (185, true));
-    }
-
-    #[test]
-    fn who_reads_is_due_a_moment_after_who_writes() {
-        let due = |place| next_due(50 * MS - lead(place, 4, 50 * MS, MS), 0, 50 * MS, 100).0;
-        assert_eq!([0, 1, 2, 3].map(due), [47 * MS, 48 * MS, 49 * MS, 50 * MS]);
-    }
-
-    #[test]
-    fn many_share_the_period_evenly_and_wait_for_none_longer_than_it() {
-        let leads: Vec<u64> = (0..100).map(|place| lead(place, 100, 10 * MS, MS)).collect();
-        assert!(
-            leads.windows(2).all(|two| two[0] - two[1] == MS / 10),
-            "{leads:?}"
-        );
-        assert!(leads.iter().all(|lead| *lead < 10 * MS));
     }
 }
