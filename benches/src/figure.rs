@@ -151,7 +151,9 @@ impl Line {
     /// Ours by the yardstick.
     pub(crate) fn ratio(&self) -> Option<f64> {
         let yardstick = self.yardstick.as_ref()?;
-        Some(self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value()))
+        let ratio = self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value());
+        // Of nothing there is none.
+        Some(ratio).filter(|ratio| ratio.is_finite())
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
