@@ -70,7 +70,7 @@ struct Desk {
 #[derive(Clone, Copy, Default)]
 struct Turns {
     began: Nanos,
-    /// Falls by a sixteenth from turn to turn; nothing before the first.
+    /// Falls by a quarter from turn to turn; nothing before the first.
     longest: Option<Nanos>,
 }
 
@@ -244,7 +244,7 @@ impl Turns {
     fn end(&mut self, now: Nanos) {
         let took = now.saturating_sub(self.began);
         let before = self.longest.unwrap_or_default();
-        self.longest = Some(took.max(before - before / 16));
+        self.longest = Some(took.max(before - before / 4));
     }
 }
 
