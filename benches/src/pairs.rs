@@ -124,7 +124,11 @@ mod tests {
             rounds: 7,
             batch: Duration::from_micros(10),
         };
-        let [a, b] = interleave(effort, [&mut |n| one += n, &mut |n| two += n]);
+        let side = |calls: &mut u32, times: u64| {
+            *calls += 1;
+            (0..times).for_each(|_| see(()));
+        };
+        let [a, b] = interleave(effort, [&mut |n| side(&mut one, n), &mut |n| side(&mut two, n)]);
         assert_eq!((a.0.len(), b.0.len()), (7, 7));
         assert!(one > 7 && two > 7);
     }

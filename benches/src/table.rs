@@ -111,7 +111,7 @@ mod tests {
         ];
         let expected = "\
 what       ours  yardstick        theirs  ratio  goal       met
-----------------------------------------------------------------
+------------------------------------------------------------------
 a       5.00 ns  theirs (given)  10.0 ns   0.50  faster     met
 longer        3  -                     -      -  at most 0  MISSED
 
