@@ -1,5 +1,5 @@
 //! Where the deadlines of schemas of one kind lie that are woken at once (R11): what schemas keep is measured by it, and threads
-//! beside them keep it too.
+//! beside them keep it too. It asks the product for nothing: it is what the product promises.
 
 use std::time::Duration;
 

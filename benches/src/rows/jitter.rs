@@ -12,7 +12,7 @@ use crate::scope::Scope;
 use crate::{bare, live};
 
 /// Both ways in real time.
-pub(crate) const EXECUTORS: [&str; 2] = ["threads", "pool"];
+const EXECUTORS: [&str; 2] = ["threads", "pool"];
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut lines = Vec::new();

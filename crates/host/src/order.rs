@@ -1,4 +1,5 @@
-//! In which order schemas take turns that are due at once: in lockstep one after another, in real time a little apart.
+//! In which order schemas take turns that are due at once: in lockstep one after another, in real time a little apart. It gives
+//! no turn to anybody, and knows no rule but that order.
 
 use std::time::Duration;
 
@@ -33,32 +34,50 @@ pub(crate) fn order(instances: &[Instance]) -> Vec<usize> {
     order
 }
 
-/// How long before the last of all each instance is due, if all were woken at once: a step for each that comes after it, so short
-/// that all of them fit into the shortest period. In virtual time nobody is: there it takes none to take turns.
+/// How long before the last of all each instance is due, if all were woken at once. In virtual time nobody is: there it takes none to
+/// take turns.
 pub(crate) fn early(instances: &[Instance], clock: &Clock) -> Vec<Nanos> {
-    let shortest = instances.iter().map(|instance| instance.period_ns).min();
-    let fits = shortest.unwrap_or_default() / (instances.len() as u64).max(1);
-    let mut early = vec![0; instances.len()];
-    if clock.is_real() {
-        spread(&order(instances), fits.min(clock.of_machine(STEP)), &mut early);
+    if !clock.is_real() {
+        return vec![0; instances.len()];
     }
-    early
+    let shortest = instances.iter().map(|instance| instance.period_ns).min();
+    spread(
+        &order(instances),
+        shortest.unwrap_or_default(),
+        clock.of_machine(STEP),
+    )
 }
 
-fn spread(order: &[usize], step: Nanos, early: &mut [Nanos]) {
+/// A step for each that comes after it, so short that all of them fit into the shortest period.
+fn spread(order: &[usize], shortest: Nanos, most: Nanos) -> Vec<Nanos> {
+    let step = most.min(shortest / (order.len() as u64).max(1));
+    let mut early = vec![0; order.len()];
     for (after, number) in order.iter().rev().enumerate() {
         early[*number] = after as u64 * step;
     }
+    early
 }
 
 #[cfg(test)]
 mod tests {
     use super::spread;
 
+    const MS: u64 = 1_000_000;
+
     #[test]
-    fn who_comes_later_is_due_a_step_later() {
-        let mut early = [0; 4];
-        spread(&[2, 0, 3, 1], 10, &mut early);
-        assert_eq!(early, [20, 0, 30, 10]);
+    fn r11_who_comes_later_is_due_a_step_later() {
+        assert_eq!(spread(&[2, 0, 3, 1], 50 * MS, MS), [2 * MS, 0, 3 * MS, MS]);
+        assert!(spread(&[], 0, MS).is_empty());
+    }
+
+    #[test]
+    fn r11_many_share_the_shortest_period_evenly() {
+        let order: Vec<usize> = (0..100).collect();
+        let early = spread(&order, 10 * MS, MS);
+        assert!(
+            early.windows(2).all(|two| two[0] - two[1] == MS / 10),
+            "{early:?}"
+        );
+        assert!(early.iter().all(|early| *early < 10 * MS));
     }
 }

@@ -348,3 +348,63 @@ impl Crew for Pool {
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nothing but one instance that is due then.
+    fn due(due: Nanos) -> Desk {
+        Desk {
+            inboxes: Vec::new(),
+            busy: vec![None],
+            ready: VecDeque::new(),
+            calendar: [Reverse((due, 0))].into(),
+            due: vec![Some(due)],
+            turns: vec![Turns::default()],
+            keeper: None,
+            deputy: None,
+            settling: 0,
+            leave: false,
+        }
+    }
+
+    #[test]
+    fn another_is_called_unless_the_next_is_served_in_time() {
+        let mut desk = due(1_000_000);
+        assert!(
+            desk.wants_another(Some(0)),
+            "nobody would come if this one stays away"
+        );
+        desk.deputy = Some(1_000_000 + GRACE);
+        assert!(
+            !desk.wants_another(Some(900_000)),
+            "it is back, or the deputy comes"
+        );
+        assert!(
+            !desk.wants_another(Some(1_000_000 + CALL)),
+            "who is called comes no sooner"
+        );
+        assert!(desk.wants_another(Some(1_000_001 + CALL)), "it would be late");
+        assert!(desk.wants_another(None), "nobody knows how long this takes");
+        desk.deputy = Some(1_000_001 + GRACE);
+        assert!(desk.wants_another(Some(0)), "the deputy comes too late");
+        desk.keeper = Some(1_000_000);
+        assert!(!desk.wants_another(None), "the calendar is kept");
+        desk.ready.push_back(0);
+        assert!(desk.wants_another(None), "there is more to do now");
+    }
+
+    #[test]
+    fn a_long_turn_is_remembered_for_some_turns() {
+        let mut turns = Turns::default();
+        assert_eq!(turns.longest, None);
+        turns.began = 100;
+        turns.end(1124);
+        assert_eq!(turns.longest, Some(1024));
+        turns.end(101);
+        assert_eq!(turns.longest, Some(768));
+        turns.end(1000);
+        assert_eq!(turns.longest, Some(900));
+    }
+}

@@ -84,13 +84,11 @@ impl Desk {
     pub(super) fn leave(&self, tidy: impl FnOnce(&mut Ports)) -> bool {
         if !self.followed && !self.lends.load(Ordering::Acquire) {
             let call = self.call.load(Ordering::Acquire);
-            let leaves = |call| {
-                let done = self
-                    .call
-                    .compare_exchange(call, NONE, Ordering::AcqRel, Ordering::Acquire);
-                done.is_ok()
+            let swap = || {
+                self.call
+                    .compare_exchange(call, NONE, Ordering::AcqRel, Ordering::Acquire)
             };
-            if call < GIVING && leaves(call) {
+            if call < GIVING && swap().is_ok() {
                 return true;
             }
         }
