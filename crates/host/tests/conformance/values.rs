@@ -17,6 +17,7 @@ on_every_executor!(
     r7_a_command_that_is_not_repeated_runs_out,
     r7_a_command_that_is_not_finite_is_refused_and_the_one_before_runs_out,
     r8_the_period_is_a_modulation,
+    r8_who_is_woken_with_a_long_period_has_a_turn_at_once,
     r8_a_father_modulates_its_child,
     r12_a_value_that_was_taken_back_is_none_and_a_trigger,
 );
@@ -229,6 +230,20 @@ const FAMILY: &str = r#"
     type = "test/motor"
     actuators = { base = "robot.velocity" }
 "#;
+
+fn r8_who_is_woken_with_a_long_period_has_a_turn_at_once(executor: Executor) {
+    let stage = Stage::new();
+    acts(&stage, "father", &Arc::new(true.into()), |io| {
+        // Both await the child when it comes to look.
+        io.retime_a(3_600.0);
+        io.wake("a");
+    });
+    acts(&stage, "left", &Arc::new(true.into()), |_| {});
+    let mut rig = Rig::start(executor, &stage, FAMILY);
+    rig.until_did("left iterate");
+    assert_eq!(rig.see("left").period, 3_600_000 * MS);
+    rig.stop();
+}
 
 fn r8_the_period_is_a_modulation(executor: Executor) {
     let stage = Stage::new();
