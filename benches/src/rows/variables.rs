@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use anyhow::{Context as _, Result};
 use iceoryx2::prelude::*;
 use jde_board::Access;
+use jde_board::typed::TypedReader;
 use jde_paths::{Words, ends, variable};
 
 use crate::figure::{Figure, Goal, Line};
@@ -30,7 +31,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let [ours, copy, locked, blackboard] = interleave(
         scope.effort(),
         [
-            &mut |times| (0..times).for_each(|_| see(reader.get())),
+            &mut |times| (0..times).for_each(|_| look(&mut reader)),
             &mut |times| (0..times).for_each(|_| see(*black_box(&plain))),
             &mut |times| {
                 (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("nobody panics")));
@@ -44,7 +45,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| {
                 for time in 0..times {
                     see(writer.write(black_box(plain), time, time));
-                    see(reader.get());
+                    look(&mut reader);
                 }
             },
             &mut |times| (0..times).for_each(|_| peers.pass(black_box(plain))),
@@ -73,6 +74,14 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
         )
         .paired(passed.by(&sent)),
     ])
+}
+
+/// The newest value, in the reader's hands with its stamp, and its bytes copied as those of the yardsticks are.
+#[inline(always)]
+fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
+    if let Some(value) = reader.borrow() {
+        see(*value);
+    }
 }
 
 /// iceoryx2 as its documentation has it, within one process and without protection against several threads, which is its fastest.

@@ -2,9 +2,10 @@
 
 #![allow(unsafe_code, reason = "a pinned slot is read in place")]
 
+use std::ptr::NonNull;
 use std::sync::Arc;
 
-use crate::cell::{Aligned, Pin};
+use crate::cell::{Aligned, Glance, Mark, Pin};
 use crate::store::Cell;
 use crate::variable::lock;
 use crate::{Stamp, Variable};
@@ -14,12 +15,25 @@ pub struct Reader {
     variable: Arc<Variable>,
     ticket: usize,
     hold: Hold,
-    /// Of the value that is held, if one is.
-    stamp: Option<Stamp>,
+    held: Held,
     seen: Seen,
     /// Bytes of a value.
     bytes: usize,
 }
+
+/// The value that was taken last.
+struct Held {
+    /// Where it is, in what `Hold` keeps: stays there, as it is, until another is taken.
+    bytes: NonNull<u8>,
+    stamp: Stamp,
+    /// What tells that nothing newer was published.
+    glance: Glance,
+}
+
+// SAFETY: what it points to is the reader's own, or pinned by it.
+unsafe impl Send for Held {}
+// SAFETY: through a shared reference it is only read.
+unsafe impl Sync for Held {}
 
 /// A value that stays as it is until it is released.
 #[derive(Clone, Copy, Debug)]
@@ -61,10 +75,10 @@ impl Reader {
         };
         Self {
             bytes: variable.bytes(),
+            held: Held::nothing(&variable.cell),
             variable,
             ticket,
             hold,
-            stamp: None,
             seen: Seen::NotLooked,
         }
     }
@@ -91,17 +105,22 @@ impl Reader {
         self.latched()
     }
 
+    /// Lets go of the latched value and latches the newest.
+    #[inline(always)]
+    pub fn latch_newest(&mut self) -> Option<Latched<'_>> {
+        self.seen = self.look();
+        self.latched()
+    }
+
     /// The value that is latched, if one is.
     #[inline(always)]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
-        match (self.seen, &self.stamp) {
-            (Seen::Held, Some(stamp)) => Some(Latched {
-                bytes: self.held(),
-                stamp: *stamp,
-            }),
-            (Seen::Held, None) | (Seen::Nothing | Seen::NotLooked, _) => None,
-        }
+        matches!(self.seen, Seen::Held).then(|| Latched {
+            // SAFETY: it was taken, so as many bytes are there, and nobody writes to them: `take` does, borrowing this reader alone.
+            bytes: unsafe { std::slice::from_raw_parts(self.held.bytes.as_ptr(), self.bytes) },
+            stamp: self.held.stamp,
+        })
     }
 
     /// Lets go of the latched value, so that the next latch takes the newest.
@@ -119,33 +138,30 @@ impl Reader {
     /// Sees to it that the newest value is held, if there is one.
     #[inline(always)]
     fn look(&mut self) -> Seen {
-        let newest = match (&self.hold, &self.variable.cell, &self.stamp) {
-            (Hold::Copy(_), Cell::Ring(ring), Some(stamp)) => ring.newest() == stamp.sequence,
-            (Hold::Pin(Some(pin)), Cell::Pinned(pinned), _) => pinned.is_newest(pin),
-            _ => false,
-        };
-        if !newest {
-            self.take();
-        }
-        match &self.stamp {
-            Some(stamp) if self.variable.shows(stamp.sequence) => Seen::Held,
-            Some(_) | None => Seen::Nothing,
+        // SAFETY: this reader keeps the variable, and with it the cell, and the pin if it has one.
+        if unsafe { self.held.glance.unchanged() } {
+            self.show()
+        } else {
+            self.take()
         }
     }
 
     /// Gets hold of the newest value.
     #[inline(never)]
-    fn take(&mut self) {
-        let mark = match (&mut self.hold, &self.variable.cell) {
-            (Hold::Copy(copy), Cell::Ring(ring)) => ring.read(copy.words_mut(self.bytes.div_ceil(8))),
-            (Hold::Pin(held), Cell::Pinned(pinned)) => {
-                if let Some(older) = held.take() {
+    fn take(&mut self) -> Seen {
+        self.held = match (&mut self.hold, &self.variable.cell) {
+            (Hold::Copy(copy), Cell::Ring(ring)) => {
+                let mark = ring.read(copy.words_mut(self.bytes.div_ceil(8)));
+                Held::new(copy.base(), mark, ring.glance(mark.sequence))
+            }
+            (Hold::Pin(kept), Cell::Pinned(pinned)) => {
+                if let Some(older) = kept.take() {
                     pinned.unpin(older);
                 }
-                let pin = pinned.pin();
-                let mark = pinned.mark(&pin);
-                *held = Some(pin);
-                mark
+                let pin = kept.insert(pinned.pin());
+                // SAFETY: pinned in this cell.
+                let bytes = unsafe { pinned.bytes(pin) };
+                Held::new(bytes.as_ptr().cast_mut(), pinned.mark(pin), pinned.glance(pin))
             }
             (Hold::Crowded(copy), Cell::Pinned(pinned)) => {
                 let _one_at_a_time = lock(&self.variable.copying);
@@ -155,23 +171,41 @@ impl Reader {
                     .copy_from_slice(unsafe { pinned.bytes(&pin) });
                 let mark = pinned.mark(&pin);
                 pinned.unpin(pin);
-                mark
+                Held::new(copy.base(), mark, pinned.blind())
             }
             (Hold::Copy(_), Cell::Pinned(_)) | (Hold::Crowded(_) | Hold::Pin(_), Cell::Ring(_)) => {
                 unreachable!("a reader's hold is made for its variable's cell")
             }
         };
-        self.stamp = Some(mark.into());
+        self.show()
     }
 
-    /// The bytes of the value that is held.
+    /// What is seen of the value that is held: nothing, if it was taken back.
     #[inline(always)]
-    fn held(&self) -> &[u8] {
-        match (&self.hold, &self.variable.cell) {
-            (Hold::Copy(copy) | Hold::Crowded(copy), _) => copy.bytes(self.bytes),
-            // SAFETY: pinned in this cell.
-            (Hold::Pin(Some(pin)), Cell::Pinned(pinned)) => unsafe { pinned.bytes(pin) },
-            (Hold::Pin(_), _) => unreachable!("a stamp is kept only with its value"),
+    fn show(&self) -> Seen {
+        if self.variable.shows(self.held.stamp.sequence) {
+            Seen::Held
+        } else {
+            Seen::Nothing
+        }
+    }
+}
+
+impl Held {
+    /// No value: the first look takes one.
+    fn nothing(cell: &Cell) -> Self {
+        Self {
+            bytes: NonNull::dangling(),
+            stamp: Mark::default().into(),
+            glance: cell.blind(),
+        }
+    }
+
+    fn new(bytes: *mut u8, mark: Mark, glance: Glance) -> Self {
+        Self {
+            bytes: NonNull::new(bytes).expect("values are somewhere"),
+            stamp: mark.into(),
+            glance,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Which kind of cell a variable gets, and what its cell says of the newest value.
 
-use crate::cell::{Aligned, Mark, Pinned, Ring};
+use crate::cell::{Aligned, Glance, Mark, Pinned, Ring};
 use crate::{Access, Declaration, Stamp};
 
 /// Largest value that readers copy rather than borrow, bytes: two cache lines.
@@ -43,6 +43,14 @@ impl Cell {
                 }
                 Ok(Self::Pinned(pinned))
             }
+        }
+    }
+
+    /// What never tells that a value is the newest.
+    pub(crate) fn blind(&self) -> Glance {
+        match self {
+            Self::Ring(ring) => ring.blind(),
+            Self::Pinned(pinned) => pinned.blind(),
         }
     }
 

@@ -3,6 +3,7 @@
 #![allow(unsafe_code, reason = "bytes and plain values are views of each other")]
 
 use std::marker::PhantomData;
+use std::mem::ManuallyDrop;
 use std::ops::{Deref, DerefMut};
 use std::ptr::NonNull;
 use std::sync::Arc;
@@ -110,8 +111,7 @@ impl<T: Plain> TypedReader<T> {
     /// The newest value, in place; none before the first.
     #[inline]
     pub fn borrow(&mut self) -> Option<Ref<'_, T>> {
-        self.reader.release();
-        let latched = self.reader.latch()?;
+        let latched = self.reader.latch_newest()?;
         // SAFETY: size and alignment were checked at opening, and any bits are a `T`.
         let value = unsafe { &*latched.bytes.as_ptr().cast::<T>() };
         Some(Ref {
@@ -127,7 +127,9 @@ impl<T: Plain> LoanMut<'_, T> {
     /// # Errors
     /// As [`Writer::publish`].
     pub fn publish(self, time: Nanos, now: Nanos) -> Result<u64, Refused> {
-        self.writer.publish(time, now)
+        // Afterwards nothing is loaned: there is nothing to discard.
+        let mut loan = ManuallyDrop::new(self);
+        loan.writer.publish(time, now)
     }
 }
 

@@ -73,17 +73,9 @@ impl Aligned {
 
     /// The first `bytes` bytes.
     #[inline]
-    pub fn bytes(&self, bytes: usize) -> &[u8] {
-        assert!(bytes <= self.bytes);
-        // SAFETY: inside the allocation, initialised since it was made, and borrowed with it.
-        unsafe { std::slice::from_raw_parts(self.base(), bytes) }
-    }
-
-    /// The first `bytes` bytes.
-    #[inline]
     pub fn bytes_mut(&mut self, bytes: usize) -> &mut [u8] {
         assert!(bytes <= self.bytes);
-        // SAFETY: as in `bytes`, and borrowed alone.
+        // SAFETY: inside the allocation, initialised since it was made, and borrowed alone.
         unsafe { std::slice::from_raw_parts_mut(self.base(), bytes) }
     }
 
@@ -91,7 +83,7 @@ impl Aligned {
     #[inline]
     pub fn words(&self, words: usize) -> &[u64] {
         assert!(words <= self.bytes / 8);
-        // SAFETY: as in `bytes`; a line is aligned for words, and any bits are one.
+        // SAFETY: as in `bytes_mut`; a line is aligned for words, and any bits are one.
         unsafe { std::slice::from_raw_parts(self.base().cast(), words) }
     }
 

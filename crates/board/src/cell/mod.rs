@@ -15,11 +15,13 @@
 )]
 
 mod aligned;
+mod glance;
 mod pinned;
 mod region;
 mod ring;
 
 pub use aligned::Aligned;
+pub use glance::Glance;
 #[cfg(loom)]
 pub use pinned::Withdrawn;
 pub use pinned::{Claim, Pin, Pinned};
@@ -27,7 +29,7 @@ pub use region::Region;
 pub use ring::Ring;
 
 /// What a cell keeps beside a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mark {
     /// Counts the values from 1; 0 is the one from before the first.
     pub sequence: u64,

@@ -37,7 +37,7 @@
 
 #![allow(unsafe_code, reason = "the bytes of a slot are shared by the rules above")]
 
-use crate::cell::{Mark, Region};
+use crate::cell::{Glance, Mark, Region};
 #[cfg(not(loom))]
 use crate::shared::Shared;
 use crate::sync::{AtomicU64, Ordering, relax};
@@ -199,11 +199,15 @@ impl Pinned {
         }
     }
 
-    /// Whether a pinned value is the newest still. While it is pinned no writer takes its slot, so a head that names the slot names
+    /// What tells that a pinned value is the newest. While it is pinned no writer takes its slot, so a head that names the slot names
     /// this very value.
-    #[inline]
-    pub fn is_newest(&self, pin: &Pin) -> bool {
-        slot_of(self.head().load(Ordering::Acquire)) == pin.0
+    pub fn glance(&self, pin: &Pin) -> Glance {
+        Glance::new(self.head(), SLOT_MASK, pin.0 as u64)
+    }
+
+    /// What never tells.
+    pub fn blind(&self) -> Glance {
+        Glance::blind(self.head())
     }
 
     /// Lets go of a value.

@@ -5,7 +5,7 @@
 //! stopped in the middle holds up nobody. A reader copies the newest slot and tries again only if, meanwhile, the writer got
 //! so far that it may have come round to this slot. Never for two writers at once.
 
-use crate::cell::{Mark, Region};
+use crate::cell::{Glance, Mark, Region};
 use crate::sync::{AtomicU64, Ordering, fence, relax};
 
 /// Word of the newest value's number.
@@ -52,6 +52,16 @@ impl Ring {
     #[inline]
     pub fn newest(&self) -> u64 {
         self.region.word(NEWEST).load(Ordering::Acquire)
+    }
+
+    /// What tells that the value of that number is the newest.
+    pub fn glance(&self, sequence: u64) -> Glance {
+        Glance::new(self.region.word(NEWEST), u64::MAX, sequence)
+    }
+
+    /// What never tells.
+    pub fn blind(&self) -> Glance {
+        Glance::blind(self.region.word(NEWEST))
     }
 
     /// Writes the next value and answers its number. For one thread at a time; wait-free.
