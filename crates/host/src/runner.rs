@@ -220,6 +220,11 @@ impl Runner {
         }
     }
 
+    /// Its period, ns.
+    pub(crate) fn period(&self) -> Nanos {
+        self.period
+    }
+
     /// What can be done about it while it is inside a call.
     pub(crate) fn line(&self) -> Line {
         Line::new(&self.engine, self.number, &self.desk)

@@ -1,13 +1,13 @@
 //! Few threads for all schemas: for applications with thousands of light ones, where a thread each would collapse.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use jde_core::Nanos;
 
+use super::calendar::Calendar;
 use super::ending;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
@@ -52,9 +52,8 @@ struct Desk {
     busy: Vec<Option<usize>>,
     /// Instances with mail that nobody has taken up.
     ready: VecDeque<usize>,
-    /// When instances are due, the earliest on top; outdated entries are passed over.
-    calendar: BinaryHeap<Reverse<(Nanos, usize)>>,
-    due: Vec<Option<Nanos>>,
+    /// When those are due who are not busy.
+    calendar: Calendar,
     /// When each one's turn began, and how long its turns take at most, lately.
     turns: Vec<Turns>,
     /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
@@ -111,8 +110,7 @@ impl Pool {
             inboxes: (0..count).map(|_| Inbox::default()).collect(),
             busy: vec![None; count],
             ready: VecDeque::new(),
-            calendar: BinaryHeap::new(),
-            due: vec![None; count],
+            calendar: Calendar::new(count),
             turns: vec![Turns::default(); count],
             keeper: None,
             deputy: None,
@@ -159,8 +157,11 @@ impl Pool {
         super::supervisor::sharpen_timers();
         while let Some((number, inbox)) = self.next(engine, worker) {
             let runner = Arc::clone(&lock(&self.holders[number]).runner);
-            let due = lock(&runner).turn(inbox);
-            self.put_back(number, due, engine.clock.now());
+            let mut runner = lock(&runner);
+            let due = runner.turn(inbox);
+            let period = runner.period();
+            drop(runner);
+            self.put_back(number, due, period, engine.clock.now());
         }
     }
 
@@ -177,15 +178,14 @@ impl Pool {
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
                 desk.turns[number].began = now;
                 let longest = desk.turns[number].longest.filter(|_| inbox.is_light());
-                if desk.wants_another(longest.map(|longest| now + longest)) {
+                if desk.wants_another(now, longest) {
                     // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
                     self.work.notify_one();
                 }
                 return Some((number, inbox));
             }
             // One keeps the calendar and one stands in for it; the others wait until they are called.
-            let next = desk.calendar.peek().map(|Reverse((due, _))| *due);
-            desk = match next {
+            desk = match desk.calendar.next() {
                 Some(due) if desk.keeper.is_none_or(|kept| due < kept) => {
                     desk.keeper = Some(due);
                     let mut desk = self.wait(desk, engine.clock.until(due));
@@ -211,14 +211,11 @@ impl Pool {
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
-    fn put_back(&self, number: usize, due: Option<Nanos>, now: Nanos) {
+    fn put_back(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {
         let mut desk = self.lock();
         desk.turns[number].end(now);
         desk.busy[number] = None;
-        desk.due[number] = due;
-        if let Some(due) = due {
-            desk.calendar.push(Reverse((due, number)));
-        }
+        desk.calendar.put(number, due, period);
         if !desk.inboxes[number].is_empty() {
             desk.ready.push_back(number);
         } else if desk.settling > 0 {
@@ -249,20 +246,21 @@ impl Turns {
 }
 
 impl Desk {
-    /// Whether another worker is to look for work, when one has taken some and is thought to be back at `end`: there is more, or
-    /// nobody keeps the calendar until then. If it stays away, the deputy comes.
-    fn wants_another(&self, end: Option<Nanos>) -> bool {
+    /// Whether another worker is to look for work, when one has taken some and is thought to be back after `longest`: there is more
+    /// mail, or nobody keeps the calendar until then. Who is due already waits for it too, if one that is called would not be there
+    /// sooner. If it stays away, or what is due is more than it can do, the deputy comes.
+    fn wants_another(&self, now: Nanos, longest: Option<Nanos>) -> bool {
         if !self.ready.is_empty() {
             return true;
         }
-        let Some(Reverse((due, _))) = self.calendar.peek() else {
+        let Some(due) = self.calendar.next() else {
             return false;
         };
-        let kept = self.keeper.is_some_and(|kept| kept <= *due);
+        let kept = self.keeper.is_some_and(|kept| kept <= due);
         let stood_in = self
             .deputy
             .is_some_and(|until| until <= due.saturating_add(GRACE));
-        let back = end.is_some_and(|end| end <= due.saturating_add(CALL));
+        let back = longest.is_some_and(|longest| now + longest <= due.max(now).saturating_add(CALL));
         !(kept || stood_in && back)
     }
 
@@ -270,20 +268,11 @@ impl Desk {
     fn take(&mut self, now: Nanos) -> Option<usize> {
         while let Some(number) = self.ready.pop_front() {
             if self.busy[number].is_none() && !self.inboxes[number].is_empty() {
+                self.calendar.take_out(number);
                 return Some(number);
             }
         }
-        while let Some(Reverse((due, number))) = self.calendar.peek().copied() {
-            let current = self.busy[number].is_none() && self.due[number] == Some(due);
-            if current && due > now {
-                return None;
-            }
-            self.calendar.pop();
-            if current {
-                return Some(number);
-            }
-        }
-        None
+        self.calendar.take(now)
     }
 }
 
@@ -317,7 +306,7 @@ impl Crew for Pool {
         if let Some(worker) = self.lock().busy[instance] {
             drop(lock(&self.workers).threads.remove(&worker));
         }
-        self.put_back(instance, None, engine.clock.now());
+        self.put_back(instance, None, 0, engine.clock.now());
         // No worker of its own looks at what it left, and the keeper of the calendar may be gone with it.
         self.work.notify_one();
         if let Err(error) = self.hire(engine) {
@@ -355,12 +344,13 @@ mod tests {
 
     /// Nothing but one instance that is due then.
     fn due(due: Nanos) -> Desk {
+        let mut calendar = Calendar::new(1);
+        calendar.put(0, Some(due), 1);
         Desk {
             inboxes: Vec::new(),
             busy: vec![None],
             ready: VecDeque::new(),
-            calendar: [Reverse((due, 0))].into(),
-            due: vec![Some(due)],
+            calendar,
             turns: vec![Turns::default()],
             keeper: None,
             deputy: None,
@@ -372,27 +362,27 @@ mod tests {
     #[test]
     fn another_is_called_unless_the_next_is_served_in_time() {
         let mut desk = due(1_000_000);
-        assert!(
-            desk.wants_another(Some(0)),
-            "nobody would come if this one stays away"
-        );
+        let called = |desk: &Desk, now, longest| desk.wants_another(now, Some(longest));
+        assert!(called(&desk, 0, 0), "nobody would come if this one stays away");
         desk.deputy = Some(1_000_000 + GRACE);
+        assert!(!called(&desk, 0, 900_000), "it is back, or the deputy comes");
         assert!(
-            !desk.wants_another(Some(900_000)),
-            "it is back, or the deputy comes"
-        );
-        assert!(
-            !desk.wants_another(Some(1_000_000 + CALL)),
+            !called(&desk, 0, 1_000_000 + CALL),
             "who is called comes no sooner"
         );
-        assert!(desk.wants_another(Some(1_000_001 + CALL)), "it would be late");
-        assert!(desk.wants_another(None), "nobody knows how long this takes");
+        assert!(called(&desk, 0, 1_000_001 + CALL), "it would be late");
+        assert!(desk.wants_another(0, None), "nobody knows how long this takes");
+        assert!(
+            !called(&desk, 1_100_000, CALL),
+            "it is due, but who is called comes no sooner"
+        );
+        assert!(called(&desk, 1_100_000, CALL + 1), "it is due");
         desk.deputy = Some(1_000_001 + GRACE);
-        assert!(desk.wants_another(Some(0)), "the deputy comes too late");
+        assert!(called(&desk, 0, 0), "the deputy comes too late");
         desk.keeper = Some(1_000_000);
-        assert!(!desk.wants_another(None), "the calendar is kept");
+        assert!(!desk.wants_another(0, None), "the calendar is kept");
         desk.ready.push_back(0);
-        assert!(desk.wants_another(None), "there is more to do now");
+        assert!(desk.wants_another(0, None), "there is more to do now");
     }
 
     #[test]
