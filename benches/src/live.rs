@@ -42,7 +42,7 @@ impl Observer for FirstWoken {
     }
 }
 
-/// Runs an application for that long.
+/// Runs an application until everybody is there, and for that long.
 pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
     let plugins = schemas::plugins()?;
     let application = loaded::application(text, &plugins)?;
