@@ -33,35 +33,38 @@ fn compare(scope: &Scope, schemas: usize, period: Duration, time: Duration) -> R
     for _ in 0..scope.either(1, 9) {
         for (text, ours) in texts.iter().zip(&mut ours) {
             let run = live::run(text, time)?;
-            let notes = run.notes.iter();
-            let late: Vec<f64> = notes.flat_map(|woke| lateness(woke, run.woken, &grids)).collect();
-            ensure!(!late.is_empty(), "nobody woke");
-            ours.push(late);
+            ours.push(lateness(&run, &grids)?);
         }
         let slept = bare::sleepers(&grids, time);
         let late = slept.late.iter().flatten();
         bare.push(late.map(|late| *late as f64).collect());
     }
-    let of =
-        |runs: &[Vec<f64>], share| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
     let mut lines = Vec::new();
     for (executor, ours) in EXECUTORS.iter().zip(&ours) {
-        for (what, share) in [("median", 0.5), ("p99", 0.99)] {
-            let (ours, bare) = (of(ours, share), of(&bare, share));
-            let line = Line::beside(
-                format!(
-                    "{schemas} schemas of {} ms late by, \"{executor}\", {what}",
-                    period.as_millis()
-                ),
-                Figure::Time(ours.median()),
-                "threads in clock_nanosleep",
-                Figure::Time(bare.median()),
-                Goal::AtMost(1.2),
-            );
-            lines.push(line.paired(ours.by(&bare)));
-        }
+        let what = format!(
+            "{schemas} schemas of {} ms late by, \"{executor}\"",
+            period.as_millis()
+        );
+        lines.extend(late_by(&what, ours, &bare, Goal::AtMost(1.2)));
     }
     Ok(lines)
+}
+
+/// How late turns were beside threads' sleeps, a list for each run.
+pub(crate) fn late_by(what: &str, ours: &[Vec<f64>], bare: &[Vec<f64>], goal: Goal) -> [Line; 2] {
+    let of =
+        |runs: &[Vec<f64>], share| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
+    [("median", 0.5), ("p99", 0.99)].map(|(name, share)| {
+        let (ours, bare) = (of(ours, share), of(bare, share));
+        Line::beside(
+            format!("{what}, {name}"),
+            Figure::Time(ours.median()),
+            "threads in clock_nanosleep",
+            Figure::Time(bare.median()),
+            goal,
+        )
+        .paired(ours.by(&bare))
+    })
 }
 
 /// An application of schemas that all compete at the top.
@@ -81,11 +84,15 @@ pub(crate) fn application(periods: &[Duration], executor: &str) -> String {
 }
 
 /// By how much turns came after their deadlines, ns, from when all were there.
-fn lateness(notes: &[u64], woken: u64, grids: &[Grid]) -> Vec<f64> {
-    let Some((number, times)) = notes.split_first() else {
-        return Vec::new();
-    };
-    let from = woken + live::START.as_nanos() as u64;
-    let late = grids[*number as usize].late(woken, times, from);
-    late.into_iter().map(|late| late as f64).collect()
+pub(crate) fn lateness(run: &live::Run, grids: &[Grid]) -> Result<Vec<f64>> {
+    let from = run.woken + live::START.as_nanos() as u64;
+    let mut all = Vec::new();
+    for notes in &run.notes {
+        if let Some((number, times)) = notes.split_first() {
+            let late = grids[*number as usize].late(run.woken, times, from);
+            all.extend(late.into_iter().map(|late| late as f64));
+        }
+    }
+    ensure!(!all.is_empty(), "nobody woke");
+    Ok(all)
 }

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use jde_core::State;
 use jde_host::{Lockstep, Options};
 
-use super::jitter::application;
+use super::jitter::{application, late_by, lateness};
 use crate::figure::{Figure, Goal, Line};
 use crate::grid::Grid;
 use crate::pairs::Rounds;
@@ -29,16 +29,19 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
     let periods: Vec<Duration> = (0..MANY)
         .map(|number| Duration::from_micros(10_000 + 65_000 * number as u64 / MANY as u64))
         .collect();
+    let grids = Grid::all(&periods);
     let texts = [application(&periods, "pool"), application(&periods, "threads")];
     let mut spent = [const { Vec::new() }; 3];
+    let mut late = [const { Vec::new() }; 3];
     let mut missed = [0; 3];
     for _ in 0..scope.either(1, 5) {
         for (place, text) in texts.iter().enumerate() {
             let run = live::run(text, time)?;
             spent[place].push(percent(run.processor, time));
             missed[place] += run.missed;
+            late[place].push(lateness(&run, &grids)?);
         }
-        let slept = bare::sleepers(&Grid::all(&periods), time);
+        let slept = bare::sleepers(&grids, time);
         let too_late = |(late, period): (&Vec<u64>, &Duration)| {
             late.iter()
                 .filter(|late| u128::from(**late) >= period.as_nanos())
@@ -46,6 +49,7 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
         };
         missed[2] += slept.late.iter().zip(&periods).map(too_late).sum::<u64>();
         spent[2].push(percent(slept.processor, time));
+        late[2].push(slept.late.iter().flatten().map(|late| *late as f64).collect());
     }
     let spent = spent.map(Rounds::of);
     let mut lines = Vec::new();
@@ -65,6 +69,8 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
             Figure::Count(missed[2] as f64),
             Goal::Below(Figure::Count(0.0)),
         ));
+        let what = format!("they are late by, executor \"{executor}\"");
+        lines.extend(late_by(&what, &late[place], &late[2], Goal::AtMost(1.2)));
     }
     Ok(lines)
 }

@@ -10,7 +10,7 @@ use jde_board::typed::TypedReader;
 use jde_paths::{Words, ends, variable};
 
 use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{interleave, see};
+use crate::pairs::{Rounds, interleave, see};
 use crate::scope::Scope;
 
 /// Words of a 640 x 480 picture of three bytes a pixel.
@@ -28,10 +28,12 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
     let peers = Peers::<WORDS>::new()?;
-    let [ours, copy, locked, blackboard] = interleave(
+    let (_writer, mut other) = ends::<WORDS>(Access::Export)?;
+    let [ours, stamped, copy, locked, blackboard] = interleave(
         scope.effort(),
         [
             &mut |times| (0..times).for_each(|_| look(&mut reader)),
+            &mut |times| (0..times).for_each(|_| see(other.get())),
             &mut |times| (0..times).for_each(|_| see(*black_box(&plain))),
             &mut |times| {
                 (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("nobody panics")));
@@ -51,9 +53,9 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| (0..times).for_each(|_| peers.pass(black_box(plain))),
         ],
     );
-    let line = |name: &str, theirs: &crate::pairs::Rounds, goal| {
+    let beside = |what: String, ours: &Rounds, name: &str, theirs: &Rounds, goal| {
         Line::beside(
-            format!("read {bytes} B"),
+            what,
             Figure::Time(ours.median()),
             name,
             Figure::Time(theirs.median()),
@@ -61,22 +63,29 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
         )
         .paired(ours.by(theirs))
     };
+    let line = |name, theirs, goal| beside(format!("read {bytes} B"), &ours, name, theirs, goal);
     Ok(vec![
         line("plain copy", &copy, Goal::AtMost(2.0)),
         line("std Mutex", &locked, Goal::TimesFaster(3.0)),
         line("iceoryx2 blackboard", &blackboard, Goal::Told),
-        Line::beside(
+        beside(
+            format!("read {bytes} B with a copy of the stamp"),
+            &stamped,
+            "plain copy",
+            &copy,
+            Goal::Told,
+        ),
+        beside(
             format!("publish and read {bytes} B"),
-            Figure::Time(passed.median()),
+            &passed,
             "iceoryx2 publish-subscribe",
-            Figure::Time(sent.median()),
+            &sent,
             Goal::TimesFaster(10.0),
-        )
-        .paired(passed.by(&sent)),
+        ),
     ])
 }
 
-/// The newest value, in the reader's hands with its stamp, and its bytes copied as those of the yardsticks are.
+/// The newest value where it is, its bytes copied as those of the yardsticks are. Its stamp is at hand, and not looked at.
 #[inline(always)]
 fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     if let Some(value) = reader.borrow() {

@@ -95,8 +95,8 @@ impl Reader {
         self.variable.reader(&self.variable.reader_name(self.ticket))
     }
 
-    /// The newest value at the first call; the same value, at the same address, until `release`. None if then nothing was
-    /// published and there is no initial value: that, too, stays so until `release`.
+    /// The newest value at the first call; the same value, at the same address, until `release` or `latch_newest`. None if then
+    /// nothing was published and there is no initial value: that, too, stays so as long.
     #[inline(always)]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
         if let Seen::NotLooked = self.seen {

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use jde_core::Nanos;
 
-/// A turn may begin so much of its period after its deadline, if that lets another be taken without a sleep between the two: the
-/// accuracy that Linux itself gives to who waits for a file (`select_estimate_accuracy`).
-const LEEWAY: Nanos = 1000;
+/// A turn may begin a thousandth of its period after its deadline if that lets another be taken without a sleep between the two,
+const SHARE: Nanos = 1000;
+/// but no more than this, ns: what Linux allows itself with the timers of a thread that asks for nothing else.
+const MOST: Nanos = 50_000;
 
 /// Deadlines by time, and each instance's own.
 pub(super) struct Calendar {
@@ -24,12 +25,12 @@ impl Calendar {
         }
     }
 
-    /// An instance of that period is due then, and at no other time.
-    pub(super) fn put(&mut self, instance: usize, due: Option<Nanos>, period: Nanos) {
+    /// An instance is due then, and at no other time; others may keep it waiting for so long.
+    pub(super) fn put(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
         self.take_out(instance);
         self.entries.extend(due.map(|due| (due, instance)));
         self.due[instance] = due;
-        self.leeway[instance] = period / LEEWAY;
+        self.leeway[instance] = leeway;
     }
 
     /// An instance is due no more.
@@ -64,29 +65,34 @@ impl Calendar {
     }
 }
 
+/// How long others may keep a schema of that period waiting.
+pub(super) fn leeway(period: Nanos) -> Nanos {
+    (period / SHARE).min(MOST)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const MS: Nanos = 1_000_000;
 
-    /// Instances that are due then, each with its period.
+    /// Instances that are due then, each with its leeway.
     fn calendar(entries: &[(Nanos, Nanos)]) -> Calendar {
         let mut calendar = Calendar::new(entries.len());
-        for (instance, (due, period)) in entries.iter().enumerate() {
-            calendar.put(instance, Some(*due), *period);
+        for (instance, (due, leeway)) in entries.iter().enumerate() {
+            calendar.put(instance, Some(*due), *leeway);
         }
         calendar
     }
 
     #[test]
     fn who_is_due_comes_out_in_order_and_once() {
-        let mut calendar = calendar(&[(30, MS), (10, MS), (20, MS)]);
+        let mut calendar = calendar(&[(30, 0), (10, 0), (20, 0)]);
         assert_eq!(calendar.take(9), None);
         assert_eq!(calendar.take(20), Some(1));
         assert_eq!(calendar.take(20), Some(2));
         assert_eq!(calendar.take(29), None);
-        calendar.put(0, Some(40), MS);
+        calendar.put(0, Some(40), 0);
         assert_eq!(calendar.take(39), None, "it has another deadline now");
         calendar.take_out(0);
         assert_eq!(calendar.take(Nanos::MAX), None);
@@ -95,16 +101,24 @@ mod tests {
 
     #[test]
     fn r11_nobody_waits_longer_than_its_leeway_for_others() {
-        // A thousandth of 10 ms is 10 us.
-        let near = |second, period| calendar(&[(MS, 10 * MS), (MS + second, period)]).next();
-        assert_eq!(near(10_000, 10 * MS), Some(MS + 10_000), "both at once");
-        assert_eq!(near(10_001, 10 * MS), Some(MS), "the first would be too late");
+        let near = |second, leeway| calendar(&[(MS, 10), (MS + second, leeway)]).next();
+        assert_eq!(near(10, 10), Some(MS + 10), "both at once");
+        assert_eq!(near(11, 10), Some(MS), "the first would be too late");
         assert_eq!(
-            calendar(&[(MS, 10 * MS)]).next(),
+            calendar(&[(MS, 10)]).next(),
             Some(MS),
             "there is nobody to wait for"
         );
-        let hurried = calendar(&[(MS, 10 * MS), (MS + 1000, MS), (MS + 3000, 10 * MS)]);
-        assert_eq!(hurried.next(), Some(MS + 1000), "the second has 1 us");
+        let hurried = calendar(&[(MS, 10), (MS + 1, 1), (MS + 3, 10)]);
+        assert_eq!(hurried.next(), Some(MS + 1), "the second has little");
+        let busy = calendar(&[(MS, 0), (MS + 1, 10)]);
+        assert_eq!(busy.next(), Some(MS), "the first has none");
+    }
+
+    #[test]
+    fn r11_the_leeway_is_a_thousandth_of_the_period_and_never_long() {
+        assert_eq!(leeway(MS), 1000);
+        assert_eq!(leeway(50 * MS), MOST);
+        assert_eq!(leeway(3_600_000 * MS), MOST);
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use jde_core::Nanos;
 
-use super::calendar::Calendar;
+use super::calendar::{Calendar, leeway};
 use super::ending;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
@@ -213,9 +213,15 @@ impl Pool {
 
     fn put_back(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {
         let mut desk = self.lock();
-        desk.turns[number].end(now);
         desk.busy[number] = None;
-        desk.calendar.put(number, due, period);
+        desk.turns[number].end(now);
+        // Who takes long is not kept waiting: whoever is due after it, to read what it writes, would have to be called meanwhile.
+        let leeway = if desk.turns[number].are_short() {
+            leeway(period)
+        } else {
+            0
+        };
+        desk.calendar.put(number, due, leeway);
         if !desk.inboxes[number].is_empty() {
             desk.ready.push_back(number);
         } else if desk.settling > 0 {
@@ -242,6 +248,11 @@ impl Turns {
         let took = now.saturating_sub(self.began);
         let before = self.longest.unwrap_or_default();
         self.longest = Some(took.max(before - before / 4));
+    }
+
+    /// Whether a worker that is called for another turn would not be there before they end.
+    fn are_short(self) -> bool {
+        self.longest.is_some_and(|longest| longest <= CALL)
     }
 }
 
@@ -345,7 +356,7 @@ mod tests {
     /// Nothing but one instance that is due then.
     fn due(due: Nanos) -> Desk {
         let mut calendar = Calendar::new(1);
-        calendar.put(0, Some(due), 1);
+        calendar.put(0, Some(due), 0);
         Desk {
             inboxes: Vec::new(),
             busy: vec![None],
@@ -396,5 +407,8 @@ mod tests {
         assert_eq!(turns.longest, Some(768));
         turns.end(1000);
         assert_eq!(turns.longest, Some(900));
+        assert!(turns.are_short());
+        turns.end(101 + CALL);
+        assert!(!turns.are_short());
     }
 }
