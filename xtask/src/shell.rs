@@ -13,8 +13,22 @@ use crate::paint::Paint;
 
 /// The `cargo` that runs this program, so that one toolchain does everything.
 pub(crate) fn cargo() -> Command {
-    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    // What it told this program of its package is no news for other packages: some would be built anew for it, and all that use
+    // them, as often as somebody who calls cargo himself takes turns with this program.
+    for (name, _) in std::env::vars_os() {
+        let told = name
+            .to_str()
+            .is_some_and(|name| TOLD.iter().any(|told| name.starts_with(told)));
+        if told {
+            cargo.env_remove(name);
+        }
+    }
+    cargo
 }
+
+/// How the names begin of what cargo tells a program that it runs of its package.
+const TOLD: [&str; 2] = ["CARGO_PKG_", "CARGO_MANIFEST_"];
 
 /// Runs a command whose output people read as it comes; an error when it does not succeed.
 pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {
@@ -116,6 +130,20 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cargo_is_not_told_of_this_package() {
+        let cargo = cargo();
+        let forgotten: Vec<_> = cargo.get_envs().filter(|(_, value)| value.is_none()).collect();
+        for name in ["CARGO_PKG_NAME", "CARGO_MANIFEST_DIR"] {
+            assert!(std::env::var_os(name).is_some(), "cargo runs this test");
+            assert!(
+                forgotten.iter().any(|(forgotten, _)| *forgotten == name),
+                "{name}"
+            );
+        }
+        assert!(!line(&cargo).contains("CARGO_"), "{}", line(&cargo));
+    }
 
     #[test]
     fn a_command_is_shown_as_one_would_type_it() {
