@@ -75,6 +75,12 @@ impl Writer {
         }
     }
 
+    /// Whether something is loaned.
+    #[must_use]
+    pub fn is_lent(&self) -> bool {
+        self.room.is_lent()
+    }
+
     /// Publishes what was loaned, as measured at `time`, and answers its number. A command is in force from `now` for its
     /// validity. Afterwards nothing is loaned, whatever the answer.
     ///
@@ -134,14 +140,14 @@ impl Writer {
     /// # Errors
     /// [`Error::Crowded`] while all slots that readers may hold are taken; nothing has changed then.
     pub fn part(&mut self) -> Result<Option<Parted>, Error> {
-        let (fresh, ticket) = match &self.room {
-            Room::Beside { loaned: false, .. } | Room::Within { claim: None } => return Ok(None),
-            Room::Beside { .. } => (Room::new(&self.variable), None),
-            Room::Within { claim: Some(_) } => {
-                let ticket = self.variable.open_slot()?;
-                (Room::new(&self.variable), Some(ticket))
-            }
+        if !self.room.is_lent() {
+            return Ok(None);
+        }
+        let ticket = match &self.room {
+            Room::Beside { .. } => None,
+            Room::Within { .. } => Some(self.variable.open_slot()?),
         };
+        let fresh = Room::new(&self.variable);
         Ok(Some(Parted {
             variable: self.variable.clone(),
             room: std::mem::replace(&mut self.room, fresh),
@@ -171,6 +177,13 @@ impl Room {
                 loaned: false,
             },
             Cell::Pinned(_) => Self::Within { claim: None },
+        }
+    }
+
+    fn is_lent(&self) -> bool {
+        match self {
+            Self::Beside { loaned, .. } => *loaned,
+            Self::Within { claim } => claim.is_some(),
         }
     }
 

@@ -20,8 +20,8 @@ pub(crate) struct Ports {
     releases: u64,
     /// Something was looked at since the last release.
     holds: bool,
-    /// Something was loaned since loans were last forgotten.
-    lends: bool,
+    /// How many loans nobody has published yet; those that were parted with count until loans are forgotten.
+    lent: usize,
     /// Rooms that a call which is about to be given up may still write to.
     pub(super) loaned: Vec<Parted>,
 }
@@ -124,7 +124,7 @@ impl Ports {
             looks: None,
             releases: 0,
             holds: false,
-            lends: false,
+            lent: 0,
             loaned: Vec::new(),
         }
     }
@@ -263,11 +263,13 @@ impl Ports {
 
     /// Room for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
-        self.lends = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
-            Port::Output(writer) | Port::Wish { writer, .. } => Ok(writer.loan()),
+            Port::Output(writer) | Port::Wish { writer, .. } => {
+                self.lent += usize::from(!writer.is_lent());
+                Ok(writer.loan())
+            }
         }
     }
 
@@ -284,7 +286,12 @@ impl Ports {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
         };
-        match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
+        let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
+        if let Port::Output(writer) | Port::Wish { writer, .. } = port {
+            // Whatever comes of it, nothing is loaned afterwards.
+            self.lent -= usize::from(writer.is_lent());
+        }
+        match port {
             Port::Unbound => Err(PortError::Unbound),
             Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
             Port::Output(writer) => writer.publish(time, now).map(drop).map_err(failed),
@@ -344,14 +351,14 @@ impl Ports {
         self.holds
     }
 
-    /// Whether something was loaned since loans were last forgotten.
+    /// Whether there are loans that nobody has published.
     pub(crate) fn lends(&self) -> bool {
-        self.lends
+        self.lent > 0
     }
 
     /// Forgets loans that were not published.
     pub(crate) fn discard_loans(&mut self) {
-        if !std::mem::take(&mut self.lends) {
+        if std::mem::take(&mut self.lent) == 0 {
             return;
         }
         self.loaned.clear();
