@@ -74,8 +74,8 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "loom",
-        title: "the cells of variables, in every interleaving of their threads",
-        help: "see above; the trace names the interleaving that breaks a cell",
+        title: "the cells of variables and the gate of calls, in every interleaving of their threads",
+        help: "see above; the trace names the interleaving that breaks one",
         needs: &["build"],
         run: loom,
     },
@@ -206,7 +206,9 @@ fn tests(context: &Context) -> Result<Done> {
 
 /// Other flags for every crate: a folder of its own, or the ordinary build would begin anew each time.
 fn loom(context: &Context) -> Result<Done> {
-    let mut cargo = context.cargo(&["test", "--package", "jde-board", "--release", "--test", "loom"]);
+    let packages = ["--package", "jde-board", "--package", "jde-gate"];
+    let mut cargo = context.cargo(&["test", "--release", "--test", "loom"]);
+    cargo.args(packages);
     cargo.env("RUSTFLAGS", with_flag("RUSTFLAGS", "--cfg loom"));
     cargo.env("CARGO_TARGET_DIR", context.target.join("loom"));
     context.run(cargo)

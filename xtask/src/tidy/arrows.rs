@@ -39,6 +39,7 @@ const TABLE: &[Row] = &[
     alone("crates/abi"),
     // Rules without clock, thread or I/O need no library.
     alone("crates/core"),
+    row("crates/gate", &[]),
     // It watches the rules in their tests, and in the campaign of faults.
     row("crates/shadow", &["crates/core"]),
     // The names that application files reserve are listed once, in the ABI's reader.
@@ -57,6 +58,7 @@ const TABLE: &[Row] = &[
             "crates/abi",
             "crates/core",
             "crates/board",
+            "crates/gate",
             "crates/panel",
             "crates/types",
         ],

@@ -40,6 +40,10 @@ const PLACES: &[(&str, &str)] = &[
         "the cells are tried with types of the tests' own",
     ),
     (
+        "crates/gate/tests/",
+        "what the gate keeps apart is looked at by loom, through its raw cells",
+    ),
+    (
         "crates/host/src/apart/",
         "an instance in a process of its own gets that process's table",
     ),
