@@ -3,17 +3,13 @@
 //! figures are for people to read.
 
 mod bare;
-mod figure;
-mod grid;
 mod live;
 mod loaded;
 mod machine;
-mod pairs;
 mod product;
 mod rows;
 mod schemas;
 mod scope;
-mod table;
 
 use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
@@ -23,13 +19,13 @@ use std::time::Instant;
 use anyhow::{Context as _, Result};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
+use jde_measure::figure::{Line, Verdict};
+use jde_measure::table::{Paint, table};
 use serde::Serialize;
 
-use crate::figure::{Line, Verdict};
 use crate::machine::Machine;
 use crate::rows::{ROWS, Row};
 use crate::scope::Scope;
-use crate::table::{Paint, table};
 
 /// Measures jde against the best there is.
 #[derive(Parser)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::pairs::Effort;
+use jde_measure::pairs::Effort;
 
 /// What a row is told.
 #[derive(Clone, Debug)]

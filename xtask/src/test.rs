@@ -22,6 +22,9 @@ pub(crate) struct Context {
     pub(crate) paint: Paint,
 }
 
+/// The benches and the fuzzers are workspaces of their own.
+const WORKSPACES: &[&str] = &["Cargo.toml", "benches/Cargo.toml", "fuzz/Cargo.toml"];
+
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
@@ -33,7 +36,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "fmt",
         title: "the layout of the code",
-        help: "run `cargo fmt --all`",
+        help: "run `cargo fmt --all` in the workspace whose command is the last above",
         needs: &[],
         run: fmt,
     },
@@ -163,8 +166,12 @@ fn fmt(context: &Context) -> Result<Done> {
     if !shell::succeeds(&mut context.cargo(&["fmt", "--version"])) {
         return context.lacks("rustfmt", "rustup component add rustfmt");
     }
-    // Names alone: the cure is the same whatever differs.
-    context.run(context.cargo(&["fmt", "--all", "--", "--check", "--files-with-diff"]))
+    for workspace in WORKSPACES {
+        // Names alone: the cure is the same whatever differs.
+        let mut cargo = context.cargo(&["fmt", "--all", "--manifest-path", workspace, "--"]);
+        shell::run(cargo.args(["--check", "--files-with-diff"]), context.paint)?;
+    }
+    Ok(Done::Passed)
 }
 
 fn tidy(context: &Context) -> Result<Done> {
@@ -201,7 +208,17 @@ fn tests(context: &Context) -> Result<Done> {
     if context.ci || prerequisites::has_screen() {
         cargo.env("JDE_TEST_SCREEN", "1");
     }
-    context.run(cargo)
+    shell::run(&mut cargo, context.paint)?;
+    // How the benches measure and judge; what they are compared with takes minutes to build, and is no part of that.
+    let mut measure = context.cargo(&[
+        "test",
+        "--manifest-path",
+        "benches/Cargo.toml",
+        "--package",
+        "jde-measure",
+    ]);
+    measure.arg("--target-dir").arg(&context.target);
+    context.run(measure)
 }
 
 /// Other flags for every crate: a folder of its own, or the ordinary build would begin anew each time.

@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 use jde_board::Access;
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, interleave, see};
 use jde_paths::variable;
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, interleave, see};
 use crate::scope::Scope;
 
 /// Words of a velocity.

@@ -4,8 +4,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use anyhow::{Context as _, Result, ensure};
+use jde_measure::figure::{Figure, Goal, Line};
 
-use crate::figure::{Figure, Goal, Line};
 use crate::scope::Scope;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {

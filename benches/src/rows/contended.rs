@@ -9,11 +9,11 @@ use anyhow::{Result, ensure};
 use arc_swap::ArcSwap;
 use jde_board::Access;
 use jde_board::typed::{TypedReader, TypedWriter};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, see};
 use jde_paths::{Words, variable};
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, see};
 use crate::scope::Scope;
 
 const READERS: usize = 3;

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 
 use anyhow::Result;
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{interleave, see};
 use jde_paths::Periods;
 
-use crate::figure::{Figure, Goal, Line};
 use crate::loaded;
-use crate::pairs::{interleave, see};
 use crate::scope::Scope;
 
 /// Schemas in the row that hands a value on.
@@ -50,7 +50,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| (0..times).for_each(|_| see(black_box(bare)(&raw mut state))),
         ],
     );
-    let above = |what: &str, ours: &crate::pairs::Rounds| {
+    let above = |what: &str, ours: &jde_measure::pairs::Rounds| {
         Line::beside(
             what,
             Figure::Time(ours.median()),

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::grid::Grid;
+use jde_measure::pairs::{Rounds, quantile};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::grid::Grid;
-use crate::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 

@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_host::{Options, Running};
 use jde_link::{Client, Events, Folder, Link, Rate, Reach, Settings, Title};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, median};
 use serde::{Deserialize, Serialize};
 use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, median};
 use crate::schemas::{Large, Small};
 use crate::scope::Scope;
 use crate::{bare, loaded, schemas};

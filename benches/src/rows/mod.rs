@@ -18,8 +18,8 @@ mod variables;
 pub(crate) use self::link::{LISTEN, listen};
 
 use anyhow::Result;
+use jde_measure::figure::Line;
 
-use crate::figure::Line;
 use crate::scope::Scope;
 
 /// A row: one claim, in as many lines as it takes.

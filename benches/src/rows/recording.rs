@@ -5,9 +5,10 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::grid::after_the_earliest;
+use jde_measure::pairs::{Rounds, quantile};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, quantile};
 use crate::product;
 use crate::scope::Scope;
 
@@ -105,19 +106,6 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     })
 }
 
-/// How much later in their periods things were than whichever was earliest, ns: where the grid lies is seen by those that were in time.
-fn after_the_earliest(times: &[u64], period: u64) -> Vec<f64> {
-    let mut places: Vec<u64> = times.iter().map(|time| time % period).collect();
-    places.sort_unstable();
-    let last = places.last().copied().unwrap_or_default();
-    // They lie close together, somewhere on the circle of a period: the widest gap is before the earliest.
-    let gaps = places.windows(2).map(|two| (two[1] - two[0], two[1]));
-    let around = (places[0] + period - last, places[0]);
-    let (_, earliest) = gaps.fold(around, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
-    let late = places.iter().map(|place| (place + period - earliest) % period);
-    late.map(|late| late as f64).collect()
-}
-
 /// Processor time of all processes that were started here and have ended, s.
 fn children() -> Result<f64> {
     let text = fs::read_to_string("/proc/self/stat")?;
@@ -126,19 +114,4 @@ fn children() -> Result<f64> {
     let fields: Vec<&str> = rest.split_whitespace().collect();
     let ticks: u64 = fields[13].parse::<u64>()? + fields[14].parse::<u64>()?;
     Ok(ticks as f64 / rustix::param::clock_ticks_per_second() as f64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::after_the_earliest;
-
-    #[test]
-    fn what_was_in_time_is_found_wherever_the_grid_lies() {
-        for first in [0, 3, 97] {
-            let times = [0, 102, 201, 340, 400].map(|time| first + time);
-            let late: Vec<f64> = after_the_earliest(&times, 100);
-            assert_eq!(late.iter().sum::<f64>(), 43.0, "{late:?}");
-            assert_eq!(late.iter().copied().fold(0.0, f64::max), 40.0);
-        }
-    }
 }

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result};
 use jde_core::State;
 use jde_host::{Lockstep, Options};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::grid::Grid;
+use jde_measure::pairs::Rounds;
 
 use super::jitter::{application, late_by, lateness};
-use crate::figure::{Figure, Goal, Line};
-use crate::grid::Grid;
-use crate::pairs::Rounds;
 use crate::schemas::{self, ROLES};
 use crate::scope::Scope;
 use crate::{bare, live, loaded};

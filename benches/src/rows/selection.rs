@@ -2,10 +2,10 @@
 //! another candidate has become ready or is no longer.
 
 use anyhow::Result;
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::interleave;
 use jde_paths::Level;
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::interleave;
 use crate::scope::Scope;
 
 /// What others take for so many options and leaves, ns.

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{interleave, see};
 use jde_sim::{CameraConfig, RobotConfig, RobotId, SonarConfig, Twist2, World};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{interleave, see};
 use crate::scope::Scope;
 
 const SECOND: u64 = 1_000_000_000;

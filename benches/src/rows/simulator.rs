@@ -6,14 +6,14 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context as _, Result, anyhow};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, interleave, see};
 use jde_sim::{LaserConfig, Pose2, RobotConfig, World};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
 use parry2d_f64::shape::Polyline;
 use serde::{Deserialize, Serialize};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, interleave, see};
 use crate::product;
 use crate::scope::Scope;
 

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_host::reload::{Became, How, Reloader};
 use jde_host::{Options, Running};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::Rounds;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::Rounds;
 use crate::scope::Scope;
 use crate::{loaded, product};
 

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, quantile};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, quantile};
 use crate::scope::Scope;
 use crate::{bare, live};
 

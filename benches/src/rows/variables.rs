@@ -7,10 +7,10 @@ use anyhow::{Context as _, Result};
 use iceoryx2::prelude::*;
 use jde_board::Access;
 use jde_board::typed::TypedReader;
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, interleave, see};
 use jde_paths::{Words, ends, variable};
 
-use crate::figure::{Figure, Goal, Line};
-use crate::pairs::{Rounds, interleave, see};
 use crate::scope::Scope;
 
 /// Words of a 640 x 480 picture of three bytes a pixel.

@@ -8,16 +8,16 @@ const STEP: Duration = Duration::from_millis(1);
 
 /// The deadlines of one: the first, and then a period after each other.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
+pub struct Grid {
     /// Since all were woken, ns.
-    pub(crate) first: u64,
+    pub first: u64,
     /// ns.
-    pub(crate) period: u64,
+    pub period: u64,
 }
 
 impl Grid {
     /// Of as many as there are periods, in that order.
-    pub(crate) fn all(periods: &[Duration]) -> Vec<Self> {
+    pub fn all(periods: &[Duration]) -> Vec<Self> {
         let shortest = periods.iter().min().copied().unwrap_or_default();
         let step = (shortest / periods.len() as u32).min(STEP);
         let grids = periods.iter().zip((0..periods.len() as u32).rev());
@@ -30,7 +30,7 @@ impl Grid {
 
     /// By how much turns that began at these times came after their deadlines, ns, if all were woken then: each has the first deadline
     /// after the turn before it. Those before `from` are left out.
-    pub(crate) fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
+    pub fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
         let first = woken + self.first;
         let due = |before: u64| match before.checked_sub(first) {
             Some(since) => first + (since / self.period + 1) * self.period,
@@ -42,6 +42,21 @@ impl Grid {
             .filter_map(|turn| turn[1].checked_sub(due(turn[0])))
             .collect()
     }
+}
+
+/// How much later in their periods things were than whichever was earliest, ns: where the grid lies is seen by those that were in time.
+pub fn after_the_earliest(times: &[u64], period: u64) -> Vec<f64> {
+    let mut places: Vec<u64> = times.iter().map(|time| time % period).collect();
+    places.sort_unstable();
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return Vec::new();
+    };
+    // They lie close together, somewhere on the circle of a period: the widest gap is before the earliest.
+    let gaps = places.windows(2).map(|two| (two[1] - two[0], two[1]));
+    let around = (first + period - last, *first);
+    let (_, earliest) = gaps.fold(around, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
+    let late = places.iter().map(|place| (place + period - earliest) % period);
+    late.map(|late| late as f64).collect()
 }
 
 #[cfg(test)]
@@ -72,5 +87,15 @@ mod tests {
         assert_eq!(firsts(&[ms(50), ms(50)]), [49_000_000, 50_000_000]);
         assert_eq!(firsts(&[ms(1), ms(1)]), [500_000, 1_000_000]);
         assert_eq!(firsts(&[ms(1), ms(50)]), [500_000, 50_000_000]);
+    }
+
+    #[test]
+    fn what_was_in_time_is_found_wherever_the_grid_lies() {
+        for first in [0, 3, 97] {
+            let times = [0, 102, 201, 340, 400].map(|time| first + time);
+            let late: Vec<f64> = after_the_earliest(&times, 100);
+            assert_eq!(late.iter().sum::<f64>(), 43.0, "{late:?}");
+            assert_eq!(late.iter().copied().fold(0.0, f64::max), 40.0);
+        }
     }
 }

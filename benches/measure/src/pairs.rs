@@ -5,39 +5,40 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 /// What is measured: does its operation so many times.
-pub(crate) type Side<'a> = &'a mut dyn FnMut(u64);
+pub type Side<'a> = &'a mut dyn FnMut(u64);
 
 /// Has a result be made, and forgets it.
 #[inline(always)]
-pub(crate) fn see<T>(result: T) {
+pub fn see<T>(result: T) {
     let _ = black_box(result);
 }
 
 /// What one side took in each round.
 #[derive(Clone, Debug)]
-pub(crate) struct Rounds(Vec<f64>);
+pub struct Rounds(Vec<f64>);
 
 /// How long is measured.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+pub struct Effort {
     /// Rounds.
-    pub(crate) rounds: usize,
+    pub rounds: usize,
     /// Of each side in each round.
-    pub(crate) batch: Duration,
+    pub batch: Duration,
 }
 
 impl Rounds {
-    pub(crate) fn of(values: Vec<f64>) -> Self {
+    /// Of what was measured elsewhere, in the order of the rounds, ns or whatever both sides have.
+    pub fn of(values: Vec<f64>) -> Self {
         Self(values)
     }
 
     /// The middle one.
-    pub(crate) fn median(&self) -> f64 {
+    pub fn median(&self) -> f64 {
         median(self.0.clone())
     }
 
     /// The middle one of the ratios of what was measured in the same round.
-    pub(crate) fn by(&self, other: &Self) -> f64 {
+    pub fn by(&self, other: &Self) -> f64 {
         median(
             self.0
                 .iter()
@@ -49,10 +50,7 @@ impl Rounds {
 }
 
 /// Nanoseconds that an operation of each side takes, round by round. Each round begins with another side.
-pub(crate) fn interleave<const SIDES: usize>(
-    effort: Effort,
-    mut sides: [Side<'_>; SIDES],
-) -> [Rounds; SIDES] {
+pub fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDES]) -> [Rounds; SIDES] {
     let batches = sides.each_mut().map(|side| batch(effort.batch, side));
     let mut all = [const { Vec::new() }; SIDES];
     for round in 0..effort.rounds {
@@ -82,12 +80,12 @@ fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
 }
 
 /// The middle one; of nothing, not a number.
-pub(crate) fn median(values: Vec<f64>) -> f64 {
+pub fn median(values: Vec<f64>) -> f64 {
     quantile(values, 0.5)
 }
 
 /// The one below which such a share lies.
-pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
     values

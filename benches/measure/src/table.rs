@@ -6,7 +6,7 @@ use crate::figure::{Line, Verdict};
 
 /// Colour on a terminal, plain text elsewhere.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Paint(pub(crate) bool);
+pub struct Paint(pub bool);
 
 impl Paint {
     fn verdict(self, text: &str, verdict: Verdict) -> String {
@@ -26,7 +26,7 @@ impl Paint {
 const HEAD: [&str; 7] = ["what", "ours", "yardstick", "theirs", "ratio", "goal", "met"];
 
 /// All lines of all rows, and how many met their goals.
-pub(crate) fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
+pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
     let lines: Vec<&Line> = rows.iter().flat_map(|(_, lines)| lines).collect();
     let cells: Vec<[String; 7]> = lines.iter().map(|line| cells(line)).collect();
     let width = |column: usize| {

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// A quantity and its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "unit", content = "value")]
-pub(crate) enum Figure {
+pub enum Figure {
     /// Nanoseconds.
     Time(f64),
     /// Times as fast as real time.
@@ -23,7 +23,7 @@ pub(crate) enum Figure {
 /// What is wanted of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind", content = "value")]
-pub(crate) enum Goal {
+pub enum Goal {
     /// Ours is at most so many times the yardstick.
     AtMost(f64),
     /// The yardstick is at least so many times ours.
@@ -40,34 +40,34 @@ pub(crate) enum Goal {
 
 /// What a line is compared with.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Yardstick {
+pub struct Yardstick {
     /// What it is.
-    pub(crate) name: String,
+    pub name: String,
     /// What it took.
-    pub(crate) figure: Figure,
+    pub figure: Figure,
     /// Measured elsewhere, on a machine of the same kind, and not in this run.
-    pub(crate) given: bool,
+    pub given: bool,
 }
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Line {
+pub struct Line {
     /// What was measured.
-    pub(crate) what: String,
+    pub what: String,
     /// What ours took.
-    pub(crate) ours: Figure,
+    pub ours: Figure,
     /// What it is compared with.
-    pub(crate) yardstick: Option<Yardstick>,
+    pub yardstick: Option<Yardstick>,
     /// Ours by the yardstick: the median of pairs, where they were measured in pairs.
-    pub(crate) ratio: Option<f64>,
+    pub ratio: Option<f64>,
     /// What is wanted.
-    pub(crate) goal: Goal,
+    pub goal: Goal,
 }
 
 /// Whether a line is as wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Verdict {
+pub enum Verdict {
     /// It is.
     Met,
     /// It is not.
@@ -78,7 +78,7 @@ pub(crate) enum Verdict {
 
 impl Figure {
     /// The number without its unit.
-    pub(crate) fn value(self) -> f64 {
+    pub fn value(self) -> f64 {
         match self {
             Self::Time(value)
             | Self::Speed(value)
@@ -89,14 +89,14 @@ impl Figure {
     }
 
     /// Nanoseconds of so many milliseconds.
-    pub(crate) fn millis(millis: f64) -> Self {
+    pub fn millis(millis: f64) -> Self {
         Self::Time(millis * 1e6)
     }
 }
 
 impl Line {
     /// A line that is compared with nothing.
-    pub(crate) fn alone(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
+    pub fn alone(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
         Self {
             what: what.into(),
             ours,
@@ -107,7 +107,7 @@ impl Line {
     }
 
     /// A line that is compared with what was measured in the same run.
-    pub(crate) fn beside(
+    pub fn beside(
         what: impl Into<String>,
         ours: Figure,
         name: impl Into<String>,
@@ -128,7 +128,7 @@ impl Line {
     }
 
     /// A line that is compared with a figure from elsewhere.
-    pub(crate) fn given(
+    pub fn given(
         what: impl Into<String>,
         ours: Figure,
         name: impl Into<String>,
@@ -141,7 +141,7 @@ impl Line {
     }
 
     /// The same with the median of the ratios of pairs.
-    pub(crate) fn paired(self, ratio: f64) -> Self {
+    pub fn paired(self, ratio: f64) -> Self {
         Self {
             ratio: Some(ratio),
             ..self
@@ -149,14 +149,15 @@ impl Line {
     }
 
     /// Ours by the yardstick.
-    pub(crate) fn ratio(&self) -> Option<f64> {
+    pub fn ratio(&self) -> Option<f64> {
         let yardstick = self.yardstick.as_ref()?;
         let ratio = self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value());
         // Of nothing there is none.
         Some(ratio).filter(|ratio| ratio.is_finite())
     }
 
-    pub(crate) fn verdict(&self) -> Verdict {
+    /// Whether it is as wanted.
+    pub fn verdict(&self) -> Verdict {
         let ours = self.ours.value();
         let theirs = self.yardstick.as_ref().map(|it| it.figure.value());
         let met = match self.goal {
