@@ -129,17 +129,11 @@ impl Engine {
                 self.tell(rules, &calmed);
             }
         }
-        let mut effects = std::mem::take(&mut rules.effects);
-        let result = change(&mut rules.hierarchy, now, &mut effects);
-        // Carried out, they are gone.
-        let witnessed = rules.witness.is_some().then(|| effects.clone());
-        for effect in effects.drain(..) {
-            self.apply(rules, now, effect);
+        let result = change(&mut rules.hierarchy, now, &mut rules.effects);
+        // Most checks and leaves have none.
+        if !rules.effects.is_empty() || rules.witness.is_some() {
+            self.carry_out(rules, now, step(&result));
         }
-        if let Some(effects) = witnessed {
-            self.witness(rules, now, step(&result), &effects);
-        }
-        rules.effects = effects;
         let next = rules.hierarchy.next_timer();
         if rules.alarm != next
             && let Some(bells) = self.bells()
@@ -148,6 +142,20 @@ impl Engine {
             rules.calls.alarm |= bells.set_alarm(next);
         }
         (result, moment)
+    }
+
+    /// Carries out what a transaction led to, and shows it to whoever judges the rules.
+    fn carry_out(&self, rules: &mut Rules, now: Nanos, step: Step) {
+        let mut effects = std::mem::take(&mut rules.effects);
+        // Carried out, they are gone.
+        let witnessed = rules.witness.is_some().then(|| effects.clone());
+        for effect in effects.drain(..) {
+            self.apply(rules, now, effect);
+        }
+        if let Some(effects) = witnessed {
+            self.witness(rules, now, step, &effects);
+        }
+        rules.effects = effects;
     }
 
     /// Tells of a transaction that is in nobody's turn.

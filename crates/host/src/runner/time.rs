@@ -76,6 +76,10 @@ impl Runner {
 
     /// Counts what is late, and tells when a row of such begins; who is late in either is late.
     fn note(&mut self, work: Work, took: Nanos, late: bool) {
+        if !late && !self.late[work as usize] {
+            // As ever.
+            return;
+        }
         if late {
             self.engine.meters[self.number].overruns.fetch_add(1, Relaxed);
         }
