@@ -13,7 +13,7 @@ pub(crate) struct Machine {
     processors: usize,
     /// Bytes of memory.
     memory: u64,
-    /// The kernel, and its version.
+    /// The version of the kernel.
     kernel: String,
     /// The compiler of the benches.
     compiler: String,
@@ -40,7 +40,7 @@ impl Machine {
                 .and_then(|kib| kib.parse::<u64>().ok())
                 .unwrap_or(0)
                 * 1024,
-            kernel: read("/proc/sys/kernel/osrelease").trim().to_owned(),
+            kernel: version(&read("/proc/sys/kernel/osrelease")).to_owned(),
             compiler: env!("JDE_BENCH_COMPILER").to_owned(),
             load: read("/proc/loadavg")
                 .split(' ')
@@ -62,4 +62,10 @@ impl Machine {
             self.load
         )
     }
+}
+
+/// The version alone: what follows it is whoever built the kernel.
+fn version(release: &str) -> &str {
+    let other = |letter: char| letter != '.' && !letter.is_ascii_digit();
+    release.split(other).next().unwrap_or_default()
 }

@@ -20,6 +20,7 @@ use anyhow::{Context as _, Result};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use jde_measure::figure::{Line, Verdict};
+use jde_measure::page;
 use jde_measure::table::{Paint, table};
 use serde::Serialize;
 
@@ -43,6 +44,9 @@ struct Cli {
     /// Keep the table and what machine this is in a file of JSON.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
+    /// Put the table in this page, in place of the one that it has.
+    #[arg(long, value_name = "FILE", hide = true)]
+    page: Option<PathBuf>,
     /// The root of the product's source.
     #[arg(long, hide = true)]
     root: PathBuf,
@@ -146,6 +150,14 @@ fn main() -> Result<ExitCode> {
         };
         let text = serde_json::to_string_pretty(&kept)? + "\n";
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    // A table that lacks a row takes nobody's place.
+    if let Some(file) = cli.page.filter(|_| whole) {
+        let page =
+            std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        let page = page::put_into(&page, &page::markdown(&measured))
+            .with_context(|| format!("{} has no table to put this one in place of", file.display()))?;
+        std::fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
     }
     Ok(if whole {
         ExitCode::SUCCESS

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
 
 use crate::metadata::Metadata;
@@ -13,6 +13,10 @@ use crate::shell;
 
 /// Where they are.
 const FOLDER: &str = "benches";
+
+/// Where their figures are kept, and shown.
+const TABLE: &str = "benches/table.json";
+const PAGE: &str = "docs/performance.md";
 
 /// What they are compared with that is written in Python.
 const PACKAGE: &str = "ir-sim==2.12.0";
@@ -30,13 +34,15 @@ pub(crate) struct Choice {
     /// A look: a tenth of the time, and figures that are worth less.
     #[arg(long)]
     quick: bool,
-    /// Keep the table and what machine this is in a file of JSON.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "benches/table.json")]
-    save: Option<PathBuf>,
+    /// Keep the table and what machine this is in a file of JSON; without a name in benches/table.json, and the table in
+    /// docs/performance.md too.
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    save: Option<Option<PathBuf>>,
 }
 
 /// Builds and measures; its exit status is that of the benches.
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
+    choice.check()?;
     let target = Metadata::of_workspace(root)?.target_directory;
     if !choice.list {
         shell::run(
@@ -47,7 +53,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
     shell::run(&mut build(root, &target), paint)?;
     let built = target.join("release");
     let mut benches = Command::new(built.join("jde-benches"));
-    benches.args(choice.arguments(&std::env::current_dir()?));
+    benches.args(choice.arguments(root, &std::env::current_dir()?));
     benches.arg("--root").arg(root).arg("--built").arg(&built);
     if !choice.list && choice.casts_rays() {
         match python(&target, paint) {
@@ -95,15 +101,30 @@ impl Choice {
         self.row.is_empty() || self.row.iter().any(|row| row == "laser")
     }
 
+    /// The table of the project is whole, and worth its figures.
+    fn check(&self) -> Result<()> {
+        if matches!(self.save, Some(None)) && (self.quick || !self.row.is_empty()) {
+            bail!(
+                "`--save` alone keeps the whole table: name a file, as in `--save some.json`, to keep another"
+            );
+        }
+        Ok(())
+    }
+
     /// As the benches want it, who run elsewhere than here.
-    fn arguments(&self, here: &Path) -> Vec<PathBuf> {
+    fn arguments(&self, root: &Path, here: &Path) -> Vec<PathBuf> {
         let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
         let flags = [("--list", self.list), ("--quick", self.quick)];
         let flags = flags.into_iter().filter(|(_, given)| *given);
-        let save = self
-            .save
-            .iter()
-            .flat_map(|file| ["--save".into(), here.join(file)]);
+        let save = self.save.iter().flat_map(|file| match file {
+            Some(file) => vec!["--save".into(), here.join(file)],
+            None => vec![
+                "--save".into(),
+                root.join(TABLE),
+                "--page".into(),
+                root.join(PAGE),
+            ],
+        });
         rows.chain(flags.map(|(flag, _)| flag.into()))
             .chain(save)
             .collect()
@@ -114,14 +135,18 @@ impl Choice {
 mod tests {
     use super::*;
 
+    fn choice(row: &[&str], quick: bool, save: Option<Option<&str>>) -> Choice {
+        Choice {
+            row: row.iter().map(|row| (*row).to_owned()).collect(),
+            list: false,
+            quick,
+            save: save.map(|file| file.map(PathBuf::from)),
+        }
+    }
+
     #[test]
     fn what_is_chosen_is_handed_on() {
-        let choice = Choice {
-            row: vec!["read".to_owned(), "demo".to_owned()],
-            list: false,
-            quick: true,
-            save: Some("kept.json".into()),
-        };
+        let some = choice(&["read", "demo"], true, Some(Some("kept.json")));
         let expected = [
             "--row",
             "read",
@@ -131,6 +156,26 @@ mod tests {
             "--save",
             "here/kept.json",
         ];
-        assert_eq!(choice.arguments(Path::new("here")), expected.map(PathBuf::from));
+        let arguments = |choice: &Choice| choice.arguments(Path::new("root"), Path::new("here"));
+        assert_eq!(arguments(&some), expected.map(PathBuf::from));
+        let expected = [
+            "--save",
+            "root/benches/table.json",
+            "--page",
+            "root/docs/performance.md",
+        ];
+        assert_eq!(
+            arguments(&choice(&[], false, Some(None))),
+            expected.map(PathBuf::from)
+        );
+    }
+
+    #[test]
+    fn the_table_of_the_project_is_kept_whole_or_not_at_all() {
+        assert!(choice(&[], false, Some(None)).check().is_ok());
+        assert!(choice(&["read"], false, Some(None)).check().is_err());
+        assert!(choice(&[], true, Some(None)).check().is_err());
+        assert!(choice(&["read"], true, Some(Some("some.json"))).check().is_ok());
+        assert!(choice(&["read"], true, None).check().is_ok());
     }
 }

@@ -3,5 +3,6 @@
 
 pub mod figure;
 pub mod grid;
+pub mod page;
 pub mod pairs;
 pub mod table;

@@ -61,7 +61,8 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
     text
 }
 
-fn cells(line: &Line) -> [String; 7] {
+/// What a line says in each column.
+pub(crate) fn cells(line: &Line) -> [String; 7] {
     let (name, theirs) = match &line.yardstick {
         None => (String::from("-"), String::from("-")),
         Some(it) if it.given => (format!("{} (given)", it.name), it.figure.to_string()),

@@ -1,0 +1,81 @@
+//! The table in Markdown, and its place in the page that explains it. Judges nothing: lines do.
+
+use std::fmt::Write as _;
+
+use crate::figure::{Line, Verdict};
+use crate::table::cells;
+
+/// How the table begins in the page, which is how it is found.
+const HEAD: &str = "| what | ours | yardstick | its | ratio | goal | |";
+
+/// All lines of all rows.
+pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
+    let mut text = format!("{HEAD}\n| --- | --- | --- | --- | --- | --- | --- |\n");
+    for line in rows.iter().flat_map(|(_, lines)| lines) {
+        let verdict = match line.verdict() {
+            Verdict::Missed => "**missed**",
+            Verdict::Met => "met",
+            Verdict::Told => "",
+        };
+        let cells = cells(line).map(|cell| match cell.as_str() {
+            "-" => String::new(),
+            _ => cell.replace(" us", " µs"),
+        });
+        let _ = writeln!(text, "| {} | {verdict} |", cells[..6].join(" | "));
+    }
+    text
+}
+
+/// The page with that table where it has one; nothing if it has none.
+pub fn put_into(page: &str, table: &str) -> Option<String> {
+    let (before, rest) = page.split_once(HEAD)?;
+    // Up to the first line that is no row of it.
+    let after = rest.split_inclusive('\n').skip(1);
+    let after: String = after.skip_while(|line| line.starts_with('|')).collect();
+    Some(format!("{before}{table}{after}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Figure, Goal};
+
+    fn rows() -> Vec<(String, Vec<Line>)> {
+        let lines = vec![
+            Line::beside(
+                "a",
+                Figure::Time(5e3),
+                "theirs",
+                Figure::Time(1e3),
+                Goal::AtMost(2.0),
+            ),
+            Line::alone("b", Figure::Count(3.0), Goal::Told),
+        ];
+        vec![(String::from("row"), lines)]
+    }
+
+    #[test]
+    fn a_line_is_a_row_and_what_is_missed_is_seen() {
+        let expected = "\
+| what | ours | yardstick | its | ratio | goal | |
+| --- | --- | --- | --- | --- | --- | --- |
+| a | 5.00 µs | theirs | 1.00 µs | 5.00 | at most 2x | **missed** |
+| b | 3 |  |  |  |  |  |
+";
+        assert_eq!(markdown(&rows()), expected);
+    }
+
+    #[test]
+    fn only_the_table_of_a_page_is_replaced() {
+        let page = format!("# Before\n\n{HEAD}\n| --- |\n| old |\n\nAfter.\n\n| another |\n");
+        let table = markdown(&rows());
+        let replaced = put_into(&page, &table).unwrap();
+        assert_eq!(replaced, format!("# Before\n\n{table}\nAfter.\n\n| another |\n"));
+        assert_eq!(
+            put_into(&replaced, &table).as_ref(),
+            Some(&replaced),
+            "it is found again"
+        );
+        assert_eq!(put_into("| another |\n", &table), None);
+    }
+}
