@@ -2,10 +2,13 @@
 //!
 //! What is noted is kept by each instance for itself until it sleeps, so that noting costs no lock.
 
+use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw;
 use jde_host::plugin::{Plugins, SearchPath};
+use jde_measure::pairs::{Effort, Rounds, interleave, see};
+use jde_paths::Periods;
 use jde_schema::prelude::*;
 
 /// What instances noted, one list each.
@@ -97,6 +100,18 @@ pub(crate) struct Teller {
     turn: bool,
 }
 
+/// Times looks at what others say.
+#[derive(Describe)]
+#[schema(motor, period = "20ms")]
+pub(crate) struct Gazer {
+    /// 8 bytes.
+    #[import]
+    seen: Import<f64>,
+    /// 64 bytes.
+    #[import]
+    small: Import<Small>,
+}
+
 impl Schema for Beat {
     fn awake(&mut self, cx: &Context) -> Result {
         self.woke = Vec::with_capacity(ROOM);
@@ -180,6 +195,79 @@ impl Schema for Teller {
     }
 }
 
+impl Schema for Gazer {
+    /// While its values are there, and before it acts, which it never does.
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        if let (Some(seen), Some(small)) = (self.seen.get(cx), self.small.get(cx)) {
+            let effort = EFFORT.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if let Some(effort) = effort {
+                let looks = [
+                    timed(effort, || *self.seen.get(cx).expect("it stays"), *seen),
+                    timed(effort, || *self.small.get(cx).expect("it stays"), *small),
+                ];
+                LOOKS.lock().unwrap_or_else(PoisonError::into_inner).extend(looks);
+            }
+        }
+        Ok(false.into())
+    }
+
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}
+
+/// What it took a schema to look at a value again and again.
+pub(crate) struct Looks {
+    pub(crate) bytes: usize,
+    /// By its port.
+    pub(crate) asked: Rounds,
+    /// The same value in a mutex, by the same code.
+    pub(crate) locked: Rounds,
+}
+
+/// How long the next schema that can is to look.
+static EFFORT: Mutex<Option<Effort>> = Mutex::new(None);
+/// What came of it.
+static LOOKS: Mutex<Vec<Looks>> = Mutex::new(Vec::new());
+
+/// Has a schema look at values of 8 and of 64 bytes, in an application in lockstep.
+pub(crate) fn looks(effort: Effort) -> anyhow::Result<Vec<Looks>> {
+    const GAZER: &str = r#"
+        roots = ["teller", "gazer"]
+        [schemas.robot]
+        type = "pace/robot"
+        [schemas.teller]
+        type = "pace/teller"
+        [schemas.gazer]
+        type = "pace/gazer"
+        imports = { seen = "robot.seen", small = "teller.small" }
+    "#;
+    EFFORT
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .replace(effort);
+    Periods::of(GAZER, &plugins()?)?.pass(200);
+    let looks = std::mem::take(&mut *LOOKS.lock().unwrap_or_else(PoisonError::into_inner));
+    anyhow::ensure!(!looks.is_empty(), "the schema saw nothing");
+    Ok(looks)
+}
+
+fn timed<T: Copy>(effort: Effort, ask: impl Fn() -> T, value: T) -> Looks {
+    let mutex = Mutex::new(value);
+    let lock = || *black_box(&mutex).lock().unwrap_or_else(PoisonError::into_inner);
+    let [asked, locked] = interleave(
+        effort,
+        [&mut |times| (0..times).for_each(|_| see(ask())), &mut |times| {
+            (0..times).for_each(|_| see(lock()))
+        }],
+    );
+    Looks {
+        bytes: size_of::<T>(),
+        asked,
+        locked,
+    }
+}
+
 /// A father of very many.
 macro_rules! crowd {
     ($($child:ident)+) => {
@@ -225,7 +313,7 @@ crowd! {
 static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "pace",
     "Schemas of the benches.",
-    [Beat, Leaf, Robot, Brake, Cruise, Teller, Crowd]
+    [Beat, Leaf, Robot, Brake, Cruise, Teller, Gazer, Crowd]
 );
 
 /// The plugin of all these.

@@ -14,6 +14,8 @@ pub enum Figure {
     Speed(f64),
     /// Of one processor, in percent.
     Processor(f64),
+    /// Of all, in percent.
+    Share(f64),
     /// Bytes.
     Bytes(f64),
     /// How many.
@@ -83,6 +85,7 @@ impl Figure {
             Self::Time(value)
             | Self::Speed(value)
             | Self::Processor(value)
+            | Self::Share(value)
             | Self::Bytes(value)
             | Self::Count(value) => value,
         }
@@ -178,6 +181,7 @@ impl fmt::Display for Figure {
             Self::Time(ns) => f.write_str(&scaled(ns, &[(1.0, "ns"), (1e3, "us"), (1e6, "ms"), (1e9, "s")])),
             Self::Speed(times) => write!(f, "{times:.0}x real time"),
             Self::Processor(percent) => write!(f, "{percent:.2} % CPU"),
+            Self::Share(percent) => write!(f, "{percent:.1} %"),
             Self::Bytes(bytes) => f.write_str(&scaled(bytes, &[(1.0, "B"), (1e3, "kB"), (1e6, "MB")])),
             Self::Count(count) => write!(f, "{count:.0}"),
         }

@@ -7,22 +7,36 @@ use jde_core::{Check, Effect, GroupSpec, Hierarchy, Kind, SchemaId, SchemaSpec, 
 
 const MS: u64 = 1_000_000;
 
-/// A group of candidates, all ready; the first wins.
+/// A group of candidates; the first that is ready wins.
 pub struct Level {
     hierarchy: Hierarchy,
     effects: Vec<Effect>,
     time: u64,
+    winner: SchemaId,
     /// Whose readiness changes: the last.
     last: SchemaId,
     ready: bool,
 }
 
 impl Level {
-    /// So many of them.
+    /// So many of them, all ready: the first wins.
     ///
     /// # Errors
     /// Nothing that can be tried again.
     pub fn new(candidates: u32) -> Result<Self> {
+        Self::of(candidates, 0)
+    }
+
+    /// So many, of whom only the last is ready.
+    ///
+    /// # Errors
+    /// Nothing that can be tried again.
+    pub fn of_the_last(candidates: u32) -> Result<Self> {
+        Self::of(candidates, candidates - 1)
+    }
+
+    /// So many, ready from that one on.
+    fn of(candidates: u32, winner: u32) -> Result<Self> {
         let schemas =
             (0..candidates).map(|number| SchemaSpec::new(format!("s{number}"), Kind::Motor, 100 * MS));
         let spec = Spec {
@@ -38,12 +52,13 @@ impl Level {
             hierarchy,
             effects: Vec::new(),
             time: 0,
+            winner: SchemaId(winner),
             last: SchemaId(candidates - 1),
             ready: true,
         };
         level.hierarchy.start(0, &mut level.effects);
         for number in 0..candidates {
-            level.check(SchemaId(number), true);
+            level.check(SchemaId(number), number >= winner);
         }
         level.effects.clear();
         Ok(level)
@@ -55,9 +70,9 @@ impl Level {
     /// If the rules do not let it, or leave no record.
     pub fn iterate(&mut self) {
         self.time += MS;
-        let may = self.hierarchy.begin(self.time, SchemaId(0), &mut self.effects);
+        let may = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
         assert!(may, "the winner may iterate");
-        self.hierarchy.end(self.time, SchemaId(0), &mut self.effects);
+        self.hierarchy.end(self.time, self.winner, &mut self.effects);
         self.told();
     }
 

@@ -6,17 +6,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
-use arc_swap::ArcSwap;
+use arc_swap::{ArcSwap, Cache};
 use jde_board::Access;
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, see};
 use jde_paths::{Words, variable};
+use rustix::thread::{CpuSet, sched_setaffinity};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::scope::Scope;
 
-const READERS: usize = 3;
 /// Reads and writes between two looks at whether it is over.
 const BATCH: u64 = 64;
 
@@ -24,11 +24,32 @@ const BATCH: u64 = 64;
 type Write<'a> = Box<dyn FnMut(u64) + Send + 'a>;
 /// Who reads: answers with the number that it found, or nothing if the words did not agree.
 type Read<'a> = Box<dyn FnMut() -> Option<u64> + Send + 'a>;
+/// One way to share a value between a writer and readers.
+type Way = fn(Setting) -> Result<Window>;
 
-/// What a window came to: processor time of a read and of a write in ns, and the reads of the reader that had fewest.
+/// Who is at it, and for how long.
+#[derive(Clone, Copy)]
+struct Setting {
+    readers: usize,
+    time: Duration,
+    /// Each has a processor of its own.
+    apart: bool,
+}
+
+/// What a window came to: processor time of a read and of a write in ns, the share of reads that found another value than the one
+/// before, and the reads of the reader that had fewest.
 struct Window {
     read: f64,
     write: f64,
+    new: f64,
+    fewest: u64,
+}
+
+/// What all windows of one way came to.
+struct Windows {
+    read: Rounds,
+    write: Rounds,
+    new: Rounds,
     fewest: u64,
 }
 
@@ -37,58 +58,119 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
-    let windows = scope.either(3, 15);
-    let time = Duration::from_millis(scope.either(50, 150));
-    let kinds: [(&str, fn(Duration) -> Result<Window>); 3] = [
+    let ways: [(&str, Way); 4] = [
         ("ours", ours::<WORDS>),
         ("triple_buffer", triple::<WORDS>),
         ("arc-swap", swapped::<WORDS>),
+        ("arc-swap, cached", cached::<WORDS>),
     ];
-    let mut reads = [const { Vec::new() }; 3];
-    let mut writes = [const { Vec::new() }; 3];
-    let mut fewest = u64::MAX;
-    for round in 0..windows {
-        for turn in 0..kinds.len() {
-            let place = (round + turn) % kinds.len();
-            let window = kinds[place].1(time)?;
-            reads[place].push(window.read);
-            writes[place].push(window.write);
-            if place == 0 {
-                fewest = fewest.min(window.fewest);
-            }
-        }
-    }
-    let reads = reads.map(Rounds::of);
-    let writes = writes.map(Rounds::of);
-    let best = |all: &[Rounds; 3]| if all[1].median() < all[2].median() { 1 } else { 2 };
-    let line = |what: String, all: &[Rounds; 3]| {
-        let best = best(all);
-        Line::beside(
-            what,
-            Figure::Time(all[0].median()),
-            kinds[best].0,
-            Figure::Time(all[best].median()),
-            Goal::AtMost(1.5),
-        )
-        .paired(all[0].by(&all[best]))
+    let crowd = Setting {
+        readers: 3,
+        time: Duration::from_millis(scope.either(50, 150)),
+        apart: false,
     };
-    Ok(vec![
-        line(format!("contended read of {size}, CPU time"), &reads),
-        line(format!("contended write of {size}, CPU time"), &writes),
+    let all = in_turns(scope, crowd, &ways)?;
+    let [read, write] = judged(&ways, &all, Goal::AtMost(1.5));
+    let mut lines = vec![
+        read(format!("contended read of {size}, CPU time")),
+        write(format!("contended write of {size}, CPU time")),
         Line::alone(
-            format!("reads of {size} of whoever had fewest in {} ms", time.as_millis()),
-            Figure::Count(fewest as f64),
+            format!("contended reads of {size} that find a new value"),
+            Figure::Share(100.0 * all[0].new.median()),
+            Goal::Told,
+        ),
+        Line::alone(
+            format!(
+                "reads of {size} of whoever had fewest in {} ms",
+                crowd.time.as_millis()
+            ),
+            Figure::Count(all[0].fewest as f64),
             Goal::Least(Figure::Count(1.0)),
         ),
-    ])
+    ];
+    let pair = Setting {
+        readers: 1,
+        apart: true,
+        ..crowd
+    };
+    if processors() >= 2 {
+        // What a triple buffer is made for. With arc-swap, whose writer allocates, there would be less to read.
+        let ways = &ways[..2];
+        let all = in_turns(scope, pair, ways)?;
+        let [read, write] = judged(ways, &all, Goal::Told);
+        let share = |place: usize| Figure::Share(100.0 * all[place].new.median());
+        lines.extend([
+            read(format!("one reads {size}, one writes, a processor each: a read")),
+            write(format!("one reads {size}, one writes, a processor each: a write")),
+            Line::beside(
+                format!("one reads {size}, one writes: reads that find a new value"),
+                share(0),
+                ways[1].0,
+                share(1),
+                Goal::Told,
+            ),
+        ]);
+    }
+    Ok(lines)
 }
 
-fn ours<const WORDS: usize>(time: Duration) -> Result<Window> {
-    let variable = variable(WORDS, Access::Export, READERS)?;
+/// Each way in each round, which begins with another one.
+fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Way)]) -> Result<Vec<Windows>> {
+    let mut windows: Vec<Vec<Window>> = ways.iter().map(|_| Vec::new()).collect();
+    for round in 0..scope.either(3, 15) {
+        for turn in 0..ways.len() {
+            let place = (round + turn) % ways.len();
+            windows[place].push(ways[place].1(setting)?);
+        }
+    }
+    let all = windows.iter().map(|windows| Windows {
+        read: Rounds::of(windows.iter().map(|window| window.read).collect()),
+        write: Rounds::of(windows.iter().map(|window| window.write).collect()),
+        new: Rounds::of(windows.iter().map(|window| window.new).collect()),
+        fewest: windows
+            .iter()
+            .map(|window| window.fewest)
+            .min()
+            .unwrap_or_default(),
+    });
+    Ok(all.collect())
+}
+
+/// How ours reads and writes beside the best of the others in either.
+fn judged<'a>(
+    ways: &'a [(&'a str, Way)],
+    all: &'a [Windows],
+    goal: Goal,
+) -> [impl Fn(String) -> Line + use<'a>; 2] {
+    let sides: [fn(&Windows) -> &Rounds; 2] = [|windows| &windows.read, |windows| &windows.write];
+    sides.map(|side| {
+        move |what| {
+            let took = |place: &usize| side(&all[*place]).median();
+            let best = (1..all.len()).min_by(|a, b| took(a).total_cmp(&took(b)));
+            let best = best.unwrap_or_default();
+            let (name, _) = ways[best];
+            Line::beside(
+                what,
+                Figure::Time(took(&0)),
+                name,
+                Figure::Time(took(&best)),
+                goal,
+            )
+            .paired(side(&all[0]).by(side(&all[best])))
+        }
+    })
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn ours<const WORDS: usize>(setting: Setting) -> Result<Window> {
+    let variable = variable(WORDS, Access::Export, setting.readers)?;
     let mut writer: TypedWriter<Words<WORDS>> = TypedWriter::open(&variable, 1, "writer")?;
     writer.write([0; WORDS], 0, 0)?;
     let mut reads: Vec<Read> = Vec::new();
-    for _ in 0..READERS {
+    for _ in 0..setting.readers {
         let mut reader: TypedReader<Words<WORDS>> = TypedReader::open(&variable, "reader")?;
         reads.push(Box::new(move || reader.borrow().and_then(|words| agreed(&words))));
     }
@@ -97,13 +179,13 @@ fn ours<const WORDS: usize>(time: Duration) -> Result<Window> {
         loan.fill(number);
         see(loan.publish(number, number));
     };
-    window(time, Box::new(write), reads)
+    window(setting, Box::new(write), reads)
 }
 
 /// One buffer a reader, since each has one consumer.
-fn triple<const WORDS: usize>(time: Duration) -> Result<Window> {
+fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let (mut inputs, mut reads) = (Vec::new(), Vec::<Read>::new());
-    for _ in 0..READERS {
+    for _ in 0..setting.readers {
         let (input, mut output) = triple_buffer::TripleBuffer::new(&[0u64; WORDS]).split();
         inputs.push(input);
         reads.push(Box::new(move || agreed(output.read())));
@@ -114,46 +196,62 @@ fn triple<const WORDS: usize>(time: Duration) -> Result<Window> {
             input.publish();
         }
     };
-    window(time, Box::new(write), reads)
+    window(setting, Box::new(write), reads)
 }
 
 /// A new allocation a value, and what `arc-swap` calls its fast way to read: a guard.
-fn swapped<const WORDS: usize>(time: Duration) -> Result<Window> {
+fn swapped<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let shared = Arc::new(ArcSwap::from_pointee([0u64; WORDS]));
     let mut reads: Vec<Read> = Vec::new();
-    for _ in 0..READERS {
+    for _ in 0..setting.readers {
         let shared = Arc::clone(&shared);
         reads.push(Box::new(move || agreed(&shared.load())));
     }
     let write = move |number| shared.store(Arc::new([number; WORDS]));
-    window(time, Box::new(write), reads)
+    window(setting, Box::new(write), reads)
+}
+
+/// The same, and what it calls the cache of a reader: what was read last, while that is the newest.
+fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
+    let shared = Arc::new(ArcSwap::from_pointee([0u64; WORDS]));
+    let mut reads: Vec<Read> = Vec::new();
+    for _ in 0..setting.readers {
+        let mut cache = Cache::new(Arc::clone(&shared));
+        reads.push(Box::new(move || agreed(cache.load())));
+    }
+    let write = move |number| shared.store(Arc::new([number; WORDS]));
+    window(setting, Box::new(write), reads)
 }
 
 /// Has all of them at it for that long.
-fn window(time: Duration, mut write: Write, reads: Vec<Read>) -> Result<Window> {
+fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window> {
     let over = AtomicBool::new(false);
     let over = &over;
     std::thread::scope(|scope| {
         let readers: Vec<_> = reads
             .into_iter()
-            .map(|mut read| {
+            .enumerate()
+            .map(|(number, mut read)| {
                 scope.spawn(move || {
-                    let (mut count, mut last, mut sound) = (0u64, 0, true);
+                    setting.settle(number + 1);
+                    let (mut count, mut new, mut last, mut sound) = (0u64, 0u64, 0, true);
                     let start = processor_time();
                     while !over.load(Ordering::Relaxed) {
                         for _ in 0..BATCH {
                             let number = black_box(read());
                             // Whole, and never older than what it saw before.
                             sound &= number.is_some_and(|number| number >= last);
+                            new += u64::from(number > Some(last));
                             last = number.unwrap_or(last);
                         }
                         count += BATCH;
                     }
-                    (count, processor_time() - start, sound)
+                    (count, new, processor_time() - start, sound)
                 })
             })
             .collect();
         let writer = scope.spawn(move || {
+            setting.settle(0);
             let mut count = 0u64;
             let start = processor_time();
             while !over.load(Ordering::Relaxed) {
@@ -164,21 +262,35 @@ fn window(time: Duration, mut write: Write, reads: Vec<Read>) -> Result<Window> 
             }
             (processor_time() - start) as f64 / count as f64
         });
-        std::thread::sleep(time);
+        std::thread::sleep(setting.time);
         over.store(true, Ordering::Relaxed);
         let write = writer.join().expect("the writer returns");
-        let (mut all, mut spent, mut fewest) = (0, 0, u64::MAX);
+        let (mut all, mut fresh, mut spent, mut fewest) = (0, 0, 0, u64::MAX);
         for reader in readers {
-            let (count, took, sound) = reader.join().expect("a reader returns");
+            let (count, new, took, sound) = reader.join().expect("a reader returns");
             ensure!(sound, "a reader saw a torn value, or an older one after a newer");
-            (all, spent, fewest) = (all + count, spent + took, fewest.min(count));
+            (all, fresh) = (all + count, fresh + new);
+            (spent, fewest) = (spent + took, fewest.min(count));
         }
         Ok(Window {
             read: spent as f64 / all as f64,
             write,
+            new: fresh as f64 / all as f64,
             fewest,
         })
     })
+}
+
+impl Setting {
+    /// Puts the calling thread where it belongs.
+    fn settle(self, processor: usize) {
+        if self.apart {
+            let mut own = CpuSet::new();
+            own.set(processor);
+            // Where it may not choose, it stays wherever it is.
+            let _ = sched_setaffinity(None, &own);
+        }
+    }
 }
 
 /// The number in all words, if it is the same.

@@ -8,52 +8,37 @@ use jde_paths::Level;
 
 use crate::scope::Scope;
 
-/// What others take for so many options and leaves, ns.
-struct Others {
-    candidates: u32,
-    arbitration_graphs: f64,
-    behavior_tree: f64,
-}
-
-/// `arbitration_graphs` 0.6 and BehaviorTree.CPP 4, each leaf 135 ns.
-const OTHERS: [Others; 3] = [
-    Others {
-        candidates: 3,
-        arbitration_graphs: 85.0,
-        behavior_tree: 3.0 * 135.0,
-    },
-    Others {
-        candidates: 100,
-        arbitration_graphs: 420.0,
-        behavior_tree: 100.0 * 135.0,
-    },
-    Others {
-        candidates: 1000,
-        arbitration_graphs: 3500.0,
-        behavior_tree: 1000.0 * 135.0,
-    },
-];
+/// What `arbitration_graphs` 0.6 takes for so many options, ns.
+const OPTIONS: [(u32, f64); 3] = [(3, 85.0), (100, 420.0), (1000, 3500.0)];
+/// What each leaf takes BehaviorTree.CPP 4 that is ticked, ns.
+const LEAF: f64 = 135.0;
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut lines = Vec::new();
-    for others in OTHERS {
-        let count = others.candidates;
+    for (count, options) in OPTIONS {
         let mut iterated = Level::new(count)?;
+        let mut last = Level::of_the_last(count)?;
         let mut changed = Level::new(count)?;
-        let [after_iteration, after_change] = interleave(
+        let [first_acts, last_acts, last_changes] = interleave(
             scope.effort(),
             [
                 &mut |times| (0..times).for_each(|_| iterated.iterate()),
+                &mut |times| (0..times).for_each(|_| last.iterate()),
                 &mut |times| (0..times).for_each(|_| changed.change()),
             ],
         );
-        for (what, ours) in [
-            ("the winner iterated", &after_iteration),
-            ("one changed", &after_change),
+        // A tree is ticked up to the first leaf that can act.
+        for (what, ours, leaves) in [
+            ("all ready, the winner iterated", &first_acts, 1),
+            ("only the last ready, it iterated", &last_acts, count),
+            ("all ready, the last changes", &last_changes, 1),
         ] {
             for (name, theirs) in [
-                ("arbitration_graphs", others.arbitration_graphs),
-                ("BehaviorTree.CPP", others.behavior_tree),
+                (String::from("arbitration_graphs"), options),
+                (
+                    format!("BehaviorTree.CPP, leaves: {leaves}"),
+                    f64::from(leaves) * LEAF,
+                ),
             ] {
                 lines.push(Line::given(
                     format!("selection among {count}, {what}"),

@@ -2,8 +2,10 @@
 
 use std::hint::black_box;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context as _, Result};
+use arc_swap::{ArcSwap, Cache};
 use iceoryx2::prelude::*;
 use jde_board::Access;
 use jde_board::typed::TypedReader;
@@ -11,6 +13,7 @@ use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, interleave, see};
 use jde_paths::{Words, ends, variable};
 
+use crate::schemas;
 use crate::scope::Scope;
 
 /// Words of a 640 x 480 picture of three bytes a pixel.
@@ -19,70 +22,120 @@ const IMAGE: usize = 640 * 480 * 3 / 8;
 const SMALL: usize = 8;
 
 pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
-    Ok([read_of::<1>(scope)?, read_of::<SMALL>(scope)?].concat())
+    Ok([
+        read_of::<1>(scope)?,
+        publish_and_read::<1>(scope)?,
+        read_of::<SMALL>(scope)?,
+        publish_and_read::<SMALL>(scope)?,
+        by_a_schema(scope)?,
+    ]
+    .concat())
 }
 
+/// A value that nobody writes meanwhile. Where each side finds it the compiler is not told, so that all of them look for it each time.
 fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let bytes = WORDS * 8;
-    let (mut writer, mut reader) = ends::<WORDS>(Access::Export)?;
+    let (_writer, mut reader) = ends::<WORDS>(Access::Export)?;
+    let (_writer, mut other) = ends::<WORDS>(Access::Export)?;
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
-    let peers = Peers::<WORDS>::new()?;
-    let (_writer, mut other) = ends::<WORDS>(Access::Export)?;
-    let [ours, stamped, copy, locked, blackboard] = interleave(
+    let blackboard = Blackboard::<WORDS>::new()?;
+    let mut kept = blackboard.entry.get();
+    let swap = ArcSwap::from_pointee(plain);
+    let mut cache = Cache::new(&swap);
+    let [ours, stamped, copy, locked, got, looked, cached] = interleave(
         scope.effort(),
         [
-            &mut |times| (0..times).for_each(|_| look(&mut reader)),
-            &mut |times| (0..times).for_each(|_| see(other.get())),
+            &mut |times| (0..times).for_each(|_| look(black_box(&mut reader))),
+            &mut |times| (0..times).for_each(|_| see(black_box(&mut other).get())),
             &mut |times| (0..times).for_each(|_| see(*black_box(&plain))),
             &mut |times| {
                 (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("nobody panics")));
             },
-            &mut |times| (0..times).for_each(|_| see(*peers.entry.get())),
-        ],
-    );
-    let [passed, sent] = interleave(
-        scope.effort(),
-        [
+            &mut |times| (0..times).for_each(|_| see(*black_box(&blackboard.entry).get())),
             &mut |times| {
-                for time in 0..times {
-                    see(writer.write(black_box(plain), time, time));
-                    look(&mut reader);
+                for _ in 0..times {
+                    if !black_box(&blackboard.entry).is_up_to_date(&kept) {
+                        kept = blackboard.entry.get();
+                    }
+                    see(**black_box(&kept));
                 }
             },
-            &mut |times| (0..times).for_each(|_| peers.pass(black_box(plain))),
+            &mut |times| (0..times).for_each(|_| see(**black_box(&mut cache).load())),
         ],
     );
-    let beside = |what: String, ours: &Rounds, name: &str, theirs: &Rounds, goal| {
-        Line::beside(
-            what,
-            Figure::Time(ours.median()),
-            name,
-            Figure::Time(theirs.median()),
-            goal,
-        )
-        .paired(ours.by(theirs))
-    };
-    let line = |name, theirs, goal| beside(format!("read {bytes} B"), &ours, name, theirs, goal);
+    let what = format!("read {bytes} B");
+    let line = |name, theirs, goal| beside(&what, &ours, name, theirs, goal);
     Ok(vec![
         line("plain copy", &copy, Goal::AtMost(2.0)),
         line("std Mutex", &locked, Goal::TimesFaster(3.0)),
-        line("iceoryx2 blackboard", &blackboard, Goal::Told),
+        line("iceoryx2 blackboard, get", &got, Goal::Told),
+        line("iceoryx2 blackboard, kept while up to date", &looked, Goal::Told),
+        line("arc-swap, cached", &cached, Goal::Told),
         beside(
-            format!("read {bytes} B with a copy of the stamp"),
+            &format!("{what} with a copy of the stamp"),
             &stamped,
             "plain copy",
             &copy,
             Goal::Told,
         ),
-        beside(
-            format!("publish and read {bytes} B"),
-            &passed,
-            "iceoryx2 publish-subscribe",
-            &sent,
-            Goal::TimesFaster(10.0),
-        ),
     ])
+}
+
+/// A new value each time, and a read of it.
+fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
+    let (mut writer, mut reader) = ends::<WORDS>(Access::Export)?;
+    let plain = [1u64; WORDS];
+    let mutex = Mutex::new(plain);
+    let topic = Topic::<WORDS>::new()?;
+    let blackboard = Blackboard::<WORDS>::new()?;
+    let [ours, sent, updated, locked] = interleave(
+        scope.effort(),
+        [
+            &mut |times| {
+                for time in 0..times {
+                    see(black_box(&mut writer).write(black_box(plain), time, time));
+                    look(black_box(&mut reader));
+                }
+            },
+            &mut |times| (0..times).for_each(|_| black_box(&topic).pass(black_box(plain))),
+            &mut |times| (0..times).for_each(|_| black_box(&blackboard).pass(black_box(plain))),
+            &mut |times| {
+                for _ in 0..times {
+                    *black_box(&mutex).lock().expect("nobody panics") = black_box(plain);
+                    see(*black_box(&mutex).lock().expect("nobody panics"));
+                }
+            },
+        ],
+    );
+    let what = format!("publish and read {} B", WORDS * 8);
+    let line = |name, theirs, goal| beside(&what, &ours, name, theirs, goal);
+    Ok(vec![
+        line("iceoryx2 publish-subscribe", &sent, Goal::TimesFaster(10.0)),
+        line("iceoryx2 blackboard", &updated, Goal::Told),
+        line("std Mutex", &locked, Goal::Told),
+    ])
+}
+
+/// What a schema pays that asks the host, beside a mutex in the same place.
+fn by_a_schema(scope: &Scope) -> Result<Vec<Line>> {
+    let looks = schemas::looks(scope.effort())?;
+    let lines = looks.iter().map(|look| {
+        let what = format!("read {} B by a schema, from its plugin", look.bytes);
+        beside(&what, &look.asked, "std Mutex", &look.locked, Goal::Told)
+    });
+    Ok(lines.collect())
+}
+
+fn beside(what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal: Goal) -> Line {
+    Line::beside(
+        what,
+        Figure::Time(ours.median()),
+        name,
+        Figure::Time(theirs.median()),
+        goal,
+    )
+    .paired(ours.by(theirs))
 }
 
 /// The newest value where it is, its bytes copied as those of the yardsticks are. Its stamp is at hand, and not looked at.
@@ -93,32 +146,56 @@ fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     }
 }
 
-/// iceoryx2 as its documentation has it, within one process and without protection against several threads, which is its fastest.
-struct Peers<const WORDS: usize> {
+/// iceoryx2's pattern for the newest value, as its documentation has it, within one process and without protection against several
+/// threads, which is its fastest.
+struct Blackboard<const WORDS: usize> {
     entry: iceoryx2::port::reader::EntryHandle<local::Service, u64, Words<WORDS>>,
+    writer: iceoryx2::port::writer::EntryHandleMut<local::Service, u64, Words<WORDS>>,
+    _node: Node<local::Service>,
+}
+
+impl<const WORDS: usize> Blackboard<WORDS> {
+    fn new() -> Result<Self> {
+        let node = node()?;
+        let service = node
+            .service_builder(&format!("jde/bench/{}", unique()).as_str().try_into()?)
+            .blackboard_creator::<u64>()
+            .max_readers(1)
+            .add::<Words<WORDS>>(0, [1; WORDS])
+            .create()?;
+        Ok(Self {
+            entry: service.reader_builder().create()?.entry::<Words<WORDS>>(&0)?,
+            writer: service.writer_builder().create()?.entry::<Words<WORDS>>(&0)?,
+            _node: node,
+        })
+    }
+
+    /// Updates and gets.
+    fn pass(&self, value: Words<WORDS>) {
+        self.writer.update_with_copy(value);
+        see(*self.entry.get());
+    }
+}
+
+/// iceoryx2's publish-subscribe in the same way, for one who publishes and one who subscribes.
+struct Topic<const WORDS: usize> {
     publisher: iceoryx2::port::publisher::Publisher<local::Service, Words<WORDS>, ()>,
     subscriber: iceoryx2::port::subscriber::Subscriber<local::Service, Words<WORDS>, ()>,
     _node: Node<local::Service>,
 }
 
-impl<const WORDS: usize> Peers<WORDS> {
+impl<const WORDS: usize> Topic<WORDS> {
     fn new() -> Result<Self> {
-        set_log_level(LogLevel::Error);
-        let node = NodeBuilder::new().create::<local::Service>()?;
-        let blackboard = node
-            .service_builder(&"jde/bench/blackboard".try_into()?)
-            .blackboard_creator::<u64>()
-            .add::<Words<WORDS>>(0, [1; WORDS])
-            .create()?;
-        let entry = blackboard.reader_builder().create()?.entry::<Words<WORDS>>(&0)?;
+        let node = node()?;
         let topic = node
-            .service_builder(&"jde/bench/topic".try_into()?)
+            .service_builder(&format!("jde/bench/{}", unique()).as_str().try_into()?)
             .publish_subscribe::<Words<WORDS>>()
+            .max_publishers(1)
+            .max_subscribers(1)
             .subscriber_max_buffer_size(1)
             .enable_safe_overflow(true)
-            .open_or_create()?;
+            .create()?;
         Ok(Self {
-            entry,
             publisher: topic.publisher_builder().create()?,
             subscriber: topic.subscriber_builder().create()?,
             _node: node,
@@ -132,6 +209,17 @@ impl<const WORDS: usize> Peers<WORDS> {
         let received = self.subscriber.receive().expect("it is connected");
         see(received.map(|sample| *sample.payload()));
     }
+}
+
+fn node() -> Result<Node<local::Service>> {
+    set_log_level(LogLevel::Error);
+    Ok(NodeBuilder::new().create::<local::Service>()?)
+}
+
+/// A number that no other service of this process has.
+fn unique() -> usize {
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
