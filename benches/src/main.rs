@@ -132,6 +132,11 @@ fn main() -> Result<ExitCode> {
     }
     println!("\n{}\n", machine.words());
     println!("{}", table(&measured, Paint(paints())));
+    // A table that lacks a row takes nobody's place.
+    if cli.page.is_some() && !whole {
+        eprintln!("nothing is kept: a row could not be measured");
+        return Ok(ExitCode::FAILURE);
+    }
     if let Some(file) = cli.save {
         let lines = measured
             .iter()
@@ -151,8 +156,7 @@ fn main() -> Result<ExitCode> {
         let text = serde_json::to_string_pretty(&kept)? + "\n";
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    // A table that lacks a row takes nobody's place.
-    if let Some(file) = cli.page.filter(|_| whole) {
+    if let Some(file) = cli.page {
         let page =
             std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let page = page::put_into(&page, &page::markdown(&measured))

@@ -58,6 +58,9 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
     if !choice.list && choice.casts_rays() {
         match python(&target, paint) {
             Ok(python) => _ = benches.arg("--python").arg(python),
+            Err(error) if choice.keeps_all() => {
+                return Err(error.context(format!("cannot install {PACKAGE}")));
+            }
             // One yardstick of one row: the others need no Python.
             Err(error) => println!("{PACKAGE} is left out: {error:#}"),
         }
@@ -101,9 +104,14 @@ impl Choice {
         self.row.is_empty() || self.row.iter().any(|row| row == "laser")
     }
 
+    /// Whether the table of the project is to be replaced.
+    fn keeps_all(&self) -> bool {
+        matches!(self.save, Some(None))
+    }
+
     /// The table of the project is whole, and worth its figures.
     fn check(&self) -> Result<()> {
-        if matches!(self.save, Some(None)) && (self.quick || !self.row.is_empty()) {
+        if self.keeps_all() && (self.quick || !self.row.is_empty()) {
             bail!(
                 "`--save` alone keeps the whole table: name a file, as in `--save some.json`, to keep another"
             );

@@ -17,9 +17,10 @@ pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
             Verdict::Met => "met",
             Verdict::Told => "",
         };
-        let cells = cells(line).map(|cell| match cell.as_str() {
-            "-" => String::new(),
-            _ => cell.replace(" us", " µs"),
+        let cells = cells(line).map(|cell| match cell.strip_suffix(" us") {
+            _ if cell == "-" => String::new(),
+            Some(number) => format!("{number} µs"),
+            None => cell.replace('|', "\\|"),
         });
         let _ = writeln!(text, "| {} | {verdict} |", cells[..6].join(" | "));
     }

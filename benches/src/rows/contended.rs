@@ -12,7 +12,7 @@ use jde_board::typed::{TypedReader, TypedWriter};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, see};
 use jde_paths::{Words, variable};
-use rustix::thread::{CpuSet, sched_setaffinity};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::scope::Scope;
@@ -93,8 +93,8 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
         apart: true,
         ..crowd
     };
-    if processors() >= 2 {
-        // What a triple buffer is made for. With arc-swap, whose writer allocates, there would be less to read.
+    if processors().len() >= 2 {
+        // What a triple buffer is made for. A writer of arc-swap is slower, and its reader would find less that is new.
         let ways = &ways[..2];
         let all = in_turns(scope, pair, ways)?;
         let [read, write] = judged(ways, &all, Goal::Told);
@@ -161,8 +161,12 @@ fn judged<'a>(
     })
 }
 
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
+/// Those that this process may use.
+fn processors() -> Vec<usize> {
+    let may = sched_getaffinity(None).unwrap_or_default();
+    (0..CpuSet::MAX_CPU)
+        .filter(|number| may.is_set(*number))
+        .collect()
 }
 
 fn ours<const WORDS: usize>(setting: Setting) -> Result<Window> {
@@ -283,12 +287,11 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
 
 impl Setting {
     /// Puts the calling thread where it belongs.
-    fn settle(self, processor: usize) {
+    fn settle(self, number: usize) {
         if self.apart {
             let mut own = CpuSet::new();
-            own.set(processor);
-            // Where it may not choose, it stays wherever it is.
-            let _ = sched_setaffinity(None, &own);
+            own.set(processors()[number]);
+            sched_setaffinity(None, &own).expect("it may run there");
         }
     }
 }

@@ -136,7 +136,7 @@ fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
     }
 }
 
-/// Numbers from 0 to 1, the same in every run: Numerical Recipes' generator, of which the upper bits are good enough to spread things.
+/// Numbers from 0 to 1, the same in every run: the generator of Knuth's MMIX, of which the upper bits are good enough to spread things.
 fn random() -> impl FnMut() -> f64 {
     let mut state = 1u64;
     move || {

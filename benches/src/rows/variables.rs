@@ -121,7 +121,7 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
 fn by_a_schema(scope: &Scope) -> Result<Vec<Line>> {
     let looks = schemas::looks(scope.effort())?;
     let lines = looks.iter().map(|look| {
-        let what = format!("read {} B by a schema, from its plugin", look.bytes);
+        let what = format!("read {} B by a schema, through the ABI", look.bytes);
         beside(&what, &look.asked, "std Mutex", &look.locked, Goal::Told)
     });
     Ok(lines.collect())

@@ -63,8 +63,9 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// A call begins, then: any number but the two largest. False if one was given up: nobody enters any more.
+    /// A call begins, then: any number but the three largest. False if one was given up: nobody enters any more.
     pub fn enter(&self, since: u64) -> bool {
+        debug_assert!(since < GIVING - 1, "the words of the gate are no times");
         // Only this thread begins and ends calls here; whoever gives one up finds none to give up.
         if self.is_closed() {
             return false;
@@ -151,7 +152,7 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// A panic while it was held was the user's own, and is not made worse here.
+    /// A panic while it was held was that of whoever used it, and is not made worse here.
     fn lock(&self) -> MutexGuard<'_, Inside<T, R>> {
         self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }

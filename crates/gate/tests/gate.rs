@@ -73,11 +73,14 @@ fn what_is_being_used_is_not_waited_for() {
 #[test]
 fn whoever_is_told_finds_the_call_given_up() {
     let gate = open();
+    let mut times = 0;
     let told = |kept: &usize| {
+        times += 1;
         assert_eq!(*kept, 2);
         assert!(gate.is_closed());
     };
     gate.give_up(7, |used| Ok::<_, ()>(((), used.len())), told)
         .unwrap()
         .unwrap();
+    assert_eq!(times, 1);
 }

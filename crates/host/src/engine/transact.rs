@@ -129,6 +129,8 @@ impl Engine {
                 self.tell(rules, &calmed);
             }
         }
+        // Of a change that panicked there may be some left.
+        rules.effects.clear();
         let result = change(&mut rules.hierarchy, now, &mut rules.effects);
         // Most checks and leaves have none.
         if !rules.effects.is_empty() || rules.witness.is_some() {

@@ -48,9 +48,9 @@ pub(super) enum Leave {
 impl Call<'_> {
     /// Shows the value of an input, the same until the ports are released.
     pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
-        let now = self.engine.clock.now();
+        let clock = &self.engine.clock;
         let shown = self.desk.ports(|ports| {
-            let view = view(self.build, ports, port, now).map_err(|error| status(&error))?;
+            let view = view(self.build, ports, port, || clock.now()).map_err(|error| status(&error))?;
             Ok(show(&view))
         });
         shown.unwrap_or(Err(raw::REFUSED))
@@ -263,14 +263,19 @@ impl Call<'_> {
     }
 }
 
-/// What a port shows.
-fn view<'a>(build: &'a Build, ports: &'a mut Ports, port: u32, now: Nanos) -> Result<View<'a>, PortError> {
+/// What a port shows. Most need not know the time, which takes longer to ask for than all the rest.
+fn view<'a>(
+    build: &'a Build,
+    ports: &'a mut Ports,
+    port: u32,
+    now: impl Fn() -> Nanos,
+) -> Result<View<'a>, PortError> {
     match build.way(port) {
         Some(Way::Bound(port)) => ports.read(*port, now),
         Some(Way::Unbound) => Err(PortError::Unbound),
         Some(Way::Fixed { value, neutral }) => Ok(View {
             bytes: value.bytes(),
-            time: if *neutral { now } else { 0 },
+            time: if *neutral { now() } else { 0 },
             sequence: 0,
             writer: u32::MAX,
             neutral: *neutral,

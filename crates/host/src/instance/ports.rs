@@ -197,8 +197,8 @@ impl Ports {
         shown.collect()
     }
 
-    /// The value of an input, the same until [`Self::release`].
-    pub(crate) fn read(&mut self, port: usize, now: Nanos) -> Result<View<'_>, PortError> {
+    /// The value of an input, the same until [`Self::release`]. Asks for the time only if that matters.
+    pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
         self.holds = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
@@ -206,7 +206,7 @@ impl Ports {
             Port::Input(reader) => {
                 let latched = reader.latch();
                 if let Some(looks) = &mut self.looks {
-                    looks.look(port, latched.map(|latched| latched.stamp.sequence), now);
+                    looks.look(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
                 let latched = latched.ok_or(PortError::NoValue)?;
                 Ok(View {
@@ -237,27 +237,30 @@ impl Ports {
                 reader,
                 neutral,
                 in_force,
-            } => match reader.latch() {
-                Some(latched)
-                    if latched.stamp.sequence > 0
-                        && *in_force.get_or_insert(latched.stamp.valid_until >= now) =>
-                {
-                    Ok(View {
-                        bytes: latched.bytes,
-                        time: latched.stamp.time,
-                        sequence: latched.stamp.sequence,
-                        writer: latched.stamp.writer,
-                        neutral: false,
-                    })
+            } => {
+                let now = now();
+                match reader.latch() {
+                    Some(latched)
+                        if latched.stamp.sequence > 0
+                            && *in_force.get_or_insert(latched.stamp.valid_until >= now) =>
+                    {
+                        Ok(View {
+                            bytes: latched.bytes,
+                            time: latched.stamp.time,
+                            sequence: latched.stamp.sequence,
+                            writer: latched.stamp.writer,
+                            neutral: false,
+                        })
+                    }
+                    _ => Ok(View {
+                        bytes: neutral.bytes(),
+                        time: now,
+                        sequence: 0,
+                        writer: u32::MAX,
+                        neutral: true,
+                    }),
                 }
-                _ => Ok(View {
-                    bytes: neutral.bytes(),
-                    time: now,
-                    sequence: 0,
-                    writer: u32::MAX,
-                    neutral: true,
-                }),
-            },
+            }
         }
     }
 
