@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 
 use anyhow::Result;
+use jde_bench_copper::{Clock, caterpillar};
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{interleave, see};
+use jde_measure::pairs::{Rounds, interleave, see};
 use jde_paths::Periods;
 
 use crate::loaded;
@@ -13,8 +14,6 @@ use crate::scope::Scope;
 
 /// Schemas in the row that hands a value on.
 const ROW: usize = 17;
-/// What copper-rs 0.9 takes for its example of such a row, compiled in: 0.64 to 0.82 us.
-const CATERPILLAR: f64 = 730.0;
 
 /// A schema that perceives, kept awake by one that looks once in an hour.
 const PERCEPTIVE: &str = r#"
@@ -39,36 +38,41 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut perceptive = Periods::of(PERCEPTIVE, &plugins)?;
     let mut motor = Periods::of(MOTOR, &plugins)?;
     let mut row = Periods::of(&row(), &plugins)?;
+    let mut running = caterpillar(Clock::Running)?;
+    let mut held = caterpillar(Clock::Held)?;
     let bare: extern "C" fn(*mut u8) -> i32 = black_box(nothing);
     let mut state = 0;
-    let [perceives, acts, hands_on, call] = interleave(
+    let [perceives, acts, hands_on, running, held, call] = interleave(
         scope.effort(),
         [
             &mut |times| perceptive.pass(times),
             &mut |times| motor.pass(times),
             &mut |times| row.pass(times),
+            &mut running,
+            &mut held,
             &mut |times| (0..times).for_each(|_| see(black_box(bare)(&raw mut state))),
         ],
     );
-    let above = |what: &str, ours: &jde_measure::pairs::Rounds| {
-        Line::beside(
+    let beside = |what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal| {
+        let line = Line::beside(
             what,
             Figure::Time(ours.median()),
-            "empty C function through a pointer",
-            Figure::Time(call.median()),
-            Goal::Above(Figure::Time(100.0)),
-        )
+            name,
+            Figure::Time(theirs.median()),
+            goal,
+        );
+        line.paired(ours.by(theirs))
     };
+    let above = |what, ours| {
+        let name = "empty C function through a pointer";
+        beside(what, ours, name, &call, Goal::Above(Figure::Time(100.0)))
+    };
+    let what = format!("{ROW} schemas hand a value on");
     Ok(vec![
         above("iteration of a perceptive schema", &perceives),
         above("check, iteration and selection of a motor schema", &acts),
-        Line::given(
-            format!("{ROW} schemas hand a value on"),
-            Figure::Time(hands_on.median()),
-            "copper-rs, compiled in",
-            Figure::Time(CATERPILLAR),
-            Goal::Told,
-        ),
+        beside(&what, &hands_on, "copper-rs, compiled in", &running, Goal::Told),
+        beside(&what, &hands_on, "copper-rs, its clock held", &held, Goal::Told),
     ])
 }
 

@@ -13,6 +13,7 @@ use jde_link::{Client, Events, Folder, Link, Rate, Reach, Settings, Title};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, median};
 use serde::{Deserialize, Serialize};
+use zenoh::pubsub::Subscriber;
 use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
@@ -149,14 +150,9 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
         note(|heard| &mut heard.bare_small),
         note(|heard| &mut heard.bare_large),
     );
-    let subscribe = |key: &'static str, note: Box<dyn Fn(&[u8]) + Send + Sync>| {
-        let subscriber = session.declare_subscriber(key);
-        let subscriber = subscriber.callback(move |sample| note(&sample.payload().to_bytes()));
-        subscriber.wait().map_err(|error| anyhow!("{error}"))
-    };
     let subscribed = [
-        subscribe("bench/small", Box::new(small))?,
-        subscribe("bench/large", Box::new(large))?,
+        subscribe(&session, "bench/small", small)?,
+        subscribe(&session, "bench/large", large)?,
     ];
     println!("ready");
     std::io::stdin().read_to_end(&mut Vec::new())?;
@@ -164,6 +160,17 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
     println!("{}", serde_json::to_string(&*heard)?);
     Ok(())
+}
+
+/// Has every message of that key noted.
+fn subscribe(
+    session: &Session,
+    key: &'static str,
+    note: impl Fn(&[u8]) + Send + Sync + 'static,
+) -> Result<Subscriber<()>> {
+    let subscriber = session.declare_subscriber(key);
+    let subscriber = subscriber.callback(move |sample| note(&sample.payload().to_bytes()));
+    subscriber.wait().map_err(|error| anyhow!("{error}"))
 }
 
 /// A session with the settings of the link's, at a socket of its own in that folder.

@@ -24,7 +24,7 @@ const SIDE: f64 = 50.0;
 /// Places where the robot stands in it, one after another.
 const PLACES: usize = 40;
 /// Scans from one place, before it is set down at the next.
-const SCANS: u64 = 4;
+const SCANS: usize = 4;
 
 pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
     let walls = walls();
@@ -60,38 +60,28 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             cast(rays, &mut theirs);
             same(&ranges, &theirs)?;
         }
-        let mut twin = self::world(&walls)?;
-        let mut places = [0u64; 3];
-        let [here, there, elsewhere] = places.each_mut().map(|scans| {
-            move || {
-                *scans += 1;
-                let at = (*scans / SCANS) as usize % PLACES;
-                (at, scans.is_multiple_of(SCANS))
+        // From all places in each round, so that both sides stand at the same.
+        let circuit = |world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
+            for pose in &poses {
+                see(world.place(robot, *pose));
+                (0..SCANS).for_each(|_| see(world.laser(robot, laser, ranges)));
             }
-        });
-        let (mut here, mut there, mut elsewhere) = (here, there, elsewhere);
-        let scan = |world: &mut World,
-                    robot,
-                    laser: &LaserConfig,
-                    (at, moved): (usize, bool),
-                    ranges: &mut [f32]| {
-            if moved {
-                see(world.place(robot, poses[at]));
-            }
-            see(world.laser(robot, laser, ranges));
         };
+        let mut twin = self::world(&walls)?;
         let mut with_noise = vec![0.0; beams];
         let [ours, noise, alone] = interleave(
             scope.effort(),
             [
-                &mut |times| (0..times).for_each(|_| scan(&mut world, robot, &laser, here(), &mut ranges)),
+                &mut |times| (0..times).for_each(|_| circuit(&mut world, robot, &laser, &mut ranges)),
+                &mut |times| (0..times).for_each(|_| circuit(&mut twin.0, twin.1, &noisy, &mut with_noise)),
                 &mut |times| {
-                    (0..times).for_each(|_| scan(&mut twin.0, twin.1, &noisy, there(), &mut with_noise));
+                    for rays in (0..times).flat_map(|_| &rays) {
+                        (0..SCANS).for_each(|_| cast(rays, &mut theirs));
+                    }
                 },
-                &mut |times| (0..times).for_each(|_| cast(&rays[elsewhere().0], &mut theirs)),
             ],
         );
-        let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / beams as f64);
+        let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / (PLACES * SCANS * beams) as f64);
         let what = format!("a beam of {beams}, {SEGMENTS} segments");
         lines.push(
             Line::beside(&what, a_ray(&ours), "parry2d", a_ray(&alone), Goal::AtMost(1.1))
