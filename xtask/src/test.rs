@@ -23,7 +23,10 @@ pub(crate) struct Context {
 }
 
 /// The benches and the fuzzers are workspaces of their own.
-const WORKSPACES: &[&str] = &["Cargo.toml", "benches/Cargo.toml", "fuzz/Cargo.toml"];
+const WORKSPACES: &[&str] = &[PRODUCT, BENCHES, FUZZERS];
+const PRODUCT: &str = "Cargo.toml";
+const BENCHES: &str = "benches/Cargo.toml";
+const FUZZERS: &str = "fuzz/Cargo.toml";
 
 const STEPS: &[Step<Context>] = &[
     Step {
@@ -64,7 +67,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "lints",
         title: "clippy, warnings are errors",
-        help: "see above; `cargo clippy --workspace --all-targets` shows them again",
+        help: "see above; the last of the commands shows them again",
         needs: &["build"],
         run: lints,
     },
@@ -193,13 +196,21 @@ fn lints(context: &Context) -> Result<Done> {
     if !shell::succeeds(&mut context.cargo(&["clippy", "--version"])) {
         return context.lacks("clippy", "rustup component add clippy");
     }
-    let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
-    // Looked at here alone: no other step builds it.
-    if prerequisites::has_libudev() {
-        cargo.args(["--features", "jde/gamepad"]);
+    for workspace in WORKSPACES {
+        // What the fuzzers are linked with is C++, which nothing else here needs.
+        if *workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
+            continue;
+        }
+        let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
+        cargo.args(["--manifest-path", workspace, "--target-dir"]);
+        cargo.arg(&context.target);
+        // Looked at here alone: no other step builds it.
+        if *workspace == PRODUCT && prerequisites::has_libudev() {
+            cargo.args(["--features", "jde/gamepad"]);
+        }
+        shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
     }
-    cargo.args(["--", "-D", "warnings"]);
-    context.run(cargo)
+    Ok(Done::Passed)
 }
 
 fn tests(context: &Context) -> Result<Done> {
@@ -209,14 +220,8 @@ fn tests(context: &Context) -> Result<Done> {
         cargo.env("JDE_TEST_SCREEN", "1");
     }
     shell::run(&mut cargo, context.paint)?;
-    // How the benches measure and judge; what they are compared with takes minutes to build, and is no part of that.
-    let mut measure = context.cargo(&[
-        "test",
-        "--manifest-path",
-        "benches/Cargo.toml",
-        "--package",
-        "jde-measure",
-    ]);
+    // How the benches measure and judge. What they are compared with takes minutes to build, and is looked at by the lints alone.
+    let mut measure = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
     measure.arg("--target-dir").arg(&context.target);
     context.run(measure)
 }
