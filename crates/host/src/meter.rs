@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use jde_core::Nanos;
 
 /// New intervals count an eighth in means: they follow a change of period within a second or two and still read calmly.
-const SHARE: f64 = 0.125;
+const SHARE: i64 = 8;
 
 /// What is measured of an instance.
 #[derive(Debug, Default)]
@@ -81,13 +81,34 @@ impl Meter {
     }
 }
 
+/// In whole numbers: the way to fractions and back is a row of instructions each of which waits for the one before it.
 fn blend(mean: &AtomicU64, new: Nanos) {
     let old = mean.load(Relaxed);
     let blended = if old == 0 {
-        new as f64
+        new
     } else {
-        old as f64 + SHARE * (new as f64 - old as f64)
+        let step = new.wrapping_sub(old).cast_signed();
+        old.wrapping_add_signed((step + SHARE / 2).div_euclid(SHARE))
     };
-    // Rounded by hand: to ask the C library for it takes longer than all the rest.
-    mean.store((blended + 0.5) as u64, Relaxed);
+    mean.store(blended, Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_goes_an_eighth_of_the_way_to_the_nearest_nanosecond() {
+        let mean = AtomicU64::default();
+        let mut after = |new| {
+            blend(&mean, new);
+            mean.load(Relaxed)
+        };
+        assert_eq!(after(1000), 1000, "the first is the mean");
+        assert_eq!(after(1800), 1100);
+        assert_eq!(after(300), 1000);
+        assert_eq!(after(1003), 1000);
+        assert_eq!(after(1004), 1001);
+        assert_eq!(after(0), 876);
+    }
 }
