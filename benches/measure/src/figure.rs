@@ -151,8 +151,11 @@ impl Line {
         }
     }
 
-    /// Ours by the yardstick.
+    /// Ours by the yardstick; nothing where a difference is wanted.
     pub fn ratio(&self) -> Option<f64> {
+        if matches!(self.goal, Goal::Above(_)) {
+            return None;
+        }
         let yardstick = self.yardstick.as_ref()?;
         let ratio = self.ratio.unwrap_or(self.ours.value() / yardstick.figure.value());
         // Of nothing there is none.
@@ -250,6 +253,7 @@ mod tests {
         let above = Goal::Above(Figure::Time(100.0));
         assert_eq!(line(101.0, 1.0, above).verdict(), Verdict::Met);
         assert_eq!(line(102.0, 1.0, above).verdict(), Verdict::Missed);
+        assert_eq!(line(101.0, 1.0, above).ratio(), None, "a difference was wanted");
         let below = Goal::Below(Figure::Time(10.0));
         assert_eq!(
             Line::alone("it", Figure::Time(11.0), below).verdict(),

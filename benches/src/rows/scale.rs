@@ -78,8 +78,8 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
 pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
     let text = deep();
     let plugins = schemas::plugins()?;
-    let application = loaded::application(&text, &plugins)?;
     let before = resident()?;
+    let application = loaded::application(&text, &plugins)?;
     let mut lockstep = Lockstep::start(application, &plugins, Options::default())?;
     // Each level wakes the next within a period.
     let mut now = PERIOD * (DEEP as u64 + 2);
@@ -109,7 +109,7 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
             Goal::Least(Figure::Speed(1.0)),
         ),
         Line::alone(
-            "memory of each of them, its variables and threads apart",
+            "memory of each of them, all told",
             Figure::Bytes(memory as f64 / awake as f64),
             Goal::Told,
         ),

@@ -36,7 +36,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             for (name, theirs) in [
                 (String::from("arbitration_graphs"), options),
                 (
-                    format!("BehaviorTree.CPP, leaves: {leaves}"),
+                    format!("BehaviorTree.CPP, {LEAF} ns for each of {leaves}"),
                     f64::from(leaves) * LEAF,
                 ),
             ] {

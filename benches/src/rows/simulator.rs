@@ -10,8 +10,9 @@ use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, interleave, see};
 use jde_sim::{LaserConfig, Pose2, RobotConfig, World};
 use parry2d_f64::math::Vector;
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::{Ray, RayCast};
-use parry2d_f64::shape::Polyline;
+use parry2d_f64::shape::{Polyline, Segment};
 use serde::{Deserialize, Serialize};
 
 use crate::product;
@@ -30,7 +31,7 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
     let walls = walls();
     let (mut world, robot) = world(&walls)?;
     let poses = poses(&mut world, robot);
-    let parry = polyline(&walls);
+    let (tree, polyline) = (Tree::of(&walls), polyline(&walls));
     let mut lines = Vec::new();
     for (beams, degrees) in [(180, 180.0f64), (360, 360.0)] {
         let laser = LaserConfig {
@@ -44,71 +45,71 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             sigma: LaserConfig::default().sigma,
             ..laser.clone()
         };
-        // Made beforehand: of parry only the casting is measured.
         let rays: Vec<Vec<Ray>> = poses.iter().map(|pose| rays(pose, &laser)).collect();
-        let cast = |rays: &[Ray], ranges: &mut [f32]| {
-            for (range, ray) in ranges.iter_mut().zip(black_box(rays)) {
-                let hit = parry.cast_local_ray(ray, laser.range_max, true);
-                *range = hit.map_or(f32::INFINITY, |hit| hit as f32);
-            }
-            black_box(ranges);
-        };
-        let (mut ranges, mut theirs) = (vec![0.0; beams], vec![0.0; beams]);
+        let most = laser.range_max;
+        let by_tree = |ray: &Ray| tree.cast(ray, most);
+        let by_polyline = |ray: &Ray| polyline.cast_local_ray(ray, most, true);
+        let (mut ranges, mut theirs, mut lines_of) = (vec![0.0; beams], vec![0.0; beams], vec![0.0; beams]);
         for (pose, rays) in poses.iter().zip(&rays) {
             world.place(robot, *pose)?;
             world.laser(robot, &laser, &mut ranges)?;
-            cast(rays, &mut theirs);
+            cast(by_tree, rays, &mut theirs);
             same(&ranges, &theirs)?;
+            cast(by_polyline, rays, &mut lines_of);
+            same(&ranges, &lines_of)?;
         }
         // From all places in each round, so that both sides stand at the same.
-        let circuit = |world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
-            for pose in &poses {
+        let circuit = |times: u64, world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
+            for pose in (0..times).flat_map(|_| &poses) {
                 see(world.place(robot, *pose));
                 (0..SCANS).for_each(|_| see(world.laser(robot, laser, ranges)));
             }
         };
         let mut twin = self::world(&walls)?;
         let mut with_noise = vec![0.0; beams];
-        let [ours, noise, alone] = interleave(
+        let [ours, noise, alone, polyline] = interleave(
             scope.effort(),
             [
-                &mut |times| (0..times).for_each(|_| circuit(&mut world, robot, &laser, &mut ranges)),
-                &mut |times| (0..times).for_each(|_| circuit(&mut twin.0, twin.1, &noisy, &mut with_noise)),
+                &mut |times| circuit(times, &mut world, robot, &laser, &mut ranges),
+                &mut |times| circuit(times, &mut twin.0, twin.1, &noisy, &mut with_noise),
                 &mut |times| {
                     for rays in (0..times).flat_map(|_| &rays) {
-                        (0..SCANS).for_each(|_| cast(rays, &mut theirs));
+                        (0..SCANS).for_each(|_| cast(by_tree, rays, &mut theirs));
+                    }
+                },
+                &mut |times| {
+                    for rays in (0..times).flat_map(|_| &rays) {
+                        (0..SCANS).for_each(|_| cast(by_polyline, rays, &mut lines_of));
                     }
                 },
             ],
         );
         let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / (PLACES * SCANS * beams) as f64);
         let what = format!("a beam of {beams}, {SEGMENTS} segments");
-        lines.push(
-            Line::beside(&what, a_ray(&ours), "parry2d", a_ray(&alone), Goal::AtMost(1.1))
-                .paired(ours.by(&alone)),
+        let beside = |what: &str, ours: &Rounds, (name, theirs): (&str, &Rounds), goal| {
+            Line::beside(what, a_ray(ours), name, a_ray(theirs), goal).paired(ours.by(theirs))
+        };
+        let (shape, same_tree) = (
+            ("parry2d, its Polyline", &polyline),
+            ("parry2d, the same tree", &alone),
         );
+        lines.push(beside(&what, &ours, shape, Goal::AtMost(1.1)));
+        lines.push(beside(&what, &ours, same_tree, Goal::Told));
+        lines.push(beside(&format!("{what}, with noise"), &noise, shape, Goal::Told));
         if let Some(python) = &scope.python {
             world.place(robot, poses[0])?;
             world.laser(robot, &laser, &mut ranges)?;
             let scan = ir_sim(scope, python, &walls, &laser, &poses[0], &ranges)?;
+            let mut one = |times| (0..times).for_each(|_| see(world.laser(robot, &laser, &mut ranges)));
+            let [ours] = interleave(scope.effort(), [&mut one]);
             lines.push(Line::beside(
-                &what,
-                a_ray(&ours),
+                format!("{what}, from one place"),
+                Figure::Time(ours.median() / beams as f64),
                 "ir-sim",
                 Figure::Time(scan / beams as f64),
                 Goal::TimesFaster(1.0),
             ));
         }
-        lines.push(
-            Line::beside(
-                format!("{what}, with noise"),
-                a_ray(&noise),
-                "parry2d",
-                a_ray(&alone),
-                Goal::Told,
-            )
-            .paired(noise.by(&alone)),
-        );
     }
     Ok(lines)
 }
@@ -205,6 +206,40 @@ fn world(walls: &[[[f64; 2]; 2]]) -> Result<(World, jde_sim::RobotId)> {
     let mut world = World::parse(&text, "bench.toml", 1)?;
     let robot = world.add_robot("pioneer", RobotConfig::default())?;
     Ok((world, robot))
+}
+
+/// Casts rays that were made beforehand: of parry only that is measured.
+fn cast(by: impl Fn(&Ray) -> Option<f64>, rays: &[Ray], ranges: &mut [f32]) {
+    for (range, ray) in ranges.iter_mut().zip(black_box(rays)) {
+        *range = by(ray).map_or(f32::INFINITY, |hit| hit as f32);
+    }
+    black_box(ranges);
+}
+
+/// The walls below a tree of the kind that parry has for casting rays, which is also ours.
+struct Tree {
+    segments: Vec<Segment>,
+    boxes: Bvh,
+}
+
+impl Tree {
+    fn of(walls: &[[[f64; 2]; 2]]) -> Self {
+        let segments: Vec<Segment> = walls
+            .iter()
+            .map(|wall| {
+                let [from, to] = wall.map(|point| Vector::new(point[0], point[1]));
+                Segment::new(from, to)
+            })
+            .collect();
+        let leaves = segments.iter().map(Segment::local_aabb).enumerate();
+        let boxes = Bvh::from_iter(BvhBuildStrategy::Ploc, leaves);
+        Self { segments, boxes }
+    }
+
+    fn cast(&self, ray: &Ray, most: f64) -> Option<f64> {
+        let segment = |index: u32, best| self.segments[index as usize].cast_local_ray(ray, best, true);
+        self.boxes.cast_ray(ray, most, segment).map(|(_, hit)| hit)
+    }
 }
 
 /// The walls as parry keeps many segments: in one shape with a tree over them.
