@@ -10,7 +10,7 @@ use super::{ENCAPSULATION, Error};
 /// [`Error`]; whatever bytes are given, it does not panic and allocates no more than a value.
 pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
     let mut value = vec![0; value_type.bytes];
-    decode_into(value_type, message, &mut value)?;
+    over_zeros(value_type, message, &mut value)?;
     Ok(value)
 }
 
@@ -29,6 +29,11 @@ pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Resul
         value_type.name
     );
     value.fill(0);
+    over_zeros(value_type, message, value)
+}
+
+/// As [`decode_into`], over bytes that are zero.
+fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(), Error> {
     let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
     // The second half holds options, which say nothing about what is in the body.
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
