@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_mean_goes_an_eighth_of_the_way_to_the_nearest_nanosecond() {
         let mean = AtomicU64::default();
-        let mut after = |new| {
+        let after = |new| {
             blend(&mean, new);
             mean.load(Relaxed)
         };
