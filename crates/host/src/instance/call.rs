@@ -263,7 +263,7 @@ impl Call<'_> {
     }
 }
 
-/// What a port shows. Most need not know the time, which takes longer to ask for than all the rest.
+/// What a port shows. Most need not know the time: to ask for it is a call of the system's clock, where time is real.
 fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,

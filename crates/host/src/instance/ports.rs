@@ -4,7 +4,7 @@ use std::ffi::c_void;
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_board::{Parted, Reader, Refused, Variable, Writer};
+use jde_board::{Parted, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
 
 use crate::history::{Aligned, History, Old};
@@ -89,7 +89,18 @@ pub(crate) struct View<'a> {
     pub(crate) neutral: bool,
 }
 
-impl View<'_> {
+impl<'a> View<'a> {
+    /// A value that somebody wrote.
+    fn of(bytes: &'a [u8], stamp: &Stamp) -> Self {
+        Self {
+            bytes,
+            time: stamp.time,
+            sequence: stamp.sequence,
+            writer: stamp.writer,
+            neutral: false,
+        }
+    }
+
     /// As plugins are shown it.
     pub(crate) fn sample(&self) -> raw::Sample {
         let fresh = if self.sequence == 0 {
@@ -209,13 +220,7 @@ impl Ports {
                     looks.look(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
                 let latched = latched.ok_or(PortError::NoValue)?;
-                Ok(View {
-                    bytes: latched.bytes,
-                    time: latched.stamp.time,
-                    sequence: latched.stamp.sequence,
-                    writer: latched.stamp.writer,
-                    neutral: false,
-                })
+                Ok(View::of(latched.bytes, &latched.stamp))
             }
             Port::Again(again) => {
                 let Again {
@@ -225,13 +230,7 @@ impl Ports {
                 } = again;
                 let old = held.get_or_insert_with(|| history.find(*wanted));
                 let old = old.as_ref().ok_or(PortError::NoValue)?;
-                Ok(View {
-                    bytes: old.bytes(),
-                    time: old.stamp.time,
-                    sequence: old.stamp.sequence,
-                    writer: old.stamp.writer,
-                    neutral: false,
-                })
+                Ok(View::of(old.bytes(), &old.stamp))
             }
             Port::Command {
                 reader,
@@ -244,13 +243,7 @@ impl Ports {
                         if latched.stamp.sequence > 0
                             && *in_force.get_or_insert(latched.stamp.valid_until >= now) =>
                     {
-                        Ok(View {
-                            bytes: latched.bytes,
-                            time: latched.stamp.time,
-                            sequence: latched.stamp.sequence,
-                            writer: latched.stamp.writer,
-                            neutral: false,
-                        })
+                        Ok(View::of(latched.bytes, &latched.stamp))
                     }
                     _ => Ok(View {
                         bytes: neutral.bytes(),
