@@ -2,8 +2,16 @@
  * The tables that cross the boundary, in C layout. Nothing of Rust's own layout (bool, enum, slice, String) appears here.
  *
  * Rules of this file, in the manner of CLAP:
- * - Tables only grow at the end; each begins with its `size`, which is also the stride of an array of such tables. A reader
- *   uses no field past the `size` it finds.
+ * - Tables only grow at the end; each begins with its `size`, which is also the stride of an array of such tables.
+ * - Whoever reads a table takes what the shorter of the two has, its `size` or the reader's own: what is missing counts as 0 or
+ *   null, what is beyond means nothing. One that is shorter than in the minor version that brought it is refused.
+ * - Whoever fills in a table that the other side lent (jde_precondition, jde_verdict, jde_child_status) fills in no more than its
+ *   `size` says, and leaves that as it is.
+ * - A function that a minor version brought is beyond the `size`, or null, in a host that has it not: look before use.
+ * - A host takes plugins of every minor version of its major one, older and newer. What it does not know it ignores where that is
+ *   a field or a flag, and refuses by name where it is a kind.
+ * - jde_sample alone states no size, for it is filled in at every read: its 40 bytes never change, and whatever else there
+ *   may be to say of a value is asked for by a function of its own.
  * - A table given by a plugin, and all it points to, lives unchanged until the process ends (libraries are never unmapped).
  * - Texts are UTF-8 and end with a NUL. A null text pointer means an empty text.
  * - Whoever allocates frees. Nothing allocated on one side is freed by the other.
@@ -28,14 +36,19 @@ extern "C" {
 #define JDE_MAGIC UINT64_C(0x3147554c5045444a)
 /** Changes when a table changes in a way that old readers would misread. Host and plugin must have the same. */
 #define JDE_ABI_MAJOR 1u
-/** Grows when tables grow. A host accepts plugins of its own minor version and older. */
-#define JDE_ABI_MINOR 3u
+/**
+ * Grows when tables grow or an ability comes. Hosts up to 1.3 took plugins of their own minor version and older; later ones take
+ * all.
+ */
+#define JDE_ABI_MINOR 4u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
 
 /** Plugin flag: built so that a panic aborts the process; the host refuses it. */
 #define JDE_PLUGIN_ABORTS 1u
+/** Plugin flag: none of its functions lets an exception of C++ out. Since minor version 4. */
+#define JDE_PLUGIN_CATCHES 2u
 
 /** It worked. */
 #define JDE_OK 0
@@ -56,6 +69,12 @@ extern "C" {
 #define JDE_FAILED 6
 /** The schema panicked; the reason was given to jde_host.fail. */
 #define JDE_PANICKED 7
+
+/**
+ * The number is outside of what the child's modulation takes (R8). Counted and shown; not a fault. Since minor version 4: whoever
+ * was built before is told JDE_NOT_FINITE.
+ */
+#define JDE_OUT_OF_RANGE 8
 
 /** Schema kind: turns data into better data. */
 #define JDE_PERCEPTIVE 0u
@@ -90,8 +109,10 @@ extern "C" {
 #define JDE_OPTIONAL 1u
 /** Import flag: a new value re-evaluates the precondition at once (R12), unless the application says otherwise. */
 #define JDE_TRIGGER 2u
-/** Modulation flag: read when the schema awakes; later writes count from the next awakening. */
+/** Modulation flag: taken when the schema awakes, and kept until it sleeps; later writes count from the next awakening (R8). */
 #define JDE_FIXED 4u
+/** Child flag, of the last child only: any number of motor children, named and grouped by the application, numbered from here on. */
+#define JDE_MANY 8u
 
 /** Sample flag: no command is in force; the data is the neutral value. */
 #define JDE_SAMPLE_NEUTRAL 1u
@@ -349,7 +370,7 @@ struct jde_plugin {
     uint32_t abi_minor;
     /** Bytes of this table. */
     uint32_t size;
-    /** JDE_PLUGIN_ABORTS or 0. */
+    /** JDE_PLUGIN_ABORTS, JDE_PLUGIN_CATCHES. */
     uint32_t flags;
     /** Name of the plugin: lower-case letters, digits, `-`; the file is `lib<name>.so` with `-` written `_`. */
     const char *name;
@@ -431,6 +452,15 @@ struct jde_port {
     uint32_t flags;
     /** The child whose modulation this is; for JDE_CHILD_MODULATION only. */
     uint32_t child;
+    /**
+     * Names of the numbers from 0 on, of a modulation that is one of several; `min` is 0 then and `max` the last. Since minor
+     * version 4.
+     */
+    const char *const *choices;
+    /** How many; 0 for a plain number. Since minor version 4. */
+    uint32_t choice_count;
+    /** 0. */
+    uint32_t reserved;
 };
 
 /** A role that a schema type has for a child; the application says which instance plays it. */
@@ -445,7 +475,7 @@ struct jde_child {
     const char *group;
     /** What the child is for. */
     const char *doc;
-    /** JDE_OPTIONAL. */
+    /** JDE_OPTIONAL, JDE_MANY. */
     uint32_t flags;
     /** 0. */
     uint32_t reserved;
@@ -493,7 +523,7 @@ struct jde_field {
     const jde_type *value_type;
 };
 
-/** A value as a port shows it; the data stays as it is until the present call of the instance returns. */
+/** A value as a port shows it; the data stays as it is until the present call of the instance returns. It never grows. */
 struct jde_sample {
     /** The value. */
     const void *data;
@@ -561,7 +591,7 @@ struct jde_verdict {
 
 /** What a father sees of a child. */
 struct jde_child_status {
-    /** Bytes of this table. */
+    /** Bytes of this table. Whoever asks states them before. */
     uint32_t size;
     /** JDE_SLEPT, JDE_CHECKING, JDE_READY or JDE_WINNER. */
     uint32_t state;
@@ -595,7 +625,10 @@ struct jde_host {
      * JDE_UNBOUND, JDE_BAD_ARGUMENT.
      */
     int32_t (*loan)(jde_context *, uint32_t port, void **);
-    /** Publishes what was loaned, measured at `time_ns` (0: now). JDE_REFUSED and JDE_NOT_FINITE for commands, JDE_BAD_ARGUMENT. */
+    /**
+     * Publishes what was loaned, measured at `time_ns` (0: now). JDE_REFUSED and JDE_NOT_FINITE for
+     * commands and a child's modulations, JDE_OUT_OF_RANGE for the latter, JDE_BAD_ARGUMENT.
+     */
     int32_t (*publish)(jde_context *, uint32_t port, uint64_t time_ns);
     /** Wakes a child (R7). Waking one that is awake changes nothing. JDE_REFUSED, JDE_UNBOUND, JDE_BAD_ARGUMENT. */
     int32_t (*wake)(jde_context *, uint32_t child);
@@ -821,32 +854,42 @@ struct jde_saver {
 #define JDE_UNBOUNDED ((double)NAN)
 
 /** Exports the plugin: its name, its version, one sentence, and its array of jde_schema. Once in a library. */
-#define JDE_PLUGIN(name, version, doc, schemas)                                                             \
+#define JDE_PLUGIN(name, version, doc, schemas) JDE_PLUGIN_OF(0u, name, version, doc, schemas)
+/** The same for a plugin in C++ whose functions all do their work within jde_guarded. */
+#define JDE_PLUGIN_GUARDED(name, version, doc, schemas) JDE_PLUGIN_OF(JDE_PLUGIN_CATCHES, name, version, doc, schemas)
+/** The same, with its flags. */
+#define JDE_PLUGIN_OF(flags, name, version, doc, schemas)                                                   \
     extern JDE_VISIBLE const struct jde_plugin jde_plugin;                                                  \
     const struct jde_plugin jde_plugin = {JDE_MAGIC, JDE_ABI_MAJOR, JDE_ABI_MINOR,                          \
-                                          (uint32_t)sizeof(struct jde_plugin), 0u, name, version, doc,      \
+                                          (uint32_t)sizeof(struct jde_plugin), flags, name, version, doc,   \
                                           schemas, JDE_COUNT(schemas), 0u}
 
+/** A jde_port of a kind; what a kind does not have is NULL, JDE_UNBOUNDED or 0. */
+#define JDE_PORT(kind, name, doc, unit, type, initial, min, max, validity_ns, flags, child, choices, choice_count)      \
+    {(uint32_t)sizeof(jde_port), kind, name, doc, unit, &(type), initial, min, max, validity_ns, flags, child, choices, \
+     choice_count, 0u}
 /** A jde_port that reads a variable of another schema; `type` is a jde_type. */
 #define JDE_PORT_IMPORT(name, doc, type, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_IMPORT, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u}
+    JDE_PORT(JDE_IMPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
 /** A jde_port that writes a variable. */
 #define JDE_PORT_EXPORT(name, doc, type) \
-    {(uint32_t)sizeof(jde_port), JDE_EXPORT, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, 0u, 0u}
+    JDE_PORT(JDE_EXPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, 0u, 0u, NULL, 0u)
 /** A jde_port that the father writes; `initial` is a static const value of the type, `unit` that of a plain number. */
 #define JDE_PORT_MODULATION(name, doc, unit, type, initial, min, max, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_MODULATION, name, doc, unit, &(type), &(initial), min, max, 0u, flags, 0u}
+    JDE_PORT(JDE_MODULATION, name, doc, unit, type, &(initial), min, max, 0u, flags, 0u, NULL, 0u)
+/** A jde_port that is one of several: `type` is a plain whole number, `choices` an array of the names of its values from 0 on. */
+#define JDE_PORT_CHOICE(name, doc, type, initial, choices)                                                                      \
+    JDE_PORT(JDE_MODULATION, name, doc, "", type, &(initial), 0.0, (double)(JDE_COUNT(choices) - 1u), 0u, 0u, 0u, choices, \
+             JDE_COUNT(choices))
 /** A jde_port of a driver that reaches an actuator; `neutral` is a static const value that stops it. */
-#define JDE_PORT_COMMAND(name, doc, type, neutral, validity_ns)                                      \
-    {(uint32_t)sizeof(jde_port), JDE_COMMAND, name, doc, "", &(type), &(neutral), JDE_UNBOUNDED, JDE_UNBOUNDED, \
-     validity_ns, 0u, 0u}
+#define JDE_PORT_COMMAND(name, doc, type, neutral, validity_ns) \
+    JDE_PORT(JDE_COMMAND, name, doc, "", type, &(neutral), JDE_UNBOUNDED, JDE_UNBOUNDED, validity_ns, 0u, 0u, NULL, 0u)
 /** A jde_port that writes a driver's command. */
 #define JDE_PORT_ACTUATOR(name, doc, type, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_ACTUATOR, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u}
+    JDE_PORT(JDE_ACTUATOR, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
 /** A jde_port that writes the modulation `name` of the child of this number. */
-#define JDE_PORT_CHILD_MODULATION(child, name, doc, type, flags)                                             \
-    {(uint32_t)sizeof(jde_port), JDE_CHILD_MODULATION, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, \
-     0u, flags, child}
+#define JDE_PORT_CHILD_MODULATION(child, name, doc, type, flags) \
+    JDE_PORT(JDE_CHILD_MODULATION, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, child, NULL, 0u)
 
 /** A jde_child that competes in a group. */
 #define JDE_CHILD_MOTOR(name, group, doc, flags) \
@@ -855,11 +898,15 @@ struct jde_saver {
 #define JDE_CHILD_PERCEPTIVE(name, doc, flags) \
     {(uint32_t)sizeof(jde_child), JDE_PERCEPTIVE, name, "", doc, flags, 0u}
 
-/** Whether this header's functions may be used on a host: to be asked in jde_schema.create before anything else. */
+/** Whether an instance can be made for a host: to be asked in jde_schema.create before anything else. */
 static inline int jde_host_fits(const jde_host *host)
 {
-    return host != NULL && host->size >= sizeof(jde_host) && host->abi_major == JDE_ABI_MAJOR;
+    return host != NULL && host->size >= offsetof(jde_host, retract) && host->abi_major == JDE_ABI_MAJOR;
 }
+
+/** Whether a host has a function that a later minor version brought: `if (JDE_HOST_HAS(host, retract)) host->retract(...)`. */
+#define JDE_HOST_HAS(host, function) \
+    ((host)->size >= offsetof(jde_host, function) + sizeof((host)->function) && (host)->function != NULL)
 
 /** The value of an import, modulation or command of `bytes` bytes; NULL if there is none. `sample` may be NULL. */
 static inline const void *jde_get(const jde_host *host, jde_context *context, uint32_t port, size_t bytes,
@@ -898,6 +945,41 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
     host->fail(context, reason, strlen(reason));
     return JDE_FAILED;
 }
+
+/*
+ * C++. An exception that leaves a function of the plugin ends the application: what unwinds another language's frames cannot be caught
+ * in the host, only here. Do the work of each function within jde_guarded:
+ *
+ *     static int32_t iterate(void *instance, jde_context *context)
+ *     {
+ *         mine *self = static_cast<mine *>(instance);
+ *         return jde_guarded(self->host, context, JDE_PANICKED, [&]() -> int32_t { return self->iterate(context); });
+ *     }
+ *
+ * and export the plugin by JDE_PLUGIN_GUARDED. One that is not written so runs with `isolate = "process"`: an exception then ends its own process, and the schema is Faulted.
+ */
+#ifdef __cplusplus
+} /* extern "C" */
+
+#include <exception>
+
+/** Answers as `body` does; with `otherwise` if that throws, for a reason given to jde_host.fail. No exception leaves it. */
+template <typename Answer, typename Body>
+static inline Answer jde_guarded(const jde_host *host, jde_context *context, Answer otherwise, Body body) noexcept
+{
+    try {
+        return body();
+    } catch (const std::exception &thrown) {
+        host->fail(context, thrown.what(), strlen(thrown.what()));
+    } catch (...) {
+        static const char reason[] = "it threw what is no std::exception";
+        host->fail(context, reason, sizeof reason - 1u);
+    }
+    return otherwise;
+}
+
+extern "C" {
+#endif
 
 /*
  * Reloading. A schema that hands what it remembers to its next build gives its jde_state from jde_schema.ability:

@@ -17,7 +17,7 @@ pub(crate) fn jde(scope: &Scope, folder: &Path) -> Command {
     let _ = DirBuilder::new().mode(0o700).create(&private);
     let mut command = Command::new(scope.built.join("jde"));
     command
-        .env("XDG_RUNTIME_DIR", private)
+        .env("JDE_RUNTIME_DIR", private.join("jde"))
         .env("JDE_PLUGIN_PATH", &scope.built)
         .current_dir(&scope.root)
         .stdin(Stdio::null());

@@ -65,7 +65,10 @@ fn robot(context: &Context) -> Result<(String, Robot)> {
     let file = folder.join("open.toml");
     // Its paths count from where the original is.
     let text = text.replace("\"../", &format!("\"{}/", context.root.display()));
-    std::fs::write(&file, format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\n"))?;
+    std::fs::write(
+        &file,
+        format!("{text}\n[link]\nlisten = [\"{endpoint}\"]\ninsecure = true\n"),
+    )?;
     let mut command = Command::new(folder_of_plugins.join("jde"));
     // Others may be tested on this machine at the same time.
     let name = format!("documented-{}", process::id());

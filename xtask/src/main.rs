@@ -38,7 +38,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Run every test there is, from a fresh checkout; what the machine lacks is installed first.
+    /// Run every test there is, from a fresh checkout; what the machine lacks is told first, and how to install it.
     Test(Test),
     /// Check what the compiler cannot see: arrows, headers, lengths, links, licences, ...
     Tidy,
@@ -73,6 +73,9 @@ struct Faults {
 
 #[derive(Args)]
 struct Test {
+    /// Install what the machine lacks, with apt-get and rustup. Root does so unasked where `CI=true`, and nobody else.
+    #[arg(long)]
+    install: bool,
     /// Stop at the first step that fails.
     #[arg(long)]
     fail_fast: bool,
@@ -106,6 +109,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
     let paint = Paint::detect();
     match verb {
         Verb::Test(Test {
+            install,
             fail_fast,
             only,
             skip,
@@ -115,7 +119,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
                 only,
                 skip,
             };
-            return test::run(root, &choice, paint);
+            return test::run(root, &choice, install, paint);
         }
         Verb::Tidy => tidy::run(&root)?,
         Verb::Headers { check: false } => headers::renew(&root)?,

@@ -1,5 +1,5 @@
-//! What the machine must have besides Rust. What is missing is installed where that needs no password;
-//! otherwise the exact command is given.
+//! What the machine must have besides Rust. What is missing is told with the commands that install it; they are run where nobody
+//! watches and this is root, or if that is asked for, and never else.
 
 use std::process::Command;
 
@@ -96,7 +96,7 @@ pub(crate) fn has_screen() -> bool {
     SCREEN.works()
 }
 
-/// Installs what is missing; an error names what still is, as far as no step can do without.
+/// Installs what is missing if it may, and says how if not; an error names what still is, as far as no step can do without.
 pub(crate) fn run(context: &Context) -> Result<Done> {
     // No reason to stop: some steps need less, and cargo says it when the disk is full.
     match room::warning(&context.target) {
@@ -104,11 +104,20 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         Err(error) => println!("whether there is room on the disk cannot be told: {error:#}"),
     }
     let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| !tool.works()).collect();
-    for command in installation(&missing, Privilege::detect()) {
-        // Whether it helped is seen below, whatever it says.
-        if let Err(error) = shell::run(&mut to_command(&command), context.paint) {
-            println!("{error:#}");
+    let privilege = Privilege::detect();
+    let commands = installation(&missing, privilege);
+    if may_install(context, privilege) {
+        for command in &commands {
+            // Whether it helped is seen below, whatever it says.
+            if let Err(error) = shell::run(&mut to_command(command), context.paint) {
+                println!("{error:#}");
+            }
         }
+    } else if !commands.is_empty() {
+        println!("nothing is installed unasked; with --install these would be run:");
+        commands
+            .iter()
+            .for_each(|command| println!("    {}", command.join(" ")));
     }
     let missing: Vec<&Tool> = missing.into_iter().filter(|tool| !tool.works()).collect();
     for tool in &missing {
@@ -124,6 +133,11 @@ pub(crate) fn run(context: &Context) -> Result<Done> {
         bail!("missing: {}", fatal.join(", "));
     }
     Ok(Done::Passed)
+}
+
+/// Whether the machine may be changed: somebody asked for it, or it is a fresh one that nobody watches and this is its root.
+fn may_install(context: &Context, privilege: Privilege) -> bool {
+    context.install || (context.ci && privilege == Privilege::Root)
 }
 
 /// How to install valgrind, for the step that lacks it.
@@ -216,6 +230,19 @@ mod tests {
     #[test]
     fn nothing_is_installed_where_nothing_is_missing() {
         assert_eq!(commands(Privilege::Root, &[]), [""; 0]);
+    }
+
+    #[test]
+    fn the_machine_is_changed_only_if_asked_for_or_by_root_where_nobody_watches() {
+        let may = |install, ci, privilege| may_install(&Context::of_a_test(install, ci), privilege);
+        for privilege in [Privilege::Root, Privilege::Sudo, Privilege::None] {
+            assert!(!may(false, false, privilege), "{privilege:?}");
+            assert!(may(true, false, privilege), "{privilege:?}");
+            assert!(may(true, true, privilege), "{privilege:?}");
+        }
+        assert!(may(false, true, Privilege::Root));
+        assert!(!may(false, true, Privilege::Sudo));
+        assert!(!may(false, true, Privilege::None));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! ROS 2 as others speak it, over a router of Zenoh and real sockets of the loopback: a program drives a robot of ours by its
 //! topics, and a robot of theirs is driven by our schemas. A part of the step `peers`.
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::fs;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
@@ -25,6 +26,34 @@ struct Peer {
 }
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
+    let folder = folder(context);
+    // Of one that was ended by force there may be some left.
+    let clear = || match fs::remove_dir_all(&folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Ok(()) | Err(_) => Ok(()),
+    };
+    clear()?;
+    fs::create_dir_all(&folder)?;
+    let done = talk(context, python);
+    clear()?;
+    done
+}
+
+/// Where peers leave what they need while they run: they are killed where something fails, and cannot clear up then.
+fn folder(context: &Context) -> PathBuf {
+    context.target.join("peers/ros2")
+}
+
+/// A program of ROS 2.
+fn peer(context: &Context, python: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(python);
+    command.arg(context.root.join(PEER)).args(arguments);
+    shell::show(&command, context.paint);
+    command.env("TMPDIR", folder(context));
+    command
+}
+
+fn talk(context: &Context, python: &Path) -> Result<()> {
     let mut router = Peer::start(context, python, &["router"])?;
     let port = router.line()?;
     drive(context, python, &port)?;
@@ -43,9 +72,7 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
         .spawn()
         .context("cannot start `jde run ros2`")?;
     let mut ours = Running(ours);
-    let mut program = Command::new(python);
-    program.arg(context.root.join(PEER)).args(["drive", port]);
-    shell::show(&program, context.paint);
+    let mut program = peer(context, python, &["drive", port]);
     print!(
         "{}",
         shell::read(&mut program).context("the program of ROS 2 failed")?
@@ -86,10 +113,7 @@ fn jde(context: &Context, application: &str, driver: &str, port: &str) -> Comman
 
 impl Peer {
     fn start(context: &Context, python: &Path, arguments: &[&str]) -> Result<Self> {
-        let mut command = Command::new(python);
-        command.arg(context.root.join(PEER)).args(arguments);
-        shell::show(&command, context.paint);
-        let mut process = command
+        let mut process = peer(context, python, arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

@@ -19,6 +19,8 @@ pub(crate) struct Context {
     pub(crate) target: PathBuf,
     /// On a machine that nobody watches, where what is missing is a failure.
     pub(crate) ci: bool,
+    /// What is missing may be installed.
+    pub(crate) install: bool,
     pub(crate) paint: Paint,
 }
 
@@ -32,7 +34,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
         title: "a C compiler, valgrind, Python, rustfmt and clippy",
-        help: "install what is named above",
+        help: "install what is named above; `cargo xtask test --install` does it",
         needs: &[],
         run: prerequisites::run,
     },
@@ -116,13 +118,14 @@ const STEPS: &[Step<Context>] = &[
 ];
 
 /// Runs the chosen steps and prints a summary; fails when one of them does.
-pub(crate) fn run(root: PathBuf, choice: &Choice, paint: Paint) -> Result<ExitCode> {
+pub(crate) fn run(root: PathBuf, choice: &Choice, install: bool, paint: Paint) -> Result<ExitCode> {
     let target = Metadata::of_workspace(&root)?.target_directory;
     let ci = std::env::var("CI").is_ok_and(|value| !matches!(value.as_str(), "" | "0" | "false"));
     let context = Context {
         root,
         target,
         ci,
+        install,
         paint,
     };
     let report = step::run_all(STEPS, &context, choice, paint);
@@ -140,6 +143,17 @@ pub(crate) fn names() -> PossibleValuesParser {
 }
 
 impl Context {
+    #[cfg(test)]
+    pub(crate) fn of_a_test(install: bool, ci: bool) -> Self {
+        Self {
+            root: PathBuf::new(),
+            target: PathBuf::new(),
+            ci,
+            install,
+            paint: Paint::plain(),
+        }
+    }
+
     /// `cargo` at the root of the workspace.
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut cargo = shell::cargo();
@@ -199,6 +213,7 @@ fn lints(context: &Context) -> Result<Done> {
     for workspace in WORKSPACES {
         // What the fuzzers are linked with is C++, which nothing else here needs.
         if *workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
+            println!("{FUZZERS} is left out: there is no C++ compiler");
             continue;
         }
         let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
@@ -263,12 +278,7 @@ mod tests {
 
     #[test]
     fn what_is_missing_fails_only_where_nobody_looks() {
-        let context = |ci| Context {
-            root: PathBuf::new(),
-            target: PathBuf::new(),
-            ci,
-            paint: Paint::plain(),
-        };
+        let context = |ci| Context::of_a_test(false, ci);
         let error = context(true)
             .lacks("valgrind", "install it")
             .unwrap_err()

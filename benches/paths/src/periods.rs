@@ -28,6 +28,15 @@ impl Periods {
         Ok(Self { lockstep, now: 0 })
     }
 
+    /// What a variable is now.
+    ///
+    /// # Errors
+    /// There is no such variable, or none of that type.
+    pub fn value(&self, variable: &str) -> Result<Option<f64>> {
+        let value = self.lockstep.handle().value(variable);
+        value.map_err(|error| anyhow!("{error}"))
+    }
+
     /// So many periods of 1 ms.
     ///
     /// # Panics

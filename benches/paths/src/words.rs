@@ -37,6 +37,7 @@ pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Vari
         unit: String::new(),
         value_type: Arc::new(value_type),
         access,
+        limits: jde_abi::describe::Limits::default(),
         initial: None,
         writers: 1,
         readers,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::hint::black_box;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use jde_bench_copper::{Clock, caterpillar};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, interleave, see};
@@ -38,6 +38,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut perceptive = Periods::of(PERCEPTIVE, &plugins)?;
     let mut motor = Periods::of(MOTOR, &plugins)?;
     let mut row = Periods::of(&row(), &plugins)?;
+    hands_on(&mut row)?;
     let mut running = caterpillar(Clock::Running)?;
     let mut held = caterpillar(Clock::Held)?;
     let bare: extern "C" fn(*mut u8) -> i32 = black_box(nothing);
@@ -74,6 +75,23 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         beside(&what, &hands_on, "copper-rs, compiled in", &running, Goal::Told),
         beside(&what, &hands_on, "copper-rs, its clock held", &held, Goal::Told),
     ])
+}
+
+/// What the first of the row says the last says too, or nothing was compared. copper-rs looks at that in each pass.
+fn hands_on(row: &mut Periods) -> Result<()> {
+    let last = format!("s{}.out", ROW - 1);
+    let mut before = None;
+    for _ in 0..10 {
+        row.pass(1);
+        let said = row.value("s0.out")?;
+        let heard = row.value(&last)?;
+        ensure!(
+            said.is_some() && said != before && heard == said,
+            "the first says {said:?} after {before:?}, and the last {heard:?}"
+        );
+        before = said;
+    }
+    Ok(())
 }
 
 /// What a bare call is.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_host::{Options, Running};
-use jde_link::{Client, Events, Folder, Link, Rate, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, Title};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, median};
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ struct Heard {
 
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let files = tempfile::tempdir()?;
-    let folder = Folder::at(files.path().join("jde"));
+    let folder = Folders::at(files.path().join("jde"));
     let plugins = schemas::plugins()?;
     let application = loaded::application(APPLICATION, &plugins)?;
     let events = Events::of(&application);
@@ -134,7 +134,7 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     };
     // Zenoh's threads are as nice as whoever starts them.
     rustix::process::nice(NICE)?;
-    let client = Client::connect(&Reach::Local(Folder::at(folder)))?;
+    let client = Client::connect(&Reach::Local(Folders::at(folder)))?;
     let remote = client.application(None)?;
     let (small, large) = (note(|heard| &mut heard.small), note(|heard| &mut heard.large));
     let watching = [

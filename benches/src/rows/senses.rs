@@ -28,7 +28,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     );
     let line = |what: String, ns: f64| Line::alone(what, Figure::Time(ns), Goal::Told);
     let mut lines = vec![
-        line(String::from("sonar ring, 16 cones of 7 rays"), sonars.median()),
+        line(String::from("sonar ring, 16 cones"), sonars.median()),
         line(
             String::from("one second of the office, without sensors"),
             second.median(),

@@ -2,8 +2,13 @@
 //!
 //! Made by [`crate::read`], never by hand outside tests; holds no pointer into a plugin.
 
+mod differs;
+mod limits;
+
 use std::fmt;
 use std::sync::Arc;
+
+pub use limits::{Limits, NotAllowed};
 
 /// What a plugin holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +21,8 @@ pub struct Plugin {
     pub doc: String,
     /// Its ABI version.
     pub abi: (u32, u32),
+    /// An exception of C++ may leave its functions: it uses that language's library and does not say that it catches.
+    pub throws: bool,
     /// Its types of schemas.
     pub schemas: Vec<Schema>,
 }
@@ -31,8 +38,8 @@ pub struct Schema {
     pub kind: Kind,
     /// Default period, ns.
     pub period_ns: u64,
-    /// Longest iteration, ns.
-    pub budget_ns: u64,
+    /// Longest iteration, ns; none where it is the period, whatever that is.
+    pub budget_ns: Option<u64>,
     /// Inputs and outputs; a port's number is its place here.
     pub ports: Vec<Port>,
     /// Roles of children; a child's number is its place here.
@@ -85,9 +92,9 @@ pub enum Role {
     Modulation {
         /// Value until somebody writes.
         default: Vec<u8>,
-        /// Least and greatest value of a plain number.
-        range: (Option<f64>, Option<f64>),
-        /// Read on awakening only.
+        /// What it takes.
+        limits: Limits,
+        /// Taken on awakening, and kept until it sleeps.
         fixed: bool,
     },
     /// Input of a driver that reaches an actuator.
@@ -119,6 +126,8 @@ pub struct Child {
     pub group: String,
     /// The application may leave it unbound.
     pub optional: bool,
+    /// The application has any number of these, by names of its own; true of each of them once it has said which.
+    pub many: bool,
 }
 
 /// A type of value. Two are the same when names and layouts are; units and docs may differ.
@@ -200,6 +209,26 @@ pub enum Form {
         /// Where their number is.
         length_offset: usize,
     },
+}
+
+impl Schema {
+    /// The schema with these children, each with its group, in place of the role that any number may have.
+    #[must_use]
+    pub fn with_children<'n>(&self, named: impl IntoIterator<Item = (&'n str, &'n str)>) -> Self {
+        let (many, mut children): (Vec<Child>, Vec<Child>) =
+            self.children.iter().cloned().partition(|child| child.many);
+        if let Some(role) = many.into_iter().next() {
+            children.extend(named.into_iter().map(|(name, group)| Child {
+                name: name.to_owned(),
+                group: group.to_owned(),
+                ..role.clone()
+            }));
+        }
+        Self {
+            children,
+            ..self.clone()
+        }
+    }
 }
 
 impl Scalar {

@@ -2,9 +2,12 @@
 //!
 //! [`raw`] holds the tables exactly as they cross the boundary; `include/jde.h` is made from it. [`describe`] holds what a
 //! plugin says of itself as ordinary owned Rust, and [`read`] is the one door between the two: it checks every table before
-//! anything believes it; [`state`] is both ends of what schemas save. This crate loads nothing, starts nothing and depends on nothing.
+//! anything believes it; [`table`] is how tables of different minor versions meet; [`state`] is both ends of what schemas save; [`mod@unit`] is which
+//! units there are. This crate loads nothing, starts nothing and depends on nothing.
 
 pub mod describe;
 pub mod raw;
 pub mod read;
 pub mod state;
+pub mod table;
+pub mod unit;

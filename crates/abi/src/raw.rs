@@ -1,8 +1,16 @@
 //! The tables that cross the boundary, in C layout. Nothing of Rust's own layout (bool, enum, slice, String) appears here.
 //!
 //! Rules of this file, in the manner of CLAP:
-//! - Tables only grow at the end; each begins with its `size`, which is also the stride of an array of such tables. A reader
-//!   uses no field past the `size` it finds.
+//! - Tables only grow at the end; each begins with its `size`, which is also the stride of an array of such tables.
+//! - Whoever reads a table takes what the shorter of the two has, its `size` or the reader's own: what is missing counts as 0 or
+//!   null, what is beyond means nothing. One that is shorter than in the minor version that brought it is refused.
+//! - Whoever fills in a table that the other side lent ([`Precondition`], [`Verdict`], [`ChildStatus`]) fills in no more than its
+//!   `size` says, and leaves that as it is.
+//! - A function that a minor version brought is beyond the `size`, or null, in a host that has it not: look before use.
+//! - A host takes plugins of every minor version of its major one, older and newer. What it does not know it ignores where that is
+//!   a field or a flag, and refuses by name where it is a kind.
+//! - [`Sample`] alone states no size, for it is filled in at every read: its 40 bytes never change, and whatever else there
+//!   may be to say of a value is asked for by a function of its own.
 //! - A table given by a plugin, and all it points to, lives unchanged until the process ends (libraries are never unmapped).
 //! - Texts are UTF-8 and end with a NUL. A null text pointer means an empty text.
 //! - Whoever allocates frees. Nothing allocated on one side is freed by the other.
@@ -12,11 +20,13 @@
 // A boundary is made of raw pointers; the checks live in `read`.
 #![allow(unsafe_code)]
 
+mod host;
 mod panel;
 mod state;
 
 use core::ffi::{c_char, c_void};
 
+pub use host::*;
 pub use panel::*;
 pub use state::*;
 
@@ -24,14 +34,17 @@ pub use state::*;
 pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 /// Changes when a table changes in a way that old readers would misread. Host and plugin must have the same.
 pub const ABI_MAJOR: u32 = 1;
-/// Grows when tables grow. A host accepts plugins of its own minor version and older.
-pub const ABI_MINOR: u32 = 3;
+/// Grows when tables grow or an ability comes. Hosts up to 1.3 took plugins of their own minor version and older; later ones take
+/// all.
+pub const ABI_MINOR: u32 = 4;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
 
 /// Plugin flag: built so that a panic aborts the process; the host refuses it.
 pub const PLUGIN_ABORTS: u32 = 1;
+/// Plugin flag: none of its functions lets an exception of C++ out. Since minor version 4.
+pub const PLUGIN_CATCHES: u32 = 2;
 
 /// It worked.
 pub const OK: i32 = 0;
@@ -50,6 +63,10 @@ pub const UNBOUND: i32 = 5;
 pub const FAILED: i32 = 6;
 /// The schema panicked; the reason was given to [`Host::fail`].
 pub const PANICKED: i32 = 7;
+
+/// The number is outside of what the child's modulation takes (R8). Counted and shown; not a fault. Since minor version 4: whoever
+/// was built before is told [`NOT_FINITE`].
+pub const OUT_OF_RANGE: i32 = 8;
 
 /// Schema kind: turns data into better data.
 pub const PERCEPTIVE: u32 = 0;
@@ -84,8 +101,10 @@ pub const CHILD_MODULATION: u32 = 5;
 pub const OPTIONAL: u32 = 1;
 /// Import flag: a new value re-evaluates the precondition at once (R12), unless the application says otherwise.
 pub const TRIGGER: u32 = 2;
-/// Modulation flag: read when the schema awakes; later writes count from the next awakening.
+/// Modulation flag: taken when the schema awakes, and kept until it sleeps; later writes count from the next awakening (R8).
 pub const FIXED: u32 = 4;
+/// Child flag, of the last child only: any number of motor children, named and grouped by the application, numbered from here on.
+pub const MANY: u32 = 8;
 
 /// Sample flag: no command is in force; the data is the neutral value.
 pub const SAMPLE_NEUTRAL: u32 = 1;
@@ -168,7 +187,7 @@ pub struct Context {
 ///
 /// The host reads `magic`, `abi_major` and `abi_minor` before anything else; these three fields never move.
 #[repr(C)]
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Plugin {
     /// [`MAGIC`].
     pub magic: u64,
@@ -178,7 +197,7 @@ pub struct Plugin {
     pub abi_minor: u32,
     /// Bytes of this table.
     pub size: u32,
-    /// [`PLUGIN_ABORTS`] or 0.
+    /// [`PLUGIN_ABORTS`], [`PLUGIN_CATCHES`].
     pub flags: u32,
     /// Name of the plugin: lower-case letters, digits, `-`; the file is `lib<name>.so` with `-` written `_`.
     pub name: *const c_char,
@@ -196,6 +215,7 @@ pub struct Plugin {
 
 /// A type of schema: what it is, what it reads and writes, and the functions of its instances.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Schema {
     /// Bytes of this table.
     pub size: u32,
@@ -238,6 +258,7 @@ pub struct Schema {
 
 /// An input or output of a schema type.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Port {
     /// Bytes of this table.
     pub size: u32,
@@ -263,10 +284,18 @@ pub struct Port {
     pub flags: u32,
     /// The child whose modulation this is; for [`CHILD_MODULATION`] only.
     pub child: u32,
+    /// Names of the numbers from 0 on, of a modulation that is one of several; `min` is 0 then and `max` the last. Since minor
+    /// version 4.
+    pub choices: *const *const c_char,
+    /// How many; 0 for a plain number. Since minor version 4.
+    pub choice_count: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// A role that a schema type has for a child; the application says which instance plays it.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Child {
     /// Bytes of this table.
     pub size: u32,
@@ -278,7 +307,7 @@ pub struct Child {
     pub group: *const c_char,
     /// What the child is for.
     pub doc: *const c_char,
-    /// [`OPTIONAL`].
+    /// [`OPTIONAL`], [`MANY`].
     pub flags: u32,
     /// 0.
     pub reserved: u32,
@@ -286,6 +315,7 @@ pub struct Child {
 
 /// A type of value: plain data of fixed size, every bit pattern valid, every byte described.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Type {
     /// Bytes of this table.
     pub size: u32,
@@ -305,6 +335,7 @@ pub struct Type {
 
 /// A field of a [`Type`].
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Field {
     /// Bytes of this table.
     pub size: u32,
@@ -328,8 +359,9 @@ pub struct Field {
     pub value_type: *const Type,
 }
 
-/// A value as a port shows it; the data stays as it is until the present call of the instance returns.
+/// A value as a port shows it; the data stays as it is until the present call of the instance returns. It never grows.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Sample {
     /// The value.
     pub data: *const c_void,
@@ -347,6 +379,7 @@ pub struct Sample {
 
 /// The answer to a check.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Precondition {
     /// Bytes of this table.
     pub size: u32,
@@ -358,6 +391,7 @@ pub struct Precondition {
 
 /// The snapshot of a group given to the father's own arbitration.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Level {
     /// Bytes of this table.
     pub size: u32,
@@ -375,6 +409,7 @@ pub struct Level {
 
 /// A child that competes.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Candidate {
     /// Bytes of this table.
     pub size: u32,
@@ -390,6 +425,7 @@ pub struct Candidate {
 
 /// The father's answer.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Verdict {
     /// Bytes of this table.
     pub size: u32,
@@ -401,8 +437,9 @@ pub struct Verdict {
 
 /// What a father sees of a child.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct ChildStatus {
-    /// Bytes of this table.
+    /// Bytes of this table. Whoever asks states them before.
     pub size: u32,
     /// [`SLEPT`], [`CHECKING`], [`READY`] or [`WINNER`].
     pub state: u32,
@@ -410,59 +447,6 @@ pub struct ChildStatus {
     pub faulted: u32,
     /// 0.
     pub reserved: u32,
-}
-
-/// What the host offers to an instance. Every function is called with the [`Context`] of the present call, on its thread,
-/// and only until that call returns. None blocks.
-#[repr(C)]
-pub struct Host {
-    /// Bytes of this table.
-    pub size: u32,
-    /// [`ABI_MAJOR`] of the host.
-    pub abi_major: u32,
-    /// [`ABI_MINOR`] of the host.
-    pub abi_minor: u32,
-    /// 0.
-    pub reserved: u32,
-    /// The value of an import, modulation or command. The same value throughout a check and the iteration that follows it (R8).
-    /// [`NO_VALUE`], [`UNBOUND`], [`BAD_ARGUMENT`].
-    pub read: unsafe extern "C" fn(*mut Context, port: u32, *mut Sample) -> i32,
-    /// Room to write the next value of an export, actuator or child's modulation, aligned for its type; its bytes hold
-    /// anything. Nobody sees it before `publish`; a loan that is not published by the end of the call is dropped.
-    /// [`UNBOUND`], [`BAD_ARGUMENT`].
-    pub loan: unsafe extern "C" fn(*mut Context, port: u32, *mut *mut c_void) -> i32,
-    /// Publishes what was loaned, measured at `time_ns` (0: now). [`REFUSED`] and [`NOT_FINITE`] for commands, [`BAD_ARGUMENT`].
-    pub publish: unsafe extern "C" fn(*mut Context, port: u32, time_ns: u64) -> i32,
-    /// Wakes a child (R7). Waking one that is awake changes nothing. [`REFUSED`], [`UNBOUND`], [`BAD_ARGUMENT`].
-    pub wake: unsafe extern "C" fn(*mut Context, child: u32) -> i32,
-    /// Puts a child and its subtree to sleep. [`REFUSED`], [`UNBOUND`], [`BAD_ARGUMENT`].
-    pub sleep: unsafe extern "C" fn(*mut Context, child: u32) -> i32,
-    /// What a child is doing. [`UNBOUND`], [`BAD_ARGUMENT`].
-    pub child: unsafe extern "C" fn(*mut Context, child: u32, *mut ChildStatus) -> i32,
-    /// Changes the policy of a group of children, named by one of them: [`POLICY_PRIORITY`] to [`POLICY_FATHER`],
-    /// with its dwell or turn and its hysteresis.
-    pub set_policy:
-        unsafe extern "C" fn(*mut Context, child: u32, policy: u32, dwell_ns: u64, hysteresis: f64) -> i32,
-    /// ns since the application's start; stands still during a call in lockstep.
-    pub now: unsafe extern "C" fn(*mut Context) -> u64,
-    /// A number that depends on the application's seed and the instance's name alone.
-    pub seed: unsafe extern "C" fn(*mut Context) -> u64,
-    /// A number that instances of one running application share and no other application of this process has.
-    pub application: unsafe extern "C" fn(*mut Context) -> u64,
-    /// The instance's name in the application; lives as long as the instance.
-    pub name: unsafe extern "C" fn(*mut Context) -> *const c_char,
-    /// Says something to whoever listens; `text` is `length` bytes of UTF-8.
-    pub log: unsafe extern "C" fn(*mut Context, level: u32, text: *const c_char, length: u64),
-    /// Gives the reason for the error that this call is about to return; `text` is `length` bytes of UTF-8.
-    pub fail: unsafe extern "C" fn(*mut Context, text: *const c_char, length: u64),
-    /// An extension of the host by its id; null where it has none.
-    pub extension: unsafe extern "C" fn(*mut Context, id: *const c_char) -> *const c_void,
-    /// Takes back the newest value of an export, because it no longer tells how things are: until the next is published, all
-    /// who read it are answered [`NO_VALUE`], and who is triggered by it looks again (R12). [`BAD_ARGUMENT`]. Since minor version 1.
-    pub retract: unsafe extern "C" fn(*mut Context, port: u32) -> i32,
-    /// 1 if the application's time passes as fast as everybody's; 0 in lockstep and at another speed, which no device follows.
-    /// Since minor version 1.
-    pub real_time: unsafe extern "C" fn(*mut Context) -> u32,
 }
 
 macro_rules! shareable {

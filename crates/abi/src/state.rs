@@ -3,10 +3,10 @@
 
 #![allow(unsafe_code)]
 
-use core::ffi::{CStr, c_void};
+use core::ffi::c_void;
 use core::ptr;
 
-use crate::raw;
+use crate::{raw, table};
 
 /// Why bytes were not kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,28 +35,15 @@ impl core::error::Error for TooMany {}
 ///
 /// # Safety
 /// `schema` was read by [`crate::read::plugin`] and found right, and its functions follow the rules of [`raw`].
-pub unsafe fn of(schema: &raw::Schema) -> Result<Option<&'static raw::State>, &'static str> {
-    const ID: &CStr = c"jde.state";
-    let Some(ability) = schema.ability else {
-        return Ok(None);
-    };
-    // SAFETY: the caller's function, and a text.
-    let state = unsafe { ability(ID.as_ptr()) }.cast::<raw::State>();
-    if state.is_null() {
-        return Ok(None);
+pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::State>, String> {
+    // SAFETY: the caller's.
+    let state = unsafe { table::ability::<raw::State>(schema, raw::ABILITY_STATE) };
+    match state.map_err(|unreadable| unreadable.to_string())? {
+        Some(state) if state.save.is_none() || state.restore.is_none() => {
+            Err(String::from("its `save` or its `restore` is null"))
+        }
+        state => Ok(state),
     }
-    // SAFETY: what a plugin gives for that id begins with its size, and lives as long as the process.
-    let whole =
-        state.is_aligned() && unsafe { state.cast::<u32>().read() } as usize >= size_of::<raw::State>();
-    if !whole {
-        return Err("its table is too small");
-    }
-    // SAFETY: as above, and as large as this ABI has it.
-    let state = unsafe { &*state };
-    if state.save.is_none() || state.restore.is_none() {
-        return Err("its `save` or its `restore` is null");
-    }
-    Ok(Some(state))
 }
 
 /// Lends a saver for one call; answers with what the call did, and with what was saved by it.
@@ -140,10 +127,5 @@ mod tests {
             }
         });
         assert_eq!((code, kept.as_deref()), (raw::BAD_ARGUMENT, Ok(&b"a"[..])));
-    }
-
-    #[test]
-    fn the_id_is_that_of_the_tables() {
-        assert_eq!(raw::ABILITY_STATE, "jde.state");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::Type;
+use jde_abi::describe::{Limits, Type};
 
 use crate::Error;
 use crate::finite::Finite;
@@ -34,7 +34,7 @@ impl Stamp {
 pub enum Access {
     /// One schema exports it. NaN and infinities are values like any other (a laser that sees nothing).
     Export,
-    /// The father or an operator writes it (R8). Refused while not finite.
+    /// The father or an operator writes it (R8). Refused while not finite or outside of its limits.
     Modulation,
     /// Reaches an actuator. Refused while not finite, and from whoever holds no grant (R7).
     Command {
@@ -58,6 +58,8 @@ pub struct Declaration {
     pub value_type: Arc<Type>,
     /// Who may write it.
     pub access: Access,
+    /// What a modulation takes, whoever writes it (R8).
+    pub limits: Limits,
     /// Its value before anybody writes; without one readers see nothing until then.
     pub initial: Option<Vec<u8>>,
     /// Most writers at once; an export has one, whatever is stated here.
@@ -103,7 +105,13 @@ impl Declaration {
         }
         match finite.and_then(|finite| finite.first_not_finite(initial)) {
             Some(field) => Err(Error::InitialNotFinite { variable, field }),
-            None => Ok(()),
+            None => self
+                .limits
+                .check(&self.value_type, initial)
+                .map_err(|not_allowed| Error::InitialNotAllowed {
+                    variable,
+                    words: not_allowed.words(&self.unit),
+                }),
         }
     }
 }

@@ -42,6 +42,14 @@ pub enum Error {
         /// The field.
         field: String,
     },
+    /// The initial value of a modulation is outside of its limits.
+    #[error("the initial value of `{variable}` {words}")]
+    InitialNotAllowed {
+        /// The variable.
+        variable: String,
+        /// What it is and what is allowed.
+        words: String,
+    },
     /// More readers and writers than a cell can have.
     #[error("`{variable}` is declared for {writers} writers and {readers} readers; together at most {most}")]
     TooMany {
@@ -119,6 +127,9 @@ pub enum Refused {
     /// The value holds a NaN or an infinity.
     #[error("the value is not finite, and commands and modulations must be")]
     NotFinite,
+    /// The value is outside of what the modulation takes.
+    #[error("the value is outside of what the modulation takes")]
+    OutOfRange,
     /// Published without a loan.
     #[error("nothing was loaned; loan, fill, then publish")]
     NothingLoaned,

@@ -11,7 +11,9 @@ use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
 
-use rustix::fs::{MemfdFlags, Mode, OFlags, SealFlags, fcntl_add_seals, ftruncate, memfd_create, open};
+use rustix::fs::{
+    MemfdFlags, Mode, OFlags, SealFlags, fchmod, fcntl_add_seals, ftruncate, memfd_create, open,
+};
 
 /// The memory of a variable's values.
 pub struct Shared {
@@ -119,9 +121,11 @@ pub(crate) unsafe fn unmap(base: NonNull<u8>, bytes: usize) {
     let _ = unsafe { libc::munmap(base.as_ptr().cast(), bytes) };
 }
 
-/// Memory as a file of a fixed size: nobody who has it can take bytes away beneath the others.
+/// Memory as a file of a fixed size: nobody who has it can take bytes away beneath the others. It is its user's alone, and who was given it
+/// to read cannot open it again to write.
 pub(crate) fn memory_file(bytes: usize) -> io::Result<OwnedFd> {
     let file = memfd_create("jde-values", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
+    fchmod(&file, Mode::RUSR)?;
     ftruncate(&file, bytes as u64)?;
     fcntl_add_seals(
         file.as_fd(),

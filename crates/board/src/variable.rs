@@ -230,7 +230,7 @@ impl Variable {
         if bytes.len() != self.declaration.value_type.bytes {
             return Err(Refused::WrongSize);
         }
-        self.check_finite(bytes)?;
+        self.check(bytes)?;
         let putting = lock(&self.putting);
         let mut claim = pinned.claim();
         // SAFETY: claimed from this cell; the slice ends with the copy.
@@ -284,20 +284,27 @@ impl Variable {
         }
     }
 
-    pub(crate) fn check_finite(&self, bytes: &[u8]) -> Result<(), Refused> {
-        let Some(field) = self
-            .finite
-            .as_ref()
-            .and_then(|finite| finite.first_not_finite(bytes))
-        else {
+    /// The one gate of all who write what others declared: fathers, operators, the host (R8).
+    pub(crate) fn check(&self, bytes: &[u8]) -> Result<(), Refused> {
+        let Some(finite) = &self.finite else {
             return Ok(());
         };
-        self.not_finite.fetch_add(1, Ordering::Relaxed);
-        // Whoever is looking at it keeps the older name: a writer does not wait for a tool.
-        if let Ok(mut at) = self.not_finite_at.try_lock() {
-            *at = Some(field);
+        if let Some(field) = finite.first_not_finite(bytes) {
+            self.not_finite.fetch_add(1, Ordering::Relaxed);
+            // Whoever is looking at it keeps the older name: a writer does not wait for a tool.
+            if let Ok(mut at) = self.not_finite_at.try_lock() {
+                *at = Some(field);
+            }
+            return Err(Refused::NotFinite);
         }
-        Err(Refused::NotFinite)
+        let Declaration {
+            limits, value_type, ..
+        } = &self.declaration;
+        if limits.is_none() || limits.check(value_type, bytes).is_ok() {
+            return Ok(());
+        }
+        self.refused.fetch_add(1, Ordering::Relaxed);
+        Err(Refused::OutOfRange)
     }
 
     /// What follows every attempt to publish: those who wait and watch hear of a success, a refusal is counted.

@@ -1,4 +1,5 @@
-//! Who is called after each publish of a variable, and how that ends. The writers never wait for it.
+//! Who is called after each publication of a variable, and how that ends. The calls run on the writer's thread, so a publication takes as
+//! long as they do. The end of a watch holds up no writer.
 
 use std::cell::Cell;
 use std::sync::Arc;

@@ -81,11 +81,11 @@ impl Writer {
         self.room.is_lent()
     }
 
-    /// Publishes what was loaned, as measured at `time`, and answers its number. A command is in force from `now` for its
+    /// Publishes what was loaned, as measured at `time`, or `now` if that is yet to come, and answers its number. A command is in force from `now` for its
     /// validity. Afterwards nothing is loaned, whatever the answer.
     ///
     /// # Errors
-    /// [`Refused::NoAuthority`], [`Refused::NotFinite`], [`Refused::NothingLoaned`].
+    /// [`Refused::NoAuthority`], [`Refused::NotFinite`], [`Refused::OutOfRange`], [`Refused::NothingLoaned`].
     pub fn publish(&mut self, time: Nanos, now: Nanos) -> Result<u64, Refused> {
         self.publish_for(time, now, 0)
     }
@@ -96,12 +96,14 @@ impl Writer {
     /// # Errors
     /// As [`Self::publish`].
     pub fn publish_for(&mut self, time: Nanos, now: Nanos, least: Nanos) -> Result<u64, Refused> {
+        // Else it would look new for as long as it takes, and be no older than what comes after it.
+        let time = time.min(now);
         let variable = &*self.variable;
         let published = match (&mut self.room, &variable.cell) {
             (Room::Within { claim }, Cell::Pinned(pinned)) => {
                 let mut claim = claim.take().ok_or(Refused::NothingLoaned)?;
                 // SAFETY: claimed from this cell; the slice ends with the check.
-                if let Err(refused) = variable.check_finite(unsafe { pinned.bytes_mut(&mut claim) }) {
+                if let Err(refused) = variable.check(unsafe { pinned.bytes_mut(&mut claim) }) {
                     pinned.abandon(claim);
                     return Err(refused);
                 }

@@ -479,3 +479,15 @@ fn no_more_loans_are_parted_with_than_readers_may_hold_slots() {
     writer.loan();
     assert!(writer.part().is_ok_and(|parted| parted.is_some()));
 }
+
+#[test]
+fn a_value_from_the_future_is_as_old_as_its_publication() {
+    for access in [Access::Export, Access::Modulation] {
+        let scan = variable(&float64(), access);
+        let mut writer = scan.writer(4, "pioneer").unwrap();
+        writer.loan().copy_from_slice(&1.0_f64.to_ne_bytes());
+        writer.publish(u64::MAX, 1_000).unwrap();
+        assert_eq!(scan.reader("stop").latch().unwrap().stamp.time, 1_000);
+        assert_eq!(scan.status(3_000).age, Some(2_000));
+    }
+}

@@ -2,7 +2,11 @@
 
 #![allow(unsafe_code, reason = "mapped memory is looked at through raw pointers")]
 
-use std::os::fd::AsFd;
+use std::fs::{File, OpenOptions};
+use std::os::fd::{AsFd, AsRawFd};
+use std::os::unix::fs::MetadataExt;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
 use std::sync::Arc;
 
 use jde_board::{Access, Board, Mapped, Variable};
@@ -92,4 +96,30 @@ fn small_exports_and_variables_not_declared_so_are_not_given_out() {
     assert!(small.expect("it is declared").shared().is_none());
     let own = board.declare(declaration("image", &words(WORDS), Access::Export));
     assert!(own.expect("it is declared").shared().is_none());
+}
+
+/// An ordinary user who is not this one.
+const NOBODY: u32 = 65_534;
+
+#[test]
+fn the_memory_is_its_users_alone() {
+    let variable = image();
+    let shared = variable.shared().expect("it can be mapped");
+    let file = File::from(shared.to_read().expect("a file"));
+    assert_eq!(file.metadata().expect("about it").mode() & 0o777, 0o400);
+    let name = format!("/proc/{}/fd/{}", std::process::id(), file.as_raw_fd());
+    assert!(File::open(&name).is_ok(), "its own user reads it");
+    // The superuser is let through whatever the mode says, and can be somebody else.
+    if file.metadata().expect("about it").uid() == 0 {
+        let other = Command::new("head")
+            .args(["-c", "1", &name])
+            .uid(NOBODY)
+            .gid(NOBODY)
+            .output();
+        let other = other.expect("head is installed");
+        assert!(!other.status.success() && other.stdout.is_empty(), "{other:?}");
+    } else {
+        let again = OpenOptions::new().write(true).open(&name);
+        assert!(again.is_err(), "who may read cannot help himself to more");
+    }
 }

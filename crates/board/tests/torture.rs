@@ -60,7 +60,7 @@ fn write(variable: &Arc<Variable>, id: u32, rounds: u64) {
     for round in 1..=rounds {
         let value = u64::from(id) << 32 | round;
         fill(writer.loan(), value);
-        let sequence = writer.publish(value, 0).unwrap();
+        let sequence = writer.publish(value, value).unwrap();
         assert!(sequence > last, "numbers of one writer grow");
         last = sequence;
     }
@@ -186,7 +186,7 @@ fn r7_no_command_takes_effect_after_its_withdrawal() {
                 let mut writer = velocity.writer(id, "writer").unwrap();
                 while !done.load(Ordering::Relaxed) {
                     fill(writer.loan(), id.into());
-                    match writer.publish(id.into(), 0) {
+                    match writer.publish(id.into(), id.into()) {
                         Ok(_) | Err(Refused::NoAuthority) => (),
                         Err(other) => panic!("{other}"),
                     }

@@ -1,21 +1,32 @@
 //! The worst takeover time of every group, computed before the start (R17).
 //!
-//! It only adds up what the specification declares; whether a run keeps to it is measured elsewhere.
+//! It only adds up what the specification declares; whether a run keeps to it is measured elsewhere. What the machine adds, by
+//! waking a thread late or having too few processors, is in no sum.
 
 use std::fmt;
 
 use crate::spec::{GroupId, GroupSpec, Nanos, Policy, SchemaId, Spec};
 
-/// The longest time from a situation to the first iteration of the member that answers it, for one group.
+/// The longest times from a situation to the first iteration of the member that answers it, for one group.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct GroupContract {
     /// The group.
     pub group: GroupId,
     /// Its name.
     pub name: String,
-    /// The slowest member, for which the sum is largest.
+    /// A check finds a precondition changed, which leads to a selection at once.
+    pub by_check: Promise,
+    /// A check finds another urgency, or whatever else only the policy looks at: the next selection is that after the winner's
+    /// iteration (R2). Only where the policy looks at more than readiness.
+    pub by_winner: Option<Promise>,
+}
+
+/// A sum of times.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Promise {
+    /// Who takes over, the slowest in that.
     pub slowest: SchemaId,
-    /// The name of that member.
+    /// Its name.
     pub slowest_name: String,
     /// What adds up to the worst case, in the order in which it happens.
     pub terms: Vec<Term>,
@@ -28,37 +39,86 @@ pub struct Term {
     pub what: String,
     /// How long at most.
     pub nanos: Nanos,
+    /// Whether the policy makes the others wait so long: what follows is a selection of its own, with a cause of its own (R15).
+    pub waits: bool,
 }
 
 /// Computes the contract of every group of a valid specification; a group without known members has none.
-///
-/// A member notices a situation within its period and one iteration, or within one iteration if publications
-/// trigger it (it may be in the middle of one); one drawing of its panel more, if it has one. The father's arbitration and the loser's patience follow.
 #[must_use]
 pub fn contract(spec: &Spec) -> Vec<GroupContract> {
+    let mut own = vec![0; spec.schemas.len()];
+    for group in &spec.groups {
+        if let Some(father) = group.father.and_then(|father| own.get_mut(father.index())) {
+            *father = arbitration(group).saturating_add(*father);
+        }
+    }
+    let sums = Sums {
+        spec,
+        own: &|id| own[id.index()],
+    };
     (0u32..)
         .zip(&spec.groups)
-        .filter_map(|(index, group)| group_contract(spec, GroupId(index), group))
+        .filter_map(|(index, group)| sums.contract(GroupId(index), group))
         .collect()
 }
 
-impl GroupContract {
-    /// The sum of the terms.
-    #[must_use]
-    pub fn total(&self) -> Nanos {
-        total(&self.terms)
+/// How long a takeover in a group may take from its cause, as it is measured (R15): less what a policy makes others wait. It
+/// allocates nothing. `own` answers how long the arbitrations of a schema's own groups may take.
+pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
+    let sums = Sums { spec, own };
+    let group = spec.groups.get(id.index())?;
+    let (looks, acts) = sums.slowest(group)?;
+    Some(add(sums.looks(looks)).saturating_add(sums.hands_over(group, acts)))
+}
+
+/// How long the father of a group may think.
+pub(crate) fn arbitration(group: &GroupSpec) -> Nanos {
+    if group.policy == Policy::Father {
+        group.budget
+    } else {
+        0
     }
 }
 
+impl GroupContract {
+    /// The longer of its two sums: from the situation to the first iteration.
+    #[must_use]
+    pub fn total(&self) -> Nanos {
+        let paced = self.by_winner.as_ref().map_or(0, Promise::total);
+        self.by_check.total().max(paced)
+    }
+
+    /// How long a takeover may take from its cause, as it is measured (R15): less what the policy makes others wait.
+    #[must_use]
+    pub fn allowed(&self) -> Nanos {
+        let measured = self.by_check.terms.iter().filter(|term| !term.waits);
+        add(measured.map(|term| term.nanos))
+    }
+}
+
+impl Promise {
+    /// The sum of the terms.
+    #[must_use]
+    pub fn total(&self) -> Nanos {
+        add(self.terms.iter().map(|term| term.nanos))
+    }
+}
+
+/// A line for each sum.
 impl fmt::Display for GroupContract {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: {} takes over within {} = ",
-            self.name,
-            self.slowest_name,
-            Millis(self.total())
-        )?;
+        write!(f, "{}: {}", self.name, self.by_check)?;
+        if let Some(paced) = &self.by_winner {
+            write!(f, "\n  {}, by urgency alone: {paced}", self.name)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Promise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (who, total) = (&self.slowest_name, Millis(self.total()));
+        write!(f, "{who} takes over within {total} = ")?;
         for (n, term) in self.terms.iter().enumerate() {
             let plus = if n == 0 { "" } else { " + " };
             write!(f, "{plus}{} {}", term.what, Millis(term.nanos))?;
@@ -80,56 +140,202 @@ impl fmt::Display for Millis {
     }
 }
 
-fn total(terms: &[Term]) -> Nanos {
-    terms.iter().fold(0, |sum, term| sum.saturating_add(term.nanos))
+fn add(nanos: impl IntoIterator<Item = Nanos>) -> Nanos {
+    nanos.into_iter().fold(0, Nanos::saturating_add)
 }
 
-fn group_contract(spec: &Spec, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
-    let mut worst: Option<GroupContract> = None;
-    for &member in &group.members {
-        let terms = terms(spec, group, member)?;
-        if worst.as_ref().is_none_or(|w| total(&terms) > w.total()) {
-            let slowest_name = spec.schemas[member.index()].name.clone();
-            worst = Some(GroupContract {
-                group: id,
-                name: group.name.clone(),
-                slowest: member,
-                slowest_name,
-                terms,
-            });
+/// The arithmetic, over one specification.
+struct Sums<'s> {
+    spec: &'s Spec,
+    own: &'s dyn Fn(SchemaId) -> Nanos,
+}
+
+impl Sums<'_> {
+    fn contract(&self, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
+        let (looks, acts) = self.slowest(group)?;
+        let wait = self.policy_wait(group);
+        let pace = self.pace(group);
+        let paced = match group.policy {
+            Policy::HighestUrgency | Policy::Father => pace,
+            // Whichever ends later.
+            Policy::Sticky { .. }
+                if wait
+                    .as_ref()
+                    .is_none_or(|wait| wait.nanos <= add(pace.iter().map(|term| term.nanos))) =>
+            {
+                pace
+            }
+            Policy::Sticky { .. } => wait.iter().cloned().collect(),
+            Policy::Priority | Policy::RoundRobin { .. } => Vec::new(),
+        };
+        let promise = |between: Vec<Term>| Promise {
+            slowest: acts,
+            slowest_name: self.name(acts),
+            terms: [
+                self.looks_in_words(looks),
+                between,
+                self.hands_over_in_words(group, acts),
+            ]
+            .concat(),
+        };
+        Some(GroupContract {
+            group: id,
+            name: group.name.clone(),
+            by_winner: Some(paced).filter(|paced| !paced.is_empty()).map(&promise),
+            by_check: promise(wait.into_iter().collect()),
+        })
+    }
+
+    /// Who may take longest to notice that somebody else is to win, itself or by letting go, and who may take longest to act.
+    fn slowest(&self, group: &GroupSpec) -> Option<(SchemaId, SchemaId)> {
+        let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
+        let members = || group.members.iter().filter(known).rev();
+        let looks = members().max_by_key(|id| add(self.looks(**id)))?;
+        let acts = members().max_by_key(|id| add(self.acts(**id)))?;
+        Some((*looks, *acts))
+    }
+
+    /// From the situation to the end of the check that sees it: whole periods, until the check before has ended; what may be under
+    /// way when the turn is due or the value comes, which is a turn, a drawing and an arbitration and another that awaits it; the
+    /// check.
+    fn looks(&self, id: SchemaId) -> [Nanos; 4] {
+        let schema = &self.spec.schemas[id.index()];
+        let before = if schema.triggered {
+            schema.budget
+        } else {
+            self.between_turns(id)
+        };
+        [
+            before,
+            self.panel(id),
+            (self.own)(id).saturating_mul(2),
+            schema.budget,
+        ]
+    }
+
+    fn looks_in_words(&self, id: SchemaId) -> Vec<Term> {
+        let name = self.name(id);
+        let schema = &self.spec.schemas[id.index()];
+        let before = match schema.budget.checked_div(schema.period).unwrap_or(0) {
+            _ if schema.triggered => format!("turn of {name} that is under way"),
+            0 => format!("period of {name}"),
+            more => format!("{} periods of {name}", more.saturating_add(1)),
+        };
+        let words = [
+            before,
+            format!("drawing of the panel of {name}"),
+            format!("arbitrations by {name}"),
+            format!("check by {name}"),
+        ];
+        self::terms(words, self.looks(id))
+    }
+
+    /// From the decision to the first iteration: the father thinks, once more if it was thinking already; the loser ends its
+    /// iteration; the winner ends its drawing or arbitration and looks again before it acts (R8).
+    fn hands_over(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
+        let father = arbitration(group).saturating_mul(2);
+        father
+            .saturating_add(group.patience)
+            .saturating_add(add(self.acts(acts)))
+    }
+
+    fn hands_over_in_words(&self, group: &GroupSpec, acts: SchemaId) -> Vec<Term> {
+        let (think, name) = (arbitration(group), self.name(acts));
+        let words = [
+            "arbitration that is under way".to_owned(),
+            "arbitration by the father".to_owned(),
+            "patience with the loser".to_owned(),
+        ];
+        let mut all = self::terms(words, [think, think, group.patience]);
+        let words = [
+            format!("drawing of the panel of {name}"),
+            format!("arbitration by {name}"),
+            format!("look of {name} before it acts"),
+        ];
+        all.extend(self::terms(words, self.acts(acts)));
+        all
+    }
+
+    fn acts(&self, id: SchemaId) -> [Nanos; 3] {
+        [
+            self.panel(id),
+            (self.own)(id),
+            self.spec.schemas[id.index()].budget,
+        ]
+    }
+
+    /// How long a policy may make a ready one wait before it is chosen.
+    fn policy_wait(&self, group: &GroupSpec) -> Option<Term> {
+        let others = group.members.len().saturating_sub(1) as Nanos;
+        let (what, nanos) = match group.policy {
+            Policy::Sticky { dwell, .. } => ("dwell of the winner", dwell),
+            Policy::RoundRobin { turn } => ("turns of the others", turn.saturating_mul(others)),
+            Policy::Priority | Policy::HighestUrgency | Policy::Father => return None,
+        };
+        Some(Term {
+            what: what.to_owned(),
+            nanos,
+            waits: true,
+        })
+        .filter(|term| term.nanos > 0)
+    }
+
+    /// The longest from any moment to the end of a winner's next iteration: it goes on at its period also if it is triggered.
+    fn pace(&self, group: &GroupSpec) -> Vec<Term> {
+        let sums = |id: SchemaId| {
+            let own = (self.own)(id).saturating_mul(2);
+            [
+                self.between_turns(id),
+                self.panel(id),
+                own,
+                self.spec.schemas[id.index()].budget,
+            ]
+        };
+        let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
+        let members = group.members.iter().filter(known).rev();
+        let Some(slowest) = members
+            .max_by_key(|id| add(sums(**id)))
+            .filter(|_| group.members.len() > 1)
+        else {
+            return Vec::new();
+        };
+        let name = self.name(*slowest);
+        let words = [
+            format!("period of the winner {name}"),
+            format!("drawing of the panel of {name}"),
+            format!("arbitrations by {name}"),
+            format!("iteration of {name}"),
+        ];
+        let mut terms = self::terms(words, sums(*slowest));
+        for term in &mut terms {
+            term.waits = true;
         }
+        terms
     }
-    worst
+
+    /// From one turn that is due to the next: whole periods, as many as it takes until the first has ended (R11).
+    fn between_turns(&self, id: SchemaId) -> Nanos {
+        let schema = &self.spec.schemas[id.index()];
+        let skipped = schema.budget.checked_div(schema.period).unwrap_or(0);
+        schema.period.saturating_mul(skipped.saturating_add(1))
+    }
+
+    fn panel(&self, id: SchemaId) -> Nanos {
+        let schema = &self.spec.schemas[id.index()];
+        if schema.panel { schema.budget } else { 0 }
+    }
+
+    fn name(&self, id: SchemaId) -> String {
+        self.spec.schemas[id.index()].name.clone()
+    }
 }
 
-fn terms(spec: &Spec, group: &GroupSpec, member: SchemaId) -> Option<Vec<Term>> {
-    let schema = spec.schemas.get(member.index())?;
-    let mut terms = Vec::new();
-    if !schema.triggered {
-        terms.push(Term {
-            what: format!("period of {}", schema.name),
-            nanos: schema.period,
-        });
-    }
-    terms.push(Term {
-        what: format!("longest iteration of {}", schema.name),
-        nanos: schema.budget,
+/// What takes any time, in words.
+fn terms<const N: usize>(words: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
+    let all = words.into_iter().zip(nanos).map(|(what, nanos)| Term {
+        what,
+        nanos,
+        waits: false,
     });
-    if schema.panel {
-        terms.push(Term {
-            what: "drawing of its panel".into(),
-            nanos: schema.budget,
-        });
-    }
-    if group.policy == Policy::Father {
-        terms.push(Term {
-            what: "arbitration of the father".into(),
-            nanos: group.budget,
-        });
-    }
-    terms.push(Term {
-        what: "patience with the loser".into(),
-        nanos: group.patience,
-    });
-    Some(terms)
+    all.filter(|term| term.nanos > 0).collect()
 }

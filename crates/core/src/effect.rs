@@ -20,8 +20,18 @@ pub enum Effect {
         /// Its iteration still runs: its thread goes to sleep when the iteration returns, and reports its end then.
         abandoned: bool,
     },
-    /// A schema gained authority over commands and children (R7); fathers before children.
+    /// A schema is about to gain authority (R7): every command given before from its group or below is its now, if it or somebody below
+    /// it is bound to that, and stands for its driver's validity at most; every other is neutral.
+    TakesOver {
+        /// Its group.
+        group: GroupId,
+        /// The schema.
+        id: SchemaId,
+    },
+    /// A schema gained authority over commands and children (R7); fathers before children. Follows its `TakesOver` at once.
     Granted(SchemaId),
+    /// A schema ended its first iteration with authority: what it took over, is bound to itself and has not written is neutral (R7).
+    Lapsed(SchemaId),
     /// A schema lost that authority; children before fathers.
     Withdrawn(SchemaId),
     /// A motor schema became WINNER and should iterate at once.
@@ -37,7 +47,8 @@ pub enum Effect {
         /// What the father is to judge.
         level: Level,
     },
-    /// The neutral value is due on every actuator last commanded from this group or below it (R9).
+    /// The neutral value is due on every actuator last commanded from this group or below it, and on those taken over that somebody
+    /// there is bound to (R9).
     Brake {
         /// The group.
         group: GroupId,

@@ -1,9 +1,9 @@
-//! The rules of action selection (R1 to R17 of the semantics), as a pure state machine.
+//! The rules of action selection (R1 to R17 of `docs/rules.md`), as a pure state machine.
 //!
 //! A [`Spec`] says who is whose father, who needs whom and how each group is decided. A [`Hierarchy`]
 //! made from it is told what happens (a check, the begin and the end of an iteration, a fault, a timer) and
-//! answers with [`Effect`]s, to be applied in order and inside the same transaction. Two executors drive it:
-//! one in real time, one in virtual time.
+//! answers with [`Effect`]s, to be applied in order and inside the same transaction. Executors drive it, in real
+//! time or in virtual time (R16).
 //!
 //! It refuses to know a clock, a thread, a file or a random number: everything that is not decided by the rules
 //! comes in as an argument, so that the same calls give the same effects to the bit. It never panics on an
@@ -45,7 +45,7 @@ mod spec_error;
 mod state;
 mod validate;
 
-pub use contract::{GroupContract, Term, contract};
+pub use contract::{GroupContract, Promise, Term, contract};
 pub use effect::{Effect, Level};
 pub use hierarchy::{Answer, Check, Handover, Hierarchy, Operator, Timer};
 pub use record::{Candidate, Case, Cause, Decider, Record};

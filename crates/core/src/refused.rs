@@ -38,7 +38,7 @@ pub enum Refused {
         /// The stopped one.
         schema: String,
     },
-    /// It is faulted, which an operator cannot override.
+    /// It is faulted: only one that is awake can be forced.
     Faulted {
         /// The faulted one.
         schema: String,
@@ -88,7 +88,7 @@ impl fmt::Display for Refused {
             Self::Faulted { schema, reason } => {
                 write!(
                     f,
-                    "`{schema}` is faulted ({reason}): it wakes by its restart policy or when it is replaced"
+                    "`{schema}` is faulted ({reason}): it wakes by its restart policy, or when it is played, loaded or reloaded"
                 )
             }
             Self::NotMotor { schema } => {

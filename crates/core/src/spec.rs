@@ -86,12 +86,14 @@ pub enum Kind {
 pub enum Restart {
     /// It stays SLEPT.
     Never,
-    /// It may wake again after a back-off that doubles with every fault.
+    /// It may wake again after a back-off that doubles with every restart that counts still.
     OnFault {
         /// The first back-off.
         backoff: Nanos,
-        /// How many restarts it gets before it stays down.
+        /// How many restarts it gets
         limit: u32,
+        /// in so long; one more fault and it stays down until an operator clears that.
+        within: Nanos,
     },
 }
 

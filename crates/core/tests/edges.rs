@@ -24,6 +24,7 @@ fn family(policy: Policy) -> Hierarchy {
     let restart = Restart::OnFault {
         backoff: 10,
         limit: u32::MAX,
+        within: u64::MAX,
     };
     let schema = |name| SchemaSpec {
         restart,
@@ -203,7 +204,7 @@ fn back_off_doubles_without_overflowing() {
         assert_eq!(due, now.saturating_add(doubled));
         now = due;
         effects(|out| h.tick(now, out));
-        assert_eq!(h.restarts(A), fault + 1);
+        assert_eq!(h.restarts_left(now, A), Some(u32::MAX - fault - 1));
     }
 }
 
@@ -447,4 +448,29 @@ fn a_new_winner_is_taking_its_place_until_it_begins() {
     assert!(h.is_taking(A) && !h.is_taking(B));
     assert!(h.begin(2, A, &mut Vec::new()));
     assert!(!h.is_taking(A));
+}
+
+#[test]
+fn r4_a_father_whom_the_machine_held_up_is_overruled_and_not_blamed() {
+    for excused in [false, true] {
+        let mut h = family(Policy::Father);
+        let out = effects(|out| {
+            h.checked(1, A, READY, out);
+            h.checked(1, B, READY, out);
+            h.excuse(GroupId(99));
+            if excused {
+                h.excuse(CHILDREN);
+            }
+            let (due, timer) = h.timers().next().expect("it is being asked");
+            assert_eq!(timer, Timer::Arbitration(CHILDREN));
+            h.tick(due, out);
+        });
+        assert_eq!(h.winner(CHILDREN), Some(A), "the priority order decides");
+        assert_eq!(*h.health(FATHER) == Health::Ok, excused, "{:?}", h.health(FATHER));
+        let last = out.iter().rev().find_map(|effect| match effect {
+            Effect::Decided(record) => Some(record.reason.to_string()),
+            _ => None,
+        });
+        assert!(last.is_some_and(|reason| reason.starts_with("no answer within 5000 us")));
+    }
 }

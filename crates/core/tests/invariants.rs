@@ -98,6 +98,8 @@ impl Run {
                 1 => self.transaction(|h, out| h.overrun(other, out)),
                 2 => self.transaction(|h, out| h.on_time(other, out)),
                 3 if c % 8 == 0 => self.shutdown(),
+                4 => self.transaction(|h, out| drop(h.stop_all(now, out))),
+                5 => self.transaction(|h, out| drop(h.release_all(now, out))),
                 _ => {
                     self.now = self.h.next_timer().map_or(now, |due| due.max(now));
                     let now = self.now;

@@ -56,6 +56,16 @@ fn an_executor_that_applies_the_effects_backwards_is_caught() {
     caught(Executor::Backwards);
 }
 
+#[test]
+fn an_executor_that_lets_a_losers_command_stand_is_caught() {
+    caught(Executor::Careless);
+}
+
+#[test]
+fn an_executor_that_keeps_what_was_taken_over_and_not_written_is_caught() {
+    caught(Executor::Keeping);
+}
+
 fn caught(executor: Executor) {
     let checker = Threads { executor }.checker().spawn_bfs().join();
     assert!(
@@ -78,6 +88,10 @@ enum Executor {
     Credulous,
     /// Applies the last effect first.
     Backwards,
+    /// Lets a loser's command stand when somebody takes over.
+    Careless,
+    /// Lets a command stand that was taken over and not written.
+    Keeping,
 }
 
 struct Threads {
@@ -194,7 +208,7 @@ impl Model for Threads {
                 |_, w: &World| w.h.is_awake(GOON) && w.h.is_abandoned(GOON),
             ),
             Property::sometimes("a faulted schema is back", |_, w: &World| {
-                w.h.restarts(GOON) == 1 && w.h.has_authority(GOON)
+                w.h.restarts_left(0, GOON) == Some(0) && w.h.has_authority(GOON)
             }),
         ]
     }
@@ -275,6 +289,11 @@ impl World {
         if executor == Executor::Backwards {
             out.reverse();
         }
+        out.retain(|effect| match effect {
+            Effect::TakesOver { .. } => executor != Executor::Careless,
+            Effect::Lapsed(_) => executor != Executor::Keeping,
+            _ => true,
+        });
         let kept = self
             .shadow
             .apply(self.h.spec(), &out)
@@ -318,7 +337,7 @@ impl World {
                     self.h.health(id),
                     flags,
                     self.h.requesters(id),
-                    self.h.restarts(id),
+                    self.h.restarts_left(0, id),
                 )
             })
             .collect();
@@ -355,7 +374,11 @@ impl PartialEq for World {
 }
 
 fn spec() -> Spec {
-    let restart = Restart::OnFault { backoff: 1, limit: 1 };
+    let restart = Restart::OnFault {
+        backoff: 1,
+        limit: 1,
+        within: 1,
+    };
     let schema = |name| SchemaSpec {
         restart,
         ..SchemaSpec::new(name, Kind::Motor, 1)

@@ -3,7 +3,8 @@
 //! It refuses to start anything.
 
 use jde_core::{
-    Absence, GroupId, GroupSpec, Hierarchy, Kind, Policy, SchemaId, SchemaSpec, Spec, SpecError, contract,
+    Absence, GroupContract, GroupId, GroupSpec, Hierarchy, Kind, Policy, Promise, SchemaId, SchemaSpec, Spec,
+    SpecError, contract,
 };
 
 const MS: u64 = 1_000_000;
@@ -177,39 +178,141 @@ fn all_faults_are_reported_at_once_and_each_says_what_to_do() {
     assert_eq!(told, expected);
 }
 
+/// The group of stop and goon.
+fn motion_contract(spec: &Spec) -> GroupContract {
+    contract(spec).swap_remove(1)
+}
+
 #[test]
-fn r17_the_contract_is_that_of_the_slowest_member() {
+fn r17_who_lets_go_slowly_and_who_acts_slowly_may_be_two() {
     let mut spec = sound();
     spec.schemas[STOP.index()].period = 200 * MS;
     spec.schemas[STOP.index()].budget = 10 * MS;
     spec.schemas[GOON.index()].budget = 20 * MS;
-    let motion = &contract(&spec)[1];
-    assert_eq!((motion.slowest, motion.total()), (STOP, 215 * MS));
-    spec.schemas[STOP.index()].triggered = true;
-    let motion = &contract(&spec)[1];
-    assert_eq!((motion.slowest, motion.total()), (GOON, 100 * MS));
-    spec.groups[1].policy = Policy::Father;
-    spec.groups[1].budget = 7 * MS;
-    assert_eq!(contract(&spec)[1].total(), 107 * MS);
+    let motion = motion_contract(&spec);
+    assert_eq!((motion.by_check.slowest, motion.total()), (GOON, 235 * MS));
+    assert_eq!(
+        motion.to_string(),
+        "motion: goon takes over within 235 ms = period of stop 200 ms + check by stop 10 ms + patience with the loser 5 ms \
+         + look of goon before it acts 20 ms"
+    );
 }
 
 #[test]
-fn r17_a_panel_takes_as_long_as_an_iteration_may() {
+fn r17_a_triggered_schema_may_be_in_the_middle_of_a_turn() {
     let mut spec = sound();
-    spec.schemas[GOON.index()].budget = 20 * MS;
+    for id in [STOP, GOON] {
+        spec.schemas[id.index()].budget = 20 * MS;
+        spec.schemas[id.index()].triggered = true;
+    }
     spec.schemas[GOON.index()].panel = true;
-    let motion = &contract(&spec)[1];
-    assert_eq!((motion.slowest, motion.total()), (GOON, 120 * MS));
     assert_eq!(
-        motion.to_string(),
-        "motion: goon takes over within 120 ms = period of goon 75 ms + longest iteration of goon 20 ms \
-         + drawing of its panel 20 ms + patience with the loser 5 ms"
+        motion_contract(&spec).to_string(),
+        "motion: goon takes over within 105 ms = turn of goon that is under way 20 ms + drawing of the panel of goon 20 ms \
+         + check by goon 20 ms + patience with the loser 5 ms + drawing of the panel of goon 20 ms \
+         + look of goon before it acts 20 ms"
     );
+}
+
+#[test]
+fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himself() {
+    let mut spec = sound();
+    spec.groups[1].policy = Policy::Father;
+    spec.groups[1].budget = 7 * MS;
+    assert_eq!(
+        motion_contract(&spec).to_string(),
+        "motion: stop takes over within 94 ms = period of stop 75 ms + arbitration that is under way 7 ms \
+         + arbitration by the father 7 ms + patience with the loser 5 ms\n  \
+         motion, by urgency alone: stop takes over within 169 ms = period of stop 75 ms + period of the winner stop 75 ms \
+         + arbitration that is under way 7 ms + arbitration by the father 7 ms + patience with the loser 5 ms"
+    );
+    let roots = &contract(&spec)[0];
+    assert_eq!(
+        roots.to_string(),
+        "roots: example takes over within 101 ms = period of example 75 ms + arbitrations by example 14 ms \
+         + patience with the loser 5 ms + arbitration by example 7 ms"
+    );
+}
+
+#[test]
+fn r17_urgency_alone_waits_for_the_winners_iteration() {
+    let mut spec = sound();
+    spec.groups[1].policy = Policy::HighestUrgency;
+    spec.schemas[GOON.index()].period = 300 * MS;
+    spec.schemas[GOON.index()].triggered = true;
+    spec.schemas[GOON.index()].budget = 10 * MS;
+    let motion = motion_contract(&spec);
+    assert_eq!(
+        motion.allowed(),
+        (75 + 5 + 10) * MS,
+        "what is measured begins after the wait"
+    );
+    let paced = motion.by_winner.expect("urgency counts");
+    assert_eq!(paced.total(), (75 + 300 + 10 + 5 + 10) * MS);
+    spec.groups[1].members.truncate(1);
+    assert_eq!(
+        motion_contract(&spec).by_winner,
+        None,
+        "there is nobody to wait for"
+    );
+}
+
+#[test]
+fn r17_dwell_and_turns_are_waited_for() {
+    let mut spec = sound();
+    let sticky = |dwell| Policy::Sticky {
+        dwell,
+        hysteresis: 0.0,
+    };
+    spec.groups[1].policy = sticky(50 * MS);
+    let motion = motion_contract(&spec);
+    assert_eq!(motion.by_check.total(), (75 + 50 + 5) * MS);
+    let paced = |motion: &GroupContract| motion.by_winner.as_ref().map(Promise::total);
+    assert_eq!(paced(&motion), Some((75 + 75 + 5) * MS));
+    assert_eq!(motion.allowed(), (75 + 5) * MS);
+    spec.groups[1].policy = sticky(500 * MS);
+    let motion = motion_contract(&spec);
+    assert_eq!(paced(&motion), Some((75 + 500 + 5) * MS), "the later of the two");
+    spec.groups[1].members.push(EXAMPLE);
+    spec.groups[1].policy = Policy::RoundRobin { turn: 100 * MS };
+    let motion = motion_contract(&spec);
+    assert_eq!(
+        (motion.total(), motion.by_winner),
+        ((75 + 2 * 100 + 5) * MS, None)
+    );
+}
+
+#[test]
+fn r17_who_takes_a_whole_period_misses_the_next_deadline() {
+    let mut spec = sound();
+    for id in [STOP, GOON] {
+        spec.schemas[id.index()].budget = 75 * MS;
+    }
+    assert_eq!(
+        motion_contract(&spec).to_string(),
+        "motion: stop takes over within 305 ms = 2 periods of stop 150 ms + check by stop 75 ms + patience with the loser 5 ms \
+         + look of stop before it acts 75 ms"
+    );
+}
+
+#[test]
+fn r17_what_a_run_is_watched_by_is_the_contract() {
+    let mut spec = sound();
+    for policy in [Policy::Priority, Policy::Father, Policy::RoundRobin { turn: MS }] {
+        spec.groups[1].policy = policy;
+        spec.schemas[STOP.index()].budget += MS;
+        spec.schemas[GOON.index()].panel ^= true;
+        let all = contract(&spec);
+        let hierarchy = Hierarchy::new(spec.clone()).expect("sound");
+        for group in all {
+            assert_eq!(hierarchy.allowed(group.group), Some(group.allowed()), "{group}");
+        }
+    }
 }
 
 #[test]
 fn r17_a_contract_beyond_all_time_does_not_overflow() {
     let mut spec = sound();
     spec.schemas[STOP.index()].period = u64::MAX;
-    assert_eq!(contract(&spec)[1].total(), u64::MAX);
+    assert_eq!(motion_contract(&spec).total(), u64::MAX);
 }

@@ -13,6 +13,7 @@ use std::time::Instant;
 use jde_port::Pty;
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
+use jde_watchdog::Watchdog;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// A device in software. It does no I/O.
@@ -37,6 +38,7 @@ pub struct Trial<S: Schema> {
     /// The bench, to set and to look.
     pub bench: Bench<S>,
     start: Instant,
+    _watchdog: Watchdog,
 }
 
 impl<E: Emulator> Emulated<E> {
@@ -113,6 +115,7 @@ impl<S: Schema> Trial<S> {
         Self {
             bench,
             start: Instant::now(),
+            _watchdog: Watchdog::of_a_test(),
         }
     }
 
@@ -124,7 +127,7 @@ impl<S: Schema> Trial<S> {
         self.bench.awake().expect("it is rightly configured");
     }
 
-    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
+    /// Iterates until something is so.
     ///
     /// # Panics
     /// If an iteration fails.

@@ -8,7 +8,7 @@
 //! use core::time::Duration;
 //! use jde_device::emulate::{Emulated, Emulator, Trial};
 //! use jde_device::{Conversation, Device, Event};
-//! use jde_port::{Address, Backoff, Port};
+//! use jde_device::port::{Address, Backoff, Port};
 //! use jde_schema::prelude::*;
 //!
 //! /// A thermometer.
@@ -131,4 +131,5 @@ pub mod emulate;
 mod report;
 
 pub use device::{Conversation, Device, Event};
+pub use jde_port as port;
 pub use report::{Report, Standing};

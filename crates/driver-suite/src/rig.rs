@@ -11,6 +11,7 @@ use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running, app};
 use jde_schema::derived::raw;
 use jde_schema::prelude::{Connection, LaserScan, Odometry, Pose2D, normalize_angle};
+use jde_watchdog::Watchdog;
 
 use crate::pilot::{Pilot, Watcher};
 
@@ -45,6 +46,7 @@ pub struct Rig {
     /// What must live meanwhile.
     pub kept: Box<dyn Any>,
     pilot: usize,
+    _watchdog: Watchdog,
 }
 
 impl Rig {
@@ -82,6 +84,7 @@ impl Rig {
             handle,
             kept: setting.kept,
             pilot,
+            _watchdog: Watchdog::of_a_test(),
         };
         rig.until(|rig| rig.is_up() && rig.laser().is_some());
         rig

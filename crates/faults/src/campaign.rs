@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use anyhow::{Result, bail};
+use jde_watchdog::Watchdog;
 
 use crate::case::{Case, Clock, What};
 use crate::observer::Tamper;
@@ -87,7 +87,6 @@ impl Campaign {
         let mut leaks = Leaks::default();
         let mut kept: Option<f64> = None;
         let mut rhythms = [0; 2];
-        let watchdog = Watchdog::new(self.clone());
         for (clock, what, quota) in self.lanes()? {
             leaks.warms_up();
             let mut injected = 0;
@@ -102,9 +101,11 @@ impl Campaign {
                     quota - injected
                 };
                 progress.begins(case, table.injected());
-                watchdog.begins(case);
+                let again = format!("broken: {case} has not ended\n  again: {}", self.again(case));
+                // What hangs then is what the campaign looks for.
+                let watchdog = Watchdog::new(CASE, move || again);
                 let report = self.case(&gear, case, most, &mut leaks, stop)?;
-                watchdog.ended();
+                drop(watchdog);
                 number += 1;
                 empty = if report.faults.is_empty() { empty + 1 } else { 0 };
                 injected += report.faults.len() as u64;
@@ -223,43 +224,5 @@ impl Finished {
             kernel.trim(),
             self.held
         )
-    }
-}
-
-/// Ends the process if a case never ends: whatever hangs then is what the campaign looks for.
-struct Watchdog {
-    tell: Sender<Option<Case>>,
-}
-
-impl Watchdog {
-    fn new(campaign: Campaign) -> Self {
-        let (tell, told) = channel::<Option<Case>>();
-        std::thread::spawn(move || {
-            let mut running = None;
-            loop {
-                match (told.recv_timeout(CASE), running) {
-                    (Ok(case), _) => running = case,
-                    (Err(RecvTimeoutError::Disconnected), _) => return,
-                    (Err(RecvTimeoutError::Timeout), None) => {}
-                    (Err(RecvTimeoutError::Timeout), Some(case)) => {
-                        eprintln!(
-                            "\nbroken: {case} has not ended within {CASE:?}\n  again: {}",
-                            campaign.again(case)
-                        );
-                        std::process::exit(1);
-                    }
-                }
-            }
-        });
-        Self { tell }
-    }
-
-    fn begins(&self, case: Case) {
-        // It listens for as long as this lives.
-        let _ = self.tell.send(Some(case));
-    }
-
-    fn ended(&self) {
-        let _ = self.tell.send(None);
     }
 }

@@ -98,7 +98,7 @@ fn a_campaign_fails_when_an_invariant_does() {
     for (lie, found, kind, count) in [
         ("withdrawal", "R7", "stop-all", "8"),
         ("stranger", "R7: `", "stop-all", "8"),
-        ("brake", "R9: a command of `", "stop-all", "8"),
+        ("brake", "` is in force, at ", "stop-all", "8"),
         ("motion", "motion: the robot moves", "stop-all", "8"),
         ("turn", "R11: `", "stop-all", "8"),
         ("recovery", "and it has no turns any more", "panic", "16"),

@@ -16,32 +16,42 @@
 #define JDE_UNBOUNDED ((double)NAN)
 
 /** Exports the plugin: its name, its version, one sentence, and its array of jde_schema. Once in a library. */
-#define JDE_PLUGIN(name, version, doc, schemas)                                                             \
+#define JDE_PLUGIN(name, version, doc, schemas) JDE_PLUGIN_OF(0u, name, version, doc, schemas)
+/** The same for a plugin in C++ whose functions all do their work within jde_guarded. */
+#define JDE_PLUGIN_GUARDED(name, version, doc, schemas) JDE_PLUGIN_OF(JDE_PLUGIN_CATCHES, name, version, doc, schemas)
+/** The same, with its flags. */
+#define JDE_PLUGIN_OF(flags, name, version, doc, schemas)                                                   \
     extern JDE_VISIBLE const struct jde_plugin jde_plugin;                                                  \
     const struct jde_plugin jde_plugin = {JDE_MAGIC, JDE_ABI_MAJOR, JDE_ABI_MINOR,                          \
-                                          (uint32_t)sizeof(struct jde_plugin), 0u, name, version, doc,      \
+                                          (uint32_t)sizeof(struct jde_plugin), flags, name, version, doc,   \
                                           schemas, JDE_COUNT(schemas), 0u}
 
+/** A jde_port of a kind; what a kind does not have is NULL, JDE_UNBOUNDED or 0. */
+#define JDE_PORT(kind, name, doc, unit, type, initial, min, max, validity_ns, flags, child, choices, choice_count)      \
+    {(uint32_t)sizeof(jde_port), kind, name, doc, unit, &(type), initial, min, max, validity_ns, flags, child, choices, \
+     choice_count, 0u}
 /** A jde_port that reads a variable of another schema; `type` is a jde_type. */
 #define JDE_PORT_IMPORT(name, doc, type, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_IMPORT, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u}
+    JDE_PORT(JDE_IMPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
 /** A jde_port that writes a variable. */
 #define JDE_PORT_EXPORT(name, doc, type) \
-    {(uint32_t)sizeof(jde_port), JDE_EXPORT, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, 0u, 0u}
+    JDE_PORT(JDE_EXPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, 0u, 0u, NULL, 0u)
 /** A jde_port that the father writes; `initial` is a static const value of the type, `unit` that of a plain number. */
 #define JDE_PORT_MODULATION(name, doc, unit, type, initial, min, max, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_MODULATION, name, doc, unit, &(type), &(initial), min, max, 0u, flags, 0u}
+    JDE_PORT(JDE_MODULATION, name, doc, unit, type, &(initial), min, max, 0u, flags, 0u, NULL, 0u)
+/** A jde_port that is one of several: `type` is a plain whole number, `choices` an array of the names of its values from 0 on. */
+#define JDE_PORT_CHOICE(name, doc, type, initial, choices)                                                                      \
+    JDE_PORT(JDE_MODULATION, name, doc, "", type, &(initial), 0.0, (double)(JDE_COUNT(choices) - 1u), 0u, 0u, 0u, choices, \
+             JDE_COUNT(choices))
 /** A jde_port of a driver that reaches an actuator; `neutral` is a static const value that stops it. */
-#define JDE_PORT_COMMAND(name, doc, type, neutral, validity_ns)                                      \
-    {(uint32_t)sizeof(jde_port), JDE_COMMAND, name, doc, "", &(type), &(neutral), JDE_UNBOUNDED, JDE_UNBOUNDED, \
-     validity_ns, 0u, 0u}
+#define JDE_PORT_COMMAND(name, doc, type, neutral, validity_ns) \
+    JDE_PORT(JDE_COMMAND, name, doc, "", type, &(neutral), JDE_UNBOUNDED, JDE_UNBOUNDED, validity_ns, 0u, 0u, NULL, 0u)
 /** A jde_port that writes a driver's command. */
 #define JDE_PORT_ACTUATOR(name, doc, type, flags) \
-    {(uint32_t)sizeof(jde_port), JDE_ACTUATOR, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u}
+    JDE_PORT(JDE_ACTUATOR, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
 /** A jde_port that writes the modulation `name` of the child of this number. */
-#define JDE_PORT_CHILD_MODULATION(child, name, doc, type, flags)                                             \
-    {(uint32_t)sizeof(jde_port), JDE_CHILD_MODULATION, name, doc, "", &(type), NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, \
-     0u, flags, child}
+#define JDE_PORT_CHILD_MODULATION(child, name, doc, type, flags) \
+    JDE_PORT(JDE_CHILD_MODULATION, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, child, NULL, 0u)
 
 /** A jde_child that competes in a group. */
 #define JDE_CHILD_MOTOR(name, group, doc, flags) \
@@ -50,11 +60,15 @@
 #define JDE_CHILD_PERCEPTIVE(name, doc, flags) \
     {(uint32_t)sizeof(jde_child), JDE_PERCEPTIVE, name, "", doc, flags, 0u}
 
-/** Whether this header's functions may be used on a host: to be asked in jde_schema.create before anything else. */
+/** Whether an instance can be made for a host: to be asked in jde_schema.create before anything else. */
 static inline int jde_host_fits(const jde_host *host)
 {
-    return host != NULL && host->size >= sizeof(jde_host) && host->abi_major == JDE_ABI_MAJOR;
+    return host != NULL && host->size >= offsetof(jde_host, retract) && host->abi_major == JDE_ABI_MAJOR;
 }
+
+/** Whether a host has a function that a later minor version brought: `if (JDE_HOST_HAS(host, retract)) host->retract(...)`. */
+#define JDE_HOST_HAS(host, function) \
+    ((host)->size >= offsetof(jde_host, function) + sizeof((host)->function) && (host)->function != NULL)
 
 /** The value of an import, modulation or command of `bytes` bytes; NULL if there is none. `sample` may be NULL. */
 static inline const void *jde_get(const jde_host *host, jde_context *context, uint32_t port, size_t bytes,
@@ -93,6 +107,41 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
     host->fail(context, reason, strlen(reason));
     return JDE_FAILED;
 }
+
+/*
+ * C++. An exception that leaves a function of the plugin ends the application: what unwinds another language's frames cannot be caught
+ * in the host, only here. Do the work of each function within jde_guarded:
+ *
+ *     static int32_t iterate(void *instance, jde_context *context)
+ *     {
+ *         mine *self = static_cast<mine *>(instance);
+ *         return jde_guarded(self->host, context, JDE_PANICKED, [&]() -> int32_t { return self->iterate(context); });
+ *     }
+ *
+ * and export the plugin by JDE_PLUGIN_GUARDED. One that is not written so runs with `isolate = "process"`: an exception then ends its own process, and the schema is Faulted.
+ */
+#ifdef __cplusplus
+} /* extern "C" */
+
+#include <exception>
+
+/** Answers as `body` does; with `otherwise` if that throws, for a reason given to jde_host.fail. No exception leaves it. */
+template <typename Answer, typename Body>
+static inline Answer jde_guarded(const jde_host *host, jde_context *context, Answer otherwise, Body body) noexcept
+{
+    try {
+        return body();
+    } catch (const std::exception &thrown) {
+        host->fail(context, thrown.what(), strlen(thrown.what()));
+    } catch (...) {
+        static const char reason[] = "it threw what is no std::exception";
+        host->fail(context, reason, sizeof reason - 1u);
+    }
+    return otherwise;
+}
+
+extern "C" {
+#endif
 
 /*
  * Reloading. A schema that hands what it remembers to its next build gives its jde_state from jde_schema.ability:

@@ -1,9 +1,15 @@
-//! The two clocks of R16: real time, at any speed, and virtual time that moves only when it is told to.
+//! The two clocks of R16: real time, at any speed, and virtual time that moves only when it is told to; and for tests of promises
+//! about time a third, which is virtual and goes on while calls last.
+
+mod counted;
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Condvar, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
+
+use counted::Counted;
 
 /// Tells the application's time, ns since its start.
 #[derive(Debug)]
@@ -15,6 +21,8 @@ pub(crate) enum Clock {
         /// Seconds of the application in a second of the machine.
         speed: f64,
     },
+    /// Goes on when all threads wait.
+    Counted(Counted),
     /// Stands still until it is set.
     Virtual {
         /// What it shows.
@@ -30,6 +38,10 @@ impl Clock {
             start: Instant::now(),
             speed,
         }
+    }
+
+    pub(crate) fn counted() -> Self {
+        Self::Counted(Counted::default())
     }
 
     pub(crate) fn standing() -> Self {
@@ -50,6 +62,7 @@ impl Clock {
     pub(crate) fn now(&self) -> Nanos {
         match self {
             Self::Real { start, speed } => scaled(start.elapsed(), *speed),
+            Self::Counted(counted) => counted.now(),
             Self::Virtual { now, .. } => now.load(Ordering::Acquire),
         }
     }
@@ -57,7 +70,7 @@ impl Clock {
     /// Moves virtual time forward; real time moves by itself.
     pub(crate) fn set(&self, now: Nanos) {
         match self {
-            Self::Real { .. } => {}
+            Self::Real { .. } | Self::Counted(_) => {}
             Self::Virtual { now: time, .. } => {
                 time.fetch_max(now, Ordering::AcqRel);
             }
@@ -68,7 +81,7 @@ impl Clock {
     /// row, each with its own time.
     pub(crate) fn put(&self, now: Nanos) {
         match self {
-            Self::Real { .. } => {}
+            Self::Real { .. } | Self::Counted(_) => {}
             Self::Virtual { now: time, .. } => time.store(now, Ordering::Release),
         }
     }
@@ -84,7 +97,53 @@ impl Clock {
                     (time as f64 / speed).ceil() as u64
                 })
             }
+            Self::Counted(counted) => Duration::from_nanos(then.saturating_sub(counted.now())),
             Self::Virtual { .. } => Duration::ZERO,
+        }
+    }
+
+    /// Waits for news, or until the application's time is `until`; may come back earlier, as a condition variable may.
+    pub(crate) fn wait<'a, T>(
+        &self,
+        news: &Condvar,
+        guard: MutexGuard<'a, T>,
+        until: Option<Nanos>,
+    ) -> MutexGuard<'a, T> {
+        if let Self::Counted(counted) = self {
+            return counted.wait(news, guard, until);
+        }
+        let Some(until) = until else {
+            return news.wait(guard).unwrap_or_else(PoisonError::into_inner);
+        };
+        let waited = news.wait_timeout(guard, self.until(until));
+        waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    /// A thread that waits by this clock begins. Most clocks need not know.
+    pub(crate) fn hire(&self) {
+        if let Self::Counted(counted) = self {
+            counted.hire();
+        }
+    }
+
+    /// One ends.
+    pub(crate) fn dismiss(&self) {
+        if let Self::Counted(counted) = self {
+            counted.dismiss();
+        }
+    }
+
+    /// This thread has something to do: time does not go on by itself before it waits again.
+    pub(crate) fn works(&self) {
+        if let Self::Counted(counted) = self {
+            counted.works();
+        }
+    }
+
+    /// Lets that much time pass in the middle of a call, where time is counted.
+    pub(crate) fn spend(&self, time: Nanos) {
+        if let Self::Counted(counted) = self {
+            counted.spend(time);
         }
     }
 
@@ -92,6 +151,7 @@ impl Clock {
     pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
         match self {
             Self::Real { speed, .. } => scaled(time, *speed),
+            Self::Counted(_) => scaled(time, 1.0),
             Self::Virtual { .. } => 0,
         }
     }
@@ -100,6 +160,7 @@ impl Clock {
     pub(crate) fn speed(&self) -> f64 {
         match self {
             Self::Real { speed, .. } => *speed,
+            Self::Counted(_) => 1.0,
             Self::Virtual { .. } => 0.0,
         }
     }
@@ -108,6 +169,7 @@ impl Clock {
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,
+            Self::Counted(_) => false,
             Self::Virtual { past, .. } => past.unwrap_or(false),
         }
     }
@@ -119,7 +181,7 @@ impl Clock {
 
     /// Whether calls take time: in lockstep they do not.
     pub(crate) fn is_real(&self) -> bool {
-        matches!(self, Self::Real { .. })
+        matches!(self, Self::Real { .. } | Self::Counted(_))
     }
 }
 

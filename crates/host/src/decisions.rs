@@ -1,4 +1,4 @@
-//! Why-records as lines of JSON, one for every selection (R15), in order: for files, pipes and the eyes of scripts.
+//! Why-records as lines of JSON, one for every selection (R15), in the order of each group: for files, pipes and the eyes of scripts.
 
 use std::io::Write;
 

@@ -86,6 +86,19 @@ pub enum Event {
         /// Switches from then on.
         switches: u64,
     },
+    /// The mission has not come nearer to its target for the time that the application states; told once, until it does.
+    Stalled {
+        /// When.
+        time: Nanos,
+        /// Who exports the mission.
+        schema: usize,
+        /// Since when.
+        since: Nanos,
+        /// How far its target is, m.
+        distance: f64,
+        /// Targets reached.
+        reached: u32,
+    },
     /// A schema missed a deadline, or it or the drawing of its panel took longer than its budget; counted for each, told when it
     /// begins.
     Overrun {

@@ -3,7 +3,6 @@
 use jde_core::{GroupId, Level, Nanos};
 
 use crate::engine::Signal;
-use crate::reload::Swap;
 
 /// What awaits an instance until its next turn.
 #[derive(Debug, Default)]
@@ -19,8 +18,8 @@ pub(crate) struct Inbox {
     pub(crate) looked: bool,
     /// Gestures await it: see `panels`.
     pub(crate) touched: bool,
-    /// Another build is to take over: at most one, for one awaits its turn at a time.
-    pub(crate) swap: Option<Box<Swap>>,
+    /// Another build awaits its turn to take over: see `build::Register`.
+    pub(crate) swapped: bool,
     /// At most one question a group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
@@ -40,7 +39,7 @@ impl Inbox {
             Signal::Retimed => self.retimed = true,
             Signal::Looked => self.looked = true,
             Signal::Touched => self.touched = true,
-            Signal::Swapped(swap) => self.swap = Some(swap),
+            Signal::Swapped => self.swapped = true,
             Signal::Asked { group, ticket, level } => {
                 // An older question is closed by now: a group has one at a time.
                 self.asked.retain(|(asked, ..)| *asked != group);
@@ -51,13 +50,13 @@ impl Inbox {
 
     pub(crate) fn is_empty(&self) -> bool {
         let told = self.promoted || self.triggered || self.retimed || self.replaced || self.unloaded;
-        let flagged = told || self.looked || self.touched || self.swap.is_some();
+        let flagged = told || self.looked || self.touched || self.swapped;
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 
     /// Whether it makes a turn no other than one that is due: it looks and perhaps acts.
     pub(crate) fn is_light(&self) -> bool {
-        let flagged = self.replaced || self.unloaded || self.touched || self.swap.is_some();
+        let flagged = self.replaced || self.unloaded || self.touched || self.swapped;
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 

@@ -1,12 +1,25 @@
-//! Ends an application when the variable that it names as its mission says so.
+//! Ends an application when the variable that it names as its mission says so, and tells when that comes no nearer to its target. It
+//! looks whenever the mission is published, and has no other opinion of what a robot should be doing.
 
-use std::mem::offset_of;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use jde_types::Mission;
+use jde_core::Nanos;
+use jde_types::{Mission, Value};
 
 use crate::engine::Engine;
-use crate::event::Outcome;
+use crate::event::{Event, Outcome};
+
+/// What counts as nearer, m: more than the noise of a pose of somebody who stands.
+const NEARER: f64 = 0.05;
+
+/// How near it has come to its present target, and since when it has come no nearer.
+#[derive(Default)]
+struct Progress {
+    mission: Mission,
+    nearest: f64,
+    since: Nanos,
+    told: bool,
+}
 
 /// Concludes as soon as the mission is published as done or failed.
 pub(crate) fn follow(engine: &Arc<Engine>) {
@@ -16,6 +29,7 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
     let Some(variable) = engine.variables.of(instance, port) else {
         unreachable!("a mission is an export");
     };
+    let progress = Mutex::new(Progress::default());
     // A reader or an engine kept in the watch would keep what keeps the watch.
     let weak: Weak<Engine> = Arc::downgrade(engine);
     engine.keep([variable.watch(move || {
@@ -23,15 +37,85 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
         let Some(variable) = engine.variables.of(instance, port) else {
             return;
         };
-        let state = variable
-            .reader("mission")
+        let mut reader = variable.reader("mission");
+        let mission = reader
             .latch()
-            .and_then(|latched| latched.bytes.get(offset_of!(Mission, state)).copied());
-        let outcome = match state {
-            Some(Mission::DONE) => Outcome::Done,
-            Some(Mission::FAILED) => Outcome::Failed,
-            _ => return,
+            .and_then(|latched| Mission::from_bytes(latched.bytes));
+        let Some(mission) = mission else { return };
+        match mission.state {
+            Mission::DONE => engine.conclude(Outcome::Done),
+            Mission::FAILED => engine.conclude(Outcome::Failed),
+            _ => {}
+        }
+        let Some(patience) = engine.application.mission_stalls_ns else {
+            return;
         };
-        engine.conclude(outcome);
+        let now = engine.clock.now();
+        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(since) = progress.stalls(mission, now, patience) {
+            drop(progress);
+            engine.report(&Event::Stalled {
+                time: now,
+                schema: instance,
+                since,
+                distance: mission.distance,
+                reached: mission.reached,
+            });
+        }
     })]);
+}
+
+impl Progress {
+    /// Since when there was no progress, if that is longer than `patience` and has not been told yet.
+    fn stalls(&mut self, mission: Mission, now: Nanos, patience: Nanos) -> Option<Nanos> {
+        let before = std::mem::replace(&mut self.mission, mission);
+        let other =
+            (before.reached, before.total, before.target) != (mission.reached, mission.total, mission.target);
+        let nearer = mission.distance < self.nearest - NEARER;
+        // Without a way to go there is nothing to come nearer to.
+        let idle = mission.state != Mission::RUNNING || mission.distance <= 0.0;
+        if other || nearer || idle || self.since == 0 {
+            (self.nearest, self.since, self.told) = (mission.distance, now.max(1), false);
+        }
+        let stalls = !self.told && now.saturating_sub(self.since) >= patience;
+        self.told |= stalls;
+        stalls.then_some(self.since)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_types::Pose2D;
+
+    use super::*;
+
+    const SECOND: Nanos = 1_000_000_000;
+
+    fn at(distance: f64, reached: u32) -> Mission {
+        Mission {
+            distance,
+            reached,
+            total: 3,
+            target: Pose2D::new(f64::from(reached), 0.0, 0.0),
+            ..Mission::default()
+        }
+    }
+
+    #[test]
+    fn a_mission_that_comes_no_nearer_is_told_once_until_it_does() {
+        let mut progress = Progress::default();
+        let mut told = |second: Nanos, distance, reached| {
+            progress.stalls(at(distance, reached), second * SECOND, 10 * SECOND)
+        };
+        assert_eq!(told(1, 5.0, 0), None);
+        assert_eq!(told(10, 4.96, 0), None, "noise");
+        assert_eq!(told(11, 5.5, 0), Some(SECOND));
+        assert_eq!(told(12, 5.5, 0), None, "it has been told");
+        assert_eq!(told(13, 4.0, 0), None, "nearer");
+        assert_eq!(told(22, 4.0, 0), None);
+        assert_eq!(told(23, 4.0, 0), Some(13 * SECOND));
+        assert_eq!(told(24, 9.0, 1), None, "the next target");
+        assert_eq!(told(33, 9.0, 1), None);
+        assert_eq!(told(34, 9.0, 1), Some(24 * SECOND));
+    }
 }

@@ -53,10 +53,11 @@ impl Operating {
         self.engine.unload(&self.by, schema)
     }
 
-    /// Lets go of a schema that was unloaded: it gets a fresh instance when it wakes up, at once if anybody wants it awake.
+    /// Lets go of a schema that was unloaded, and has one that faulted try again, with all restarts that its policy grants: it gets a
+    /// fresh instance when it wakes up, at once if anybody wants it awake.
     ///
     /// # Errors
-    /// When it is not unloaded, or has not come to rest since.
+    /// When it is neither unloaded nor faulted, or has not come to rest since.
     pub fn load(&self, schema: usize) -> Result<(), String> {
         self.engine.load(&self.by, schema)
     }
@@ -83,6 +84,11 @@ impl Operating {
         self.engine.runs(schema, build)
     }
 
+    /// Whether a schema faulted and was not restarted since.
+    pub(crate) fn is_faulted(&self, schema: usize) -> bool {
+        self.engine.is_faulted(schema)
+    }
+
     /// Makes a schema the winner of its group while it is awake.
     ///
     /// # Errors
@@ -99,11 +105,12 @@ impl Operating {
         self.hierarchy(schema, Operator::Release)
     }
 
-    /// Stops everything at once: every root sleeps, and with it all that acts, and every command is neutral. It stands until
-    /// [`Self::release_all`], or until somebody releases the roots one by one.
+    /// Stops everything at once: every root sleeps, and with it all that acts, and every command is neutral. Whoever is inside an
+    /// iteration commands nothing more in it, whatever is released meanwhile. It stands until [`Self::release_all`], or until
+    /// somebody releases the roots one by one.
     ///
     /// # Errors
-    /// Who could not be stopped, and why; all others are, and commands are neutral all the same.
+    /// The application has not started, or is over.
     pub fn stop_all(&self) -> Result<(), String> {
         self.engine.stop_all(&self.by)
     }

@@ -19,7 +19,7 @@ use jde_core::{Answer, Check, GroupId, Level, Nanos};
 use crate::build::{self, Build};
 use crate::engine::Engine;
 use crate::inbox::Inbox;
-use crate::instance::{self, Desk, Instance, Ports};
+use crate::instance::{self, Beyond, Desk, Instance, Ports};
 use crate::panels::Pace;
 use crate::running::StartError;
 use crate::turn::{Journal, Turn};
@@ -58,6 +58,7 @@ pub(crate) struct Runner {
     journal: Option<Arc<Journal>>,
     /// The present one.
     told: Turn,
+    beyond: Beyond,
 }
 
 /// Which iterations a turn asks leave for.
@@ -91,7 +92,7 @@ impl Runner {
     fn with(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
-        let panel = instance::panel_of(engine.builds.of(number).table);
+        let panel = instance::panel_of(&engine.builds.of(number).table);
         engine
             .panels
             .declare(number, panel.map(|panel| panel.touch.is_some()));
@@ -118,6 +119,7 @@ impl Runner {
             pace: Pace::default(),
             journal,
             told: Turn::of(Turn::CYCLED, number),
+            beyond: Beyond::default(),
         }
     }
 
@@ -212,7 +214,9 @@ impl Runner {
                 None => self.fall_asleep(),
             }
         }
-        if let Some(swap) = inbox.swap {
+        if inbox.swapped
+            && let Some(swap) = self.engine.builds.has_turn(self.number)
+        {
             self.swap(&swap);
         }
         if inbox.touched {
@@ -262,7 +266,7 @@ impl Runner {
         };
         let checked = if self.kind == Kind::Motor {
             let result = instance.check();
-            self.told.looked = instance.called(&mut self.told);
+            self.told.looked = instance.called(&mut self.told, &mut self.beyond);
             let Some(check) = self.found(now, result) else {
                 return;
             };
@@ -324,7 +328,7 @@ impl Runner {
         };
         let start = self.engine.clock.now();
         let result = instance.iterate();
-        self.told.acted = instance.called(&mut self.told);
+        self.told.acted = instance.called(&mut self.told, &mut self.beyond);
         let took = self.engine.clock.now().saturating_sub(start);
         self.engine.meters[self.number].iterated(took);
         result
@@ -344,8 +348,9 @@ impl Runner {
         if let Some(journal) = &self.journal {
             let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
             if !turn.is_empty() {
-                journal.tell(&turn);
+                journal.tell_all(&turn, &self.beyond.ports);
             }
+            self.beyond.ports.clear();
         }
     }
 
@@ -353,6 +358,7 @@ impl Runner {
     fn begin_turn(&mut self, turn: Turn) {
         if self.journal.is_some() {
             self.told = turn;
+            self.beyond.ports.clear();
         }
     }
 
@@ -391,7 +397,7 @@ impl Runner {
             };
         };
         let answer = instance.arbitrate(level);
-        self.told.looked = instance.called(&mut self.told);
+        self.told.looked = instance.called(&mut self.told, &mut self.beyond);
         let (role, reason) = match answer {
             Ok(answer) => answer,
             Err(reason) => return Answer::Failed { reason },

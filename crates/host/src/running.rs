@@ -42,6 +42,9 @@ pub struct Options {
     pub limit: Option<Nanos>,
     /// Seconds of the application in a second of the machine; real time only.
     pub speed: f64,
+    /// The executors of real time run in a virtual one that goes on when all their threads wait: a call takes what it
+    /// [spends](Handle::spend), whatever the machine does. For tests of promises about time.
+    pub counted: bool,
     /// Is told of every turn of a schema and what it saw, to have it taken again (see [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
     /// Watches every transaction of the rules.
@@ -113,6 +116,7 @@ impl Default for Options {
             before_start: None,
             limit: None,
             speed: 1.0,
+            counted: false,
             on_turn: None,
             witness: None,
             apart: None,
@@ -130,12 +134,18 @@ impl Running {
         let (engine, runners) = prepare(
             application,
             plugins,
-            Clock::real(options.speed),
+            if options.counted {
+                Clock::counted()
+            } else {
+                Clock::real(options.speed)
+            },
             options.observers,
             options.on_turn,
             options.witness,
             options.apart,
         )?;
+        // Until all have started.
+        engine.clock.hire();
         let alarm = Arc::new(Alarm::default());
         let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
             Executor::Threads => {
@@ -155,12 +165,15 @@ impl Running {
             supervisor::guarded(&watched, || {
                 supervisor::watch(&watched, &*watched_crew, &ears, options.limit);
             });
+            watched.clock.dismiss();
         };
+        engine.clock.hire();
         let watcher = std::thread::Builder::new()
             .name(String::from("supervisor"))
             .spawn(watch)
             .inspect_err(|_| drop(crew.dismiss(&engine)))?;
         engine.start();
+        engine.clock.dismiss();
         Ok(Self {
             engine,
             crew,
@@ -343,6 +356,11 @@ impl Handle {
         self.engine.clock.now()
     }
 
+    /// Lets so much time pass in the middle of a call, where time is [counted](Options::counted); does nothing elsewhere.
+    pub fn spend(&self, time: Nanos) {
+        self.engine.clock.spend(time);
+    }
+
     /// What every schema and group is doing.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
@@ -461,5 +479,5 @@ pub(crate) fn original(
     let loaded = plugins
         .loaded(plugin)
         .ok_or_else(|| StartError::OtherPlugins(plugin.name.clone()))?;
-    Ok(Build::original(loaded, instance.number))
+    Ok(Build::original(loaded, instance.number, &instance.schema))
 }

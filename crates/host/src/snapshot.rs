@@ -59,6 +59,9 @@ pub struct SchemaView {
     pub refused: u64,
     /// Faults so far.
     pub faults: u64,
+    /// Restarts that its policy grants it at present; none if it is never restarted.
+    #[serde(default)]
+    pub restarts_left: Option<u32>,
     /// Calls of it that were given up and have not returned.
     #[serde(default)]
     pub left: u64,
@@ -211,6 +214,7 @@ mod tests {
             overruns: 0,
             refused: 0,
             faults: 1,
+            restarts_left: Some(4),
             left: 0,
             operator,
             panel: true,

@@ -186,8 +186,23 @@ fn a_place_counts_characters_and_spans_bytes() {
 fn a_thousand_faults_are_told_by_their_number() {
     let text: String = (0..1000).map(|n| format!("x{n} = 1\n")).collect();
     let faults = apps::read(&text, &[]).expect_err("unknown keys");
-    assert_eq!(faults.list().len(), 1002);
+    assert_eq!((faults.list().len(), faults.count()), (200, 1002));
     assert!(faults.to_string().ends_with("\nand 962 more"), "{faults}");
+}
+
+#[test]
+fn an_application_has_so_many_schemas_at_most() {
+    let named: String = (0..10_001)
+        .map(|n| format!("[schemas.s{n}]\ntype = \"goon\"\n"))
+        .collect();
+    let faults = apps::read(&named, &[]).expect_err("too many");
+    assert!(
+        faults
+            .list()
+            .iter()
+            .any(|fault| fault.message.contains("more than 10000 schemas")),
+        "{faults}"
+    );
 }
 
 #[test]

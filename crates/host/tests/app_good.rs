@@ -28,7 +28,7 @@ fn binding<'a>(application: &'a Application, instance: &str, name: &str) -> &'a 
 
 fn initial<'a>(application: &'a Application, instance: &str, name: &str) -> &'a [u8] {
     match binding(application, instance, name) {
-        Binding::Modulation { initial } => initial,
+        Binding::Modulation { initial, .. } => initial,
         other => panic!("{instance}.{name} is {other:?}"),
     }
 }
@@ -335,6 +335,7 @@ fn restarts_have_a_default_and_two_spellings() {
     let default = Restart::OnFault {
         backoff: 500_000_000,
         limit: 5,
+        within: 60_000_000_000,
     };
     assert_eq!(restart(""), default);
     assert_eq!(restart("restart = \"on-fault\""), default);
@@ -343,14 +344,16 @@ fn restarts_have_a_default_and_two_spellings() {
         restart("restart.limit = 3"),
         Restart::OnFault {
             backoff: 500_000_000,
-            limit: 3
+            limit: 3,
+            within: 60_000_000_000,
         }
     );
     assert_eq!(
-        restart("restart = { back-off = \"200ms\", limit = 1 }"),
+        restart("restart = { back-off = \"200ms\", limit = 1, within = \"1s\" }"),
         Restart::OnFault {
             backoff: 200_000_000,
-            limit: 1
+            limit: 1,
+            within: 1_000_000_000,
         }
     );
 }
@@ -393,7 +396,7 @@ fn a_modulation_can_be_read_and_keeps_nobody_awake() {
         *binding(&application, "other", "bearing"),
         Binding::Import {
             source: Some(source(&application, "look", "tilt")),
-            trigger: false
+            trigger: true
         }
     );
     let pioneer = u32::try_from(at(&application, "pioneer")).expect("few instances");

@@ -327,7 +327,7 @@ apps/good.toml:25:11: `restart` of schema `stop` is `always`, which is no way to
 restart = 3"#,
         )],
         r#"
-apps/good.toml:25:11: `restart` of schema `stop` must be "never", "on-fault" or a table such as { back-off = "500ms", limit = 5 }, not a whole number
+apps/good.toml:25:11: `restart` of schema `stop` must be "never", "on-fault" or a table such as { back-off = "500ms", limit = 5, within = "60s" }, not a whole number
 "#,
     );
     check(

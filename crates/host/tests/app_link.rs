@@ -61,7 +61,7 @@ fn a_link_says_whom_it_lets_in() {
         folder.path(),
         r#"
         name = "robot2"
-        listen = ["tls/0.0.0.0:7447", "tcp/[::1]:0", "unixsock-stream/run/robot"]
+        listen = ["tls/0.0.0.0:7447", "tls/[::1]:0"]
         connect = ["tls/base.local:7447"]
         discover = true
         access = "read"
@@ -74,12 +74,11 @@ fn a_link_says_whom_it_lets_in() {
         "#,
     );
     assert!(link.is_open());
-    let socket = format!("unixsock-stream/{}", path("run/robot").display());
     assert_eq!(
         link,
         Link {
             name: "robot2".to_owned(),
-            listen: vec!["tls/0.0.0.0:7447".to_owned(), "tcp/[::1]:0".to_owned(), socket],
+            listen: vec!["tls/0.0.0.0:7447".to_owned(), "tls/[::1]:0".to_owned()],
             connect: vec!["tls/base.local:7447".to_owned()],
             discover: true,
             access: Access::Read,
@@ -121,14 +120,30 @@ fn an_application_that_names_no_link_is_called_by_its_own_name() {
 }
 
 #[test]
-fn this_machine_may_be_listened_on_without_a_guard() {
+fn this_machine_has_other_users() {
     let folder = folder();
-    let link = linked(
-        folder.path(),
-        r#"listen = ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:0", "unixsock-stream/robot"]"#,
+    let listen = r#"listen = ["tcp/127.0.0.1:7447", "tcp/localhost:0", "unixsock-stream/robot"]"#;
+    let open = |address: &str| {
+        format!("`listen` of `link` has `{address}`, where every user of this machine may connect")
+    };
+    assert_eq!(
+        said(folder.path(), listen),
+        ["tcp/127.0.0.1:7447", "tcp/localhost:0", "unixsock-stream/robot"].map(open)
     );
+    let link = linked(folder.path(), &format!("{listen}\ninsecure = true"));
     assert!(!link.is_open());
+    let socket = format!("unixsock-stream/{}", folder.path().join("robot").display());
+    assert_eq!(link.listen[2], socket);
 }
+
+/// What certificates are shown and asked for.
+const OWN: &str = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
+const ASKS: &str = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
+const SHOWS: &str =
+    r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem", clients = false }"#;
+const LOGIN: &str = "user = \"lab\"\npassword-file = \"link.password\"";
+const TLS: &str = r#"listen = ["tls/0.0.0.0:7447"]"#;
+const TCP: &str = r#"listen = ["tcp/0.0.0.0:7447"]"#;
 
 #[test]
 fn nobody_is_let_in_from_the_network_by_accident() {
@@ -139,34 +154,96 @@ fn nobody_is_let_in_from_the_network_by_accident() {
     assert_eq!(
         said(
             folder.path(),
-            r#"listen = ["tcp/0.0.0.0:7447", "tcp/localhost:7448", "tcp/robot:7449"]"#
+            r#"listen = ["tcp/0.0.0.0:7447", "tcp/robot:7449"]"#
         ),
         [open("tcp/0.0.0.0:7447"), open("tcp/robot:7449")]
     );
     // A certificate of its own lets nobody in who could not before; and what asks for certificates does not guard other addresses.
-    let own = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
-    let asks = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
-    let tls = r#"listen = ["tls/0.0.0.0:7447"]"#;
-    let tcp = r#"listen = ["tcp/0.0.0.0:7447"]"#;
+    for refused in [format!("{TLS}\n{OWN}"), format!("{TLS}\n{SHOWS}")] {
+        assert_eq!(said(folder.path(), &refused), [open("tls/0.0.0.0:7447")]);
+    }
+    let both = r#"listen = ["tls/0.0.0.0:7447", "tcp/0.0.0.0:7448"]"#;
     assert_eq!(
-        said(folder.path(), &format!("{tls}\n{own}")),
-        [open("tls/0.0.0.0:7447")]
+        said(folder.path(), &format!("{both}\n{ASKS}")),
+        [open("tcp/0.0.0.0:7448")]
     );
-    assert_eq!(
-        said(folder.path(), &format!("{tcp}\n{asks}")),
-        [open("tcp/0.0.0.0:7447")]
-    );
-    let login = "user = \"lab\"\npassword-file = \"link.password\"";
     for guarded in [
-        format!("{tls}\n{asks}"),
-        format!("{tls}\n{own}\n{login}"),
-        format!("{tcp}\n{login}"),
-        format!("{tcp}\ninsecure = true"),
-        format!("{tls}\n{own}\ninsecure = true"),
+        format!("{TLS}\n{ASKS}"),
+        format!("{TLS}\n{SHOWS}\n{LOGIN}"),
+        format!("{TCP}\ninsecure = true"),
+        format!("{TLS}\n{OWN}\ninsecure = true"),
     ] {
         let link = linked(folder.path(), &guarded);
         assert!(link.is_open(), "{guarded}");
         assert!(!linked(folder.path(), &format!("{guarded}\noff = true")).is_open());
+    }
+}
+
+#[test]
+fn nobody_is_connected_to_who_proves_nothing() {
+    let folder = folder();
+    for address in ["tcp/base:7447", "tcp/127.0.0.1:7447", "tls/base:7447"] {
+        let connect = format!("connect = [\"{address}\"]");
+        assert_eq!(
+            said(folder.path(), &connect),
+            [format!(
+                "`connect` of `link` has `{address}`, and nothing proves who answers there"
+            )]
+        );
+        assert!(linked(folder.path(), &format!("{connect}\ninsecure = true")).insecure);
+    }
+    // An authority that comes in by one address says nothing of another.
+    let mixed = format!("{TLS}\nconnect = [\"tcp/base:7447\"]\n{ASKS}");
+    assert_eq!(said(folder.path(), &mixed).len(), 1);
+    linked(
+        folder.path(),
+        "connect = [\"tls/base:7447\"]\ntls = { authority = \"ca.pem\" }",
+    );
+}
+
+#[test]
+fn a_password_is_used_within_tls_and_nowhere_else() {
+    let folder = folder();
+    let given = |key: &str, address: &str| {
+        format!(
+            "`{key}` of `link` has `{address}`, where the password would be given to whoever answers, or could be passed on"
+        )
+    };
+    for insecure in ["", "\ninsecure = true"] {
+        for (link, key, address) in [
+            (TCP.to_owned(), "listen", "tcp/0.0.0.0:7447"),
+            (format!("{TLS}\n{OWN}"), "listen", "tls/0.0.0.0:7447"),
+            (
+                format!("connect = [\"tcp/base:7447\"]\n{ASKS}"),
+                "connect",
+                "tcp/base:7447",
+            ),
+        ] {
+            let link = format!("{link}\n{LOGIN}{insecure}");
+            assert_eq!(said(folder.path(), &link), [given(key, address)], "{link}");
+        }
+    }
+}
+
+#[test]
+fn a_secret_that_others_can_read_is_warned_of() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let folder = folder();
+    let link = format!("{TLS}\n{SHOWS}\n{LOGIN}");
+    let warned = |mode: u32| {
+        for secret in ["link.password", "robot.key"] {
+            let mode = std::fs::Permissions::from_mode(mode);
+            std::fs::set_permissions(folder.path().join(secret), mode).expect("it is ours");
+        }
+        read(folder.path(), &link).expect("it can be read").warnings()
+    };
+    assert_eq!(warned(0o600), [""; 0]);
+    for mode in [0o640, 0o604] {
+        let warnings = warned(mode);
+        assert_eq!(warnings.len(), 2, "{warnings:?}");
+        assert!(warnings[0].contains("can read the password in") && warnings[0].contains("link.password"));
+        assert!(warnings[1].contains("can read the key in") && warnings[1].contains("chmod 600"));
     }
 }
 
@@ -206,7 +283,7 @@ fn what_is_missing_beside_a_key_is_told() {
             "`clients` of `tls` of `link` needs `authority` beside it",
         ),
         (
-            r#"listen = ["tls/localhost:7447"]"#,
+            "listen = [\"tls/localhost:7447\"]\ninsecure = true",
             "`listen` of `link` has `tls/localhost:7447`, and no certificate to show there",
         ),
         (
@@ -214,7 +291,7 @@ fn what_is_missing_beside_a_key_is_told() {
             "`discover` of `link` looks where it listens, and it does not listen on the network",
         ),
         (
-            r#"connect = ["tcp/base:0"]"#,
+            "connect = [\"tcp/base:0\"]\ninsecure = true",
             "`connect` of `link` has no port to connect to",
         ),
         (

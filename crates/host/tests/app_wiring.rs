@@ -136,6 +136,20 @@ apps/good.toml:4:11: `mission` of the application takes `jde_msgs/msg/Mission`, 
 "#,
     );
     check(
+        &[(
+            r#""example.mission""#,
+            r#"{ form = "example.mission", stalls = "soon" }"#,
+        )],
+        r#"
+apps/good.toml:4:1: `mission` does not say which export it is
+    help: add from = "SCHEMA.mission"
+apps/good.toml:4:13: unknown key `form` in `mission`
+    help: did you mean `from`?
+apps/good.toml:4:48: `stalls` of `mission` is `soon`, which is no time
+    help: write a time such as "75ms", or a number of seconds
+"#,
+    );
+    check(
         &[(r#""example.mission""#, r#""goon.speed""#)],
         r#"
 apps/good.toml:4:11: `mission` of the application is `goon.speed`, which is a modulation
@@ -230,6 +244,36 @@ apps/good.toml:20:58: `speed` that schema `example` writes to `cruise` is a modu
 }
 
 #[test]
+fn r12_a_schema_that_would_trigger_itself_is_refused() {
+    let bound = |from: &str| {
+        (
+            r#"imports = { laser = "pioneer.laser" }
+"#,
+            format!("imports = {{ laser = \"pioneer.laser\", bearing = \"{from}\" }}\n"),
+        )
+    };
+    let look = |from| {
+        let (old, new) = bound(from);
+        (
+            format!("[schemas.look]\ntype    = \"look\"\n{old}"),
+            format!("[schemas.look]\ntype = \"look\"\n{new}"),
+        )
+    };
+    let (old, new) = look("look.heading");
+    check(
+        &[(&old, &new)],
+        r#"
+apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` is its own export, and triggers it
+    help: bind it to another schema's export, or leave it out of `triggers`
+"#,
+    );
+    // Who reads what it exported, without being triggered by it, remembers; and a modulation is written by others.
+    for good in [new.clone() + "triggers = []\n", look("look.tilt").1] {
+        apps::application(&[(&old, &good)]);
+    }
+}
+
+#[test]
 fn r6_perceptive_schemas_that_need_each_other_are_refused() {
     check(
         &[(
@@ -268,8 +312,8 @@ imports = { laser = "odd.laser" }"#,
             ),
         ],
         r#"
-apps/good.toml:42:21: `laser` in `imports` of schema `look`: `odd.laser` is `sensor_msgs/msg/LaserScan` too, but of another layout
-    help: build both plugins with the same definition of the type
+apps/good.toml:42:21: `laser` in `imports` of schema `look`: `odd.laser` is `sensor_msgs/msg/LaserScan` too, but of another layout: it has 8 bytes here and 16 there
+    help: build both plugins with the same definition of the type, from a crate or a header that both use
 "#,
     );
 }

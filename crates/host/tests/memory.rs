@@ -4,13 +4,15 @@
 
 mod common;
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::fs::File;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 
-use jde_host::Options;
-use jde_host::event::Outcome;
+use jde_core::Health;
+use jde_host::event::{Event, Outcome};
 use jde_host::reload::How;
+use jde_host::{Footprint, Options};
 
-use common::{Call, Executor, LIVE, MS, Rig, Stage};
+use common::{Call, Executor, LIVE, MS, Rig, Stage, in_real_time};
 
 static ALONE: Mutex<()> = Mutex::new(());
 
@@ -189,4 +191,94 @@ fn leaves_nothing(executor: Executor) {
     let grown = resident().saturating_sub(warm);
     // An application and its board take some hundred kilobytes: a tenth of one left each time would show.
     assert!(grown < 4 << 20, "{} kB", grown >> 10);
+}
+
+#[test]
+fn an_open_file_is_counted_while_it_is_open() {
+    let _alone = alone();
+    let before = Footprint::now();
+    let files: Vec<_> = (0..200).map(|_| File::open("/proc/self/stat").unwrap()).collect();
+    let with = Footprint::now();
+    assert_eq!(with.files, before.files + files.len() as u64);
+    assert!(with.memory > 100_000, "{with}");
+    drop(files);
+    assert_eq!(Footprint::now().files, before.files);
+}
+
+in_real_time!(who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that);
+
+/// Two of which one hangs.
+const HANGS: &str = r#"
+    roots = ["low", "high"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.low]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+    restart = { back-off = "5ms", limit = 5 }
+    hang = "100ms"
+    [schemas.high]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(executor: Executor) {
+    /// Opened by each: many more than whatever else is opened and closed meanwhile.
+    const FILES: usize = 120;
+    let _alone = alone();
+    let stage = Stage::new();
+    let (release, held) = mpsc::channel::<()>();
+    let held = Arc::new(Mutex::new(held));
+    stage.play("low", move |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                let held = Arc::clone(&held);
+                io.then(move |_| {
+                    let files: Vec<_> = (0..FILES).map(|_| File::open("/dev/null").unwrap()).collect();
+                    // An error says that the other end was dropped.
+                    let _ = held.lock().unwrap().recv();
+                    drop(files);
+                });
+            }
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let ready = Arc::new(true.into());
+    stage.drives("high", &ready, 0.3);
+    let mut rig = Rig::start(executor, &stage, HANGS);
+    let low = rig.place("low");
+    let down = "4 calls of it were given up and never returned; it gets no other instance until one does";
+    rig.until(|rig| matches!(rig.see("low").health, Health::Faulted(reason) if reason == down));
+    // Four hangs, and two restarts for which no instance was made.
+    rig.until(|rig| rig.see("low").faults == 6);
+    assert_eq!(rig.see("low").left, 4);
+    assert_eq!(stage.count("low iterate"), 4);
+    let told = stage.events().into_iter().filter_map(|event| match event {
+        Event::LeftBehind {
+            schema,
+            left,
+            process,
+            ..
+        } if schema == low => Some((left, process.files)),
+        _ => None,
+    });
+    let (left, files): (Vec<_>, Vec<_>) = told.unzip();
+    assert_eq!(left, [1, 2, 3, 4]);
+    assert!(
+        files[3] >= files[0] + 2 * FILES as u64,
+        "it is told what they hold: {files:?}"
+    );
+    assert!(
+        Footprint::now().files < files[3] + FILES as u64,
+        "no fifth opened any"
+    );
+    let before = stage.count("high iterate");
+    rig.until(|rig| rig.stage.count("high iterate") > before + 3);
+    drop(release);
+    rig.until(|rig| rig.see("low").left == 0);
+    assert_eq!(stage.count("low drop"), 4);
+    rig.until(|_| Footprint::now().files + 2 * (FILES as u64) < files[3]);
+    rig.stop();
 }

@@ -27,6 +27,7 @@ const APP: &str = r#"
     type = "test/robot"
     [schemas.walker]
     type = "walker/walker"
+    restart = "never"
     actuators = { base = "robot.velocity" }
 "#;
 
@@ -173,6 +174,28 @@ fn fifty_files_take_over_while_the_robot_drives_without_a_stop() {
         grown >> 10,
         library >> 10
     );
+}
+
+#[test]
+fn a_schema_that_faulted_tries_again_when_the_same_build_is_reloaded() {
+    let site = Site::start(-1.0);
+    let faults = || {
+        let snapshot = site.running.handle().snapshot();
+        let walker = snapshot
+            .schemas
+            .into_iter()
+            .find(|schema| schema.name == "walker");
+        walker.expect("it is there").faults
+    };
+    for fault in 1..=3 {
+        site.stage.wait_until(|| faults() == fault);
+        assert_eq!(state(&site), State::Slept);
+        let reloaded = site.reloader().reload("ana@laptop", "walker", How::default());
+        let reloaded = reloaded.unwrap_or_else(|refused| panic!("{refused}"));
+        assert_eq!(reloaded.schemas, [("walker".to_owned(), Became::Restarted)]);
+        assert!(reloaded.is_done());
+    }
+    site.stage.wait_until(|| faults() == 4);
 }
 
 #[test]

@@ -19,6 +19,8 @@ struct Drive {
     outcome: Outcome,
     mission: Mission,
     truth: Truth,
+    /// Since when the mission came no nearer, each time that was told.
+    stalled: Vec<u64>,
     decisions: Vec<u8>,
 }
 
@@ -39,6 +41,9 @@ fn application(plugins: &Plugins) -> Application {
 fn unmodulated(plugins: &Plugins) -> Application {
     let text = std::fs::read_to_string(file()).expect("the application is there");
     let mut table: toml::Table = text.parse().expect("it is TOML");
+    table["mission"] = toml::from_str::<toml::Table>("from = \"example.mission\"\nstalls = \"30s\"")
+        .expect("it is a table")
+        .into();
     let schemas = table["schemas"].as_table_mut().expect("it has schemas");
     let kept = [
         "type",
@@ -61,7 +66,13 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
     application.seed = seed;
     let decisions = Arc::new(Mutex::new(Some(Decisions::new(&application, Vec::new()))));
     let ear = Arc::clone(&decisions);
+    let stalled = Arc::new(Mutex::new(Vec::new()));
+    let stalls = Arc::clone(&stalled);
     let hear = move |event: &Event| {
+        if let Event::Stalled { time, since, .. } = event {
+            assert!(time - since >= 30 * SECOND);
+            stalls.lock().expect("nobody panicked").push(*since);
+        }
         if let Some(decisions) = &mut *ear.lock().expect("nobody panicked") {
             decisions.hear(event);
         }
@@ -77,8 +88,10 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
     let outcome = running.run_until(limit).expect("it ends by its limit");
     drop(running);
     let decisions = decisions.lock().expect("nobody panicked").take();
+    let stalled = stalled.lock().expect("nobody panicked").clone();
     Drive {
         outcome,
+        stalled,
         mission: handle
             .value("example.mission")
             .expect("it is exported")
@@ -135,13 +148,12 @@ fn r16_one_seed_gives_one_run_to_the_bit_and_another_seed_another() {
 
 /// Why the application modulates: the areas of 2007, 2 m wide and 3 m ahead, are wider than a door.
 #[test]
-fn with_the_numbers_of_2007_it_touches_nothing_and_does_not_pass_a_door() {
+fn with_the_numbers_of_2007_it_touches_nothing_does_not_pass_a_door_and_says_so() {
     let plugins = plugins();
     let drive = drive(unmodulated(&plugins), &plugins, 1, 120 * SECOND);
-    assert_eq!(drive.outcome, Outcome::TimeUp);
-    assert_eq!(
-        (drive.mission.state, drive.mission.reached),
-        (Mission::RUNNING, 0)
-    );
+    assert_eq!(drive.outcome, Outcome::Failed);
+    assert_eq!((drive.mission.state, drive.mission.reached), (Mission::FAILED, 0));
+    assert_eq!(drive.mission.note.as_str(), "1 target was out of reach");
+    assert!(!drive.stalled.is_empty(), "nobody was told before");
     assert_eq!(drive.truth.collisions, 0);
 }

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap_complete::CompletionCandidate;
-use jde_link::{Client, Folder, Rate, Reach, Remote};
+use jde_link::{Client, Folders, Rate, Reach, Remote};
 use jde_log::Recording;
 use jde_panel::Item;
 
@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_millis(700);
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
     in_time(|| {
-        let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
+        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         client.applications().ok()
     })
     .unwrap_or_default()
@@ -111,7 +111,7 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let usual = line.application.or_else(usual);
     let widgets = in_time(move || {
         let (named, schema) = split_application(&schema);
-        let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
+        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let remote = client.application(named.or(usual.as_deref())).ok()?;
         let (tell, told) = channel();
         let _watching = remote
@@ -161,7 +161,7 @@ fn names(current: &OsStr, list: fn(&Remote) -> Option<Names>) -> Vec<CompletionC
     let named = named.map(str::to_owned);
     let usual = Words::of(std::env::args_os()).application.or_else(usual);
     let known = in_time(move || {
-        let client = Client::connect(&Reach::Local(Folder::of_user())).ok()?;
+        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let list = |name: Option<&str>| list(&client.application(name).ok()?);
         let of_usual = list(usual.as_deref()).unwrap_or_default();
         // What is imported has its application in its name already.

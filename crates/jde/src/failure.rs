@@ -40,6 +40,8 @@ pub(crate) enum Failure {
         unusable: bool,
         /// A plugin is not there.
         missing: bool,
+        /// Folders in which none was looked for, because a recording names them.
+        withheld: Vec<PathBuf>,
     },
     /// A plugin cannot be used.
     #[error(transparent)]
@@ -142,8 +144,18 @@ impl Failure {
     fn words(&self) -> String {
         match self {
             Self::Mission | Self::Different => String::new(),
-            Self::Application { faults, missing, .. } => {
-                faults_in_words(faults) + if *missing { HOW_TO_FIND } else { "" }
+            Self::Application {
+                faults,
+                missing,
+                withheld,
+                ..
+            } => {
+                let how = if *missing { HOW_TO_FIND } else { "" };
+                let more = match withheld.as_slice() {
+                    [_, ..] if *missing => not_searched(withheld) + "\n",
+                    _ => String::new(),
+                };
+                faults_in_words(faults) + how + &more
             }
             Self::Use { message, help } => plain(message, Some(help)),
             Self::Plugin(PluginError::Missing { name, folders }) => plain(
@@ -173,6 +185,9 @@ fn link_status(error: &jde_link::Error) -> u8 {
         Error::Name(_)
         | Error::NameTaken { .. }
         | Error::Insecure { .. }
+        | Error::Unproven { .. }
+        | Error::PlainPassword { .. }
+        | Error::Password { .. }
         | Error::Setting { .. }
         | Error::Several(_)
         | Error::UnknownApplication { .. }
@@ -182,6 +197,8 @@ fn link_status(error: &jde_link::Error) -> u8 {
         | Error::Open(_)
         | Error::Connect { .. }
         | Error::NothingRuns(_)
+        | Error::NotThere { .. }
+        | Error::OnlyRecordings
         | Error::Version { .. }
         | Error::Gone(_)
         | Error::NoAnswer { .. }
@@ -198,6 +215,15 @@ fn plain(message: &str, help: Option<&str>) -> String {
     words
 }
 
+/// Where no plugin was looked for, and how to have it done.
+pub(crate) fn not_searched(withheld: &[PathBuf]) -> String {
+    let folders: Vec<_> = withheld.iter().map(|folder| shown(folder)).collect();
+    format!(
+        "no plugin was looked for in {}, which the recording names: what is there runs with your rights; --trust has them searched",
+        folders.join(", ")
+    )
+}
+
 fn faults_in_words(faults: &Faults) -> String {
     let mut words = String::new();
     let list = faults.list();
@@ -205,7 +231,7 @@ fn faults_in_words(faults: &Faults) -> String {
         words += &fault_in_words(fault);
         words.push('\n');
     }
-    if let more @ 1.. = list.len().saturating_sub(MOST_SHOWN) {
+    if let more @ 1.. = faults.count().saturating_sub(MOST_SHOWN) {
         let _ = writeln!(words, "and {more} more");
     }
     words

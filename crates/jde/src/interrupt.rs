@@ -2,20 +2,32 @@
 //! What whoever started the process wants ignored (`nohup`) stays ignored.
 
 use std::io;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::iterator::{self, Signals};
+use signal_hook::iterator::Signals;
 use signal_hook::low_level;
+
+use crate::terminal;
 
 /// What a shell adds to the number of the signal that ended a process.
 const BY_SIGNAL: i32 = 128;
 
-/// Listens to signals while it lives.
+/// How long a process that has nothing more to stop may take to end by itself after a signal.
+const ENDS: Duration = Duration::from_secs(1);
+
+/// What is called at each signal.
+type Heard = Box<dyn Fn(i32) + Send>;
+
+/// All that listen now, by their numbers.
+static LISTENERS: Mutex<Vec<(u64, Heard)>> = Mutex::new(Vec::new());
+
+/// Listens to signals while it lives. When nobody listens any more, what is left to be written has a second after a signal, and the
+/// process ends.
 pub(crate) struct Interrupts {
-    signals: iterator::Handle,
-    thread: Option<JoinHandle<()>>,
+    number: u64,
 }
 
 impl Interrupts {
@@ -33,35 +45,77 @@ impl Interrupts {
         })
     }
 
-    /// Calls `heard` at each signal, from a thread of its own; it must return soon.
+    /// Calls `heard` at each signal, from a thread of its own; it must return soon, and neither begin to listen nor end it.
     ///
     /// # Errors
     /// The system refuses to tell of signals.
     pub(crate) fn each(heard: impl Fn(i32) + Send + 'static) -> io::Result<Self> {
-        let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
-        let minded = [SIGINT, SIGTERM, SIGHUP]
-            .into_iter()
-            .filter(|signal| ignored & (1 << (signal - 1)) == 0);
-        let mut listener = Signals::new(minded)?;
-        let signals = listener.handle();
-        let thread = std::thread::Builder::new()
-            .name("signals".to_owned())
-            .spawn(move || listener.forever().for_each(heard))?;
-        Ok(Self {
-            signals,
-            thread: Some(thread),
-        })
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        listen()?;
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        listeners().push((number, Box::new(heard)));
+        Ok(Self { number })
     }
 }
 
+/// What it called is not called any more when this returns.
 impl Drop for Interrupts {
     fn drop(&mut self) {
-        self.signals.close();
-        if let Some(thread) = self.thread.take() {
-            // It does nothing that panics.
-            let _ = thread.join();
+        listeners().retain(|(number, _)| *number != self.number);
+    }
+}
+
+/// Begins to listen, once for as long as the process lives: a signal that was listened to once and is not any more would be ignored.
+fn listen() -> io::Result<()> {
+    static BEGUN: Mutex<bool> = Mutex::new(false);
+    let mut begun = BEGUN.lock().unwrap_or_else(PoisonError::into_inner);
+    if *begun {
+        return Ok(());
+    }
+    let minded = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|signal| !is_ignored(*signal));
+    let mut signals = Signals::new(minded)?;
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(move || signals.forever().for_each(take))?;
+    *begun = true;
+    Ok(())
+}
+
+fn take(signal: i32) {
+    // Whoever prints for a reader that does not read hears of it too.
+    terminal::let_go();
+    let is_heard = {
+        let listeners = listeners();
+        listeners.iter().for_each(|(_, heard)| heard(signal));
+        !listeners.is_empty()
+    };
+    if !is_heard {
+        std::thread::sleep(ENDS);
+        if listeners().is_empty() {
+            end_by(signal);
         }
     }
+}
+
+fn listeners() -> MutexGuard<'static, Vec<(u64, Heard)>> {
+    LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What a person does to end this process, in words. A shell has what a script starts in the background ignore Ctrl-C.
+pub(crate) fn how_to_end() -> String {
+    if is_ignored(SIGINT) {
+        let process = std::process::id();
+        format!("`kill {process}` ends it: whoever started it, as a script with &, has it ignore Ctrl-C")
+    } else {
+        "Ctrl-C ends it".to_owned()
+    }
+}
+
+fn is_ignored(signal: i32) -> bool {
+    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |status| ignored(&status));
+    ignored & (1 << (signal - 1)) != 0
 }
 
 /// Ends the process as a signal would.

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use jde_abi::describe;
 use jde_host::app::{self, Application, Catalogue, Faults, Override};
-use jde_host::plugin::{PluginError, Plugins, SearchPath};
+use jde_host::plugin::{Described, PluginError, Plugins, SearchPath};
+use jde_log::replay::Attached;
 
 use crate::failure::Failure;
-use crate::places;
+use crate::{child, places};
 
 /// A checked application with its plugins.
 pub(crate) struct Loaded {
@@ -17,12 +18,34 @@ pub(crate) struct Loaded {
     pub(crate) application: Application,
     /// The plugins it was checked against.
     pub(crate) plugins: Plugins,
+    /// Folders that its file names and where no plugin was looked for, because nobody trusts it.
+    pub(crate) withheld: Vec<PathBuf>,
+}
+
+/// Whose an application's file is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Trust {
+    /// The user named it: plugins are looked for wherever it says, and beside it.
+    Given,
+    /// It came with something from elsewhere: plugins are looked for where they are for everybody.
+    Withheld,
 }
 
 /// Plugins as an application's types are looked up in them, and what was noticed meanwhile.
-pub(crate) struct Shelf<'p> {
-    plugins: &'p Plugins,
+pub(crate) struct Shelf {
+    plugins: Plugins,
+    purpose: Purpose,
+    trust: Trust,
     noticed: RefCell<Noticed>,
+}
+
+/// What plugins are looked up for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To say what they are: nothing of them comes into this process.
+    Look,
+    /// To run them.
+    Run,
 }
 
 /// What was noticed while types were looked up.
@@ -34,6 +57,8 @@ pub(crate) struct Noticed {
     pub(crate) missing: bool,
     /// Folders that the application names.
     pub(crate) folders: Vec<PathBuf>,
+    /// Those that it names and that were not searched.
+    withheld: Vec<PathBuf>,
 }
 
 /// Loads and checks an application, given as a file or by name.
@@ -42,58 +67,117 @@ pub(crate) struct Noticed {
 /// All that is wrong with it.
 pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
     let file = places::application(given)?;
-    checked(&file, |file, shelf| app::load(file, overrides, shelf))
+    let beside = SearchPath::usual(Some(&file));
+    let shelf = Shelf::new(beside, Purpose::Run, Trust::Given);
+    checked(shelf, |shelf| app::load(&file, overrides, shelf))
 }
 
-/// Checks the text of an application's file that stands there, or did.
+/// Checks an application, given as a file or by name, without loading any plugin into this process.
 ///
 /// # Errors
 /// All that is wrong with it.
-pub(crate) fn text(file: &Path, text: &str, overrides: &[Override]) -> Result<Loaded, Failure> {
-    checked(file, |file, shelf| app::parse(text, file, overrides, shelf))
+pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application, Failure> {
+    let file = places::application(given)?;
+    let shelf = Shelf::new(SearchPath::usual(Some(&file)), Purpose::Look, Trust::Given);
+    let loaded = checked(shelf, |shelf| app::load(&file, overrides, shelf))?;
+    Ok(loaded.application)
+}
+
+/// The plugins along a path. A damaged one ends the process that looks at it, and not this one.
+pub(crate) fn plugins(path: SearchPath) -> Plugins {
+    Plugins::new(path).inspected_by(child::inspector())
+}
+
+/// Checks the text of an application's file that a recording has.
+///
+/// # Errors
+/// All that is wrong with it.
+pub(crate) fn attached(file: &Attached, overrides: &[Override], trust: Trust) -> Result<Loaded, Failure> {
+    let Attached { name, text, folder } = file;
+    let stood = folder.as_ref().map(|folder| folder.join(name));
+    let path = SearchPath::usual(stood.as_deref().filter(|_| trust == Trust::Given));
+    let mut shelf = Shelf::new(path, Purpose::Run, trust);
+    if let (Some(folder), Trust::Withheld) = (folder, trust) {
+        let beside = [folder.clone(), folder.join("plugins")];
+        shelf.noticed.get_mut().withheld.extend(beside);
+    }
+    let file = stood.unwrap_or_else(|| name.into());
+    checked(shelf, |shelf| app::parse(text, &file, overrides, shelf))
 }
 
 fn checked(
-    file: &Path,
-    check: impl FnOnce(&Path, &Shelf<'_>) -> Result<Application, Faults>,
+    shelf: Shelf,
+    check: impl FnOnce(&Shelf) -> Result<Application, Faults>,
 ) -> Result<Loaded, Failure> {
-    let plugins = Plugins::new(SearchPath::usual(Some(file)));
-    let shelf = Shelf::new(&plugins);
-    match check(file, &shelf) {
-        Ok(application) => Ok(Loaded { application, plugins }),
-        Err(faults) => {
-            let Noticed {
-                unusable, missing, ..
-            } = shelf.noticed();
-            Err(Failure::Application {
-                faults,
-                unusable,
-                missing,
-            })
-        }
+    let checked = check(&shelf);
+    shelf.plugins.dismiss_inspector();
+    let (plugins, noticed) = shelf.into_parts();
+    let Noticed {
+        unusable,
+        missing,
+        withheld,
+        ..
+    } = noticed;
+    match checked {
+        Ok(application) => Ok(Loaded {
+            application,
+            plugins,
+            withheld,
+        }),
+        Err(faults) => Err(Failure::Application {
+            faults,
+            unusable,
+            missing,
+            withheld,
+        }),
     }
 }
 
-impl<'p> Shelf<'p> {
-    /// The plugins to look in.
-    pub(crate) fn new(plugins: &'p Plugins) -> Self {
+impl Shelf {
+    /// The plugins along a path.
+    pub(crate) fn new(path: SearchPath, purpose: Purpose, trust: Trust) -> Self {
         Self {
-            plugins,
+            plugins: plugins(path),
+            purpose,
+            trust,
             noticed: RefCell::default(),
         }
     }
 
-    /// What was noticed.
-    pub(crate) fn noticed(self) -> Noticed {
-        self.noticed.into_inner()
+    /// Those of the folders that an application names which are searched.
+    fn searched<'d>(&self, named: &'d [PathBuf]) -> &'d [PathBuf] {
+        let mut noticed = self.noticed.borrow_mut();
+        match self.trust {
+            Trust::Given => {
+                noticed.folders = named.to_vec();
+                named
+            }
+            Trust::Withheld => {
+                for folder in named {
+                    if !noticed.withheld.contains(folder) {
+                        noticed.withheld.push(folder.clone());
+                    }
+                }
+                &[]
+            }
+        }
+    }
+
+    /// The plugins, and what was noticed.
+    pub(crate) fn into_parts(self) -> (Plugins, Noticed) {
+        (self.plugins, self.noticed.into_inner())
     }
 }
 
-impl Catalogue for Shelf<'_> {
+impl Catalogue for Shelf {
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
-        self.noticed.borrow_mut().folders = extra_dirs.to_vec();
-        match self.plugins.load(name, extra_dirs) {
-            Ok(loaded) => Ok(loaded.description),
+        let extra_dirs = self.searched(extra_dirs);
+        let found = match self.purpose {
+            Purpose::Look => self.plugins.describe(name, extra_dirs),
+            Purpose::Run => self.plugins.load(name, extra_dirs).map(Described::from),
+        };
+        match found {
+            Ok(found) => Ok(found.description),
             Err(error) => {
                 let missing = matches!(error, PluginError::Missing { .. });
                 let mut noticed = self.noticed.borrow_mut();
@@ -106,12 +190,14 @@ impl Catalogue for Shelf<'_> {
 
     fn known(&self) -> Vec<String> {
         let (files, linked_in) = self.plugins.list(&self.noticed.borrow().folders);
-        let opened = files.iter().filter_map(|file| self.plugins.open(&file.path).ok());
+        let found = files
+            .iter()
+            .filter_map(|file| self.plugins.describe_file(&file.path).ok());
         let linked_in = linked_in
             .iter()
-            .filter_map(|name| self.plugins.load(name, &[]).ok());
+            .filter_map(|name| self.plugins.describe(name, &[]).ok());
         let mut known = Vec::new();
-        for plugin in linked_in.chain(opened) {
+        for plugin in linked_in.chain(found) {
             let schemas = plugin.description.schemas.iter();
             known.extend(schemas.map(|schema| format!("{}/{}", plugin.description.name, schema.name)));
         }

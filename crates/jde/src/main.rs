@@ -13,16 +13,18 @@ mod log;
 mod new;
 mod places;
 mod playback;
+mod queue;
 mod recorded;
 mod replay;
-mod screen;
 mod session;
 mod strip;
 mod summary;
 mod terminal;
 mod top;
+mod visible;
 mod why;
 
 fn main() -> std::process::ExitCode {
+    terminal::tell_panics();
     child::main().unwrap_or_else(cli::main)
 }

@@ -20,7 +20,7 @@ use jde_host::event::{Event, Observer};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::story::Kind;
 use jde_host::{Options, Running};
-use jde_link::{Client, Events, Folder, Link, Rate, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, Title};
 use jde_schema::prelude::*;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;
@@ -110,7 +110,7 @@ fn main() -> std::result::Result<(), Failure> {
     if let [role, folder] = arguments.as_slice()
         && role.parse::<u64>().is_err()
     {
-        return client(role, Folder::at(folder));
+        return client(role, Folders::at(folder));
     }
     let number = |place: usize, usual: u64| match arguments.get(place) {
         Some(text) => text.parse::<u64>(),
@@ -152,7 +152,7 @@ fn at(sorted: &[Duration], share: f64) -> Duration {
 /// How late the loop woke each time.
 fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Failure> {
     let files = tempfile::tempdir()?;
-    let folder = Folder::at(files.path().join("jde"));
+    let folder = Folders::at(files.path().join("jde"));
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN)?;
     let application = app::parse(APPLICATION, std::path::Path::new("jitter.toml"), &[], &plugins)
@@ -232,7 +232,7 @@ impl Observer for Woken {
 struct Guest(Child);
 
 impl Guest {
-    fn start(role: &str, folder: &Folder) -> std::result::Result<Self, Failure> {
+    fn start(role: &str, folder: &Folders) -> std::result::Result<Self, Failure> {
         let program = std::env::current_exe()?;
         let child = Command::new(program).arg(role).arg(folder.path()).spawn()?;
         Ok(Self(child))
@@ -267,7 +267,7 @@ fn count() -> ! {
     }
 }
 
-fn client(role: &str, folder: Folder) -> std::result::Result<(), Failure> {
+fn client(role: &str, folder: Folders) -> std::result::Result<(), Failure> {
     rustix::process::nice(39)?;
     if role == "compute" {
         compute();

@@ -39,13 +39,37 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// The network may not be opened like this.
+    /// Nobody may be let in like this.
     #[error(
-        "{endpoint} would let anybody on the network in; add `tls` with `clients = true`, or `user` and `password-file`, or say `insecure = true`"
+        "{endpoint} would let in whoever gets there; listen by `tls/...` with an `authority` in `tls`, which asks for certificates or for `user` and `password-file`, or say `insecure = true`"
     )]
     Insecure {
         /// The endpoint.
         endpoint: String,
+    },
+    /// Nobody may be connected to like this.
+    #[error(
+        "nothing proves who answers at {endpoint}; connect by `tls/...` with an `authority` in `tls`, or say `insecure = true`"
+    )]
+    Unproven {
+        /// The endpoint.
+        endpoint: String,
+    },
+    /// A password would be given away.
+    #[error(
+        "a password is given to whoever has a certificate of an authority, and to nobody at {endpoint}; use `tls/...` with an `authority` in `tls`, or leave `user` and `password-file` out"
+    )]
+    PlainPassword {
+        /// The endpoint.
+        endpoint: String,
+    },
+    /// A password that cannot be had.
+    #[error("the password file {file}: {reason}")]
+    Password {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        reason: String,
     },
     /// A setting that does not work.
     #[error("[link] {key}: {reason}")]
@@ -82,6 +106,17 @@ pub enum Error {
         /// All that run.
         running: Vec<String>,
     },
+    /// Nobody there was asked for.
+    #[error("no application called `{name}` answered {whereabouts}")]
+    NotThere {
+        /// The name asked for.
+        name: String,
+        /// Where.
+        whereabouts: String,
+    },
+    /// Only what cannot move anything is there.
+    #[error("only recordings play; they move nothing")]
+    OnlyRecordings,
     /// The other end speaks another version.
     #[error(
         "`{application}` (jde {theirs_version}) speaks link protocol {theirs}, and this is protocol {PROTOCOL} (jde {}); use the same version of jde on both",

@@ -15,9 +15,9 @@ mod session;
 pub mod value;
 mod whoami;
 
-pub use client::{Client, Happened, Hold, PanelSample, Reach, Remote, Sample, Watching};
+pub use client::{Client, Happened, Heard, Hold, PanelSample, Reach, Remote, Sample, Watching, everything};
 pub use error::Error;
-pub use folder::Folder;
+pub use folder::Folders;
 pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
 pub use server::{Access, Events, Link, Looking, News, Running, Settings, Subject, Title, schemas};

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use jde_abi::describe::Limits;
 use jde_host::reload::Reloaded;
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
@@ -113,27 +114,40 @@ pub struct PortInfo {
     pub unit: String,
     /// What it means.
     pub doc: String,
-    /// Least and greatest value of a plain number.
+    /// What it takes, of a plain number.
     pub range: Range,
-    /// Read on awakening only.
+    /// Taken on awakening, and kept until its schema sleeps.
     pub fixed: bool,
     /// The variable it reads or writes; none if left unbound.
     pub variable: Option<String>,
 }
 
-/// Least and greatest value of a plain number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// What is allowed of a plain number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Range {
     /// Least.
     pub least: Option<f64>,
     /// Greatest.
     pub greatest: Option<f64>,
+    /// Names of the numbers from 0 on, where it is one of several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<String>,
+}
+
+impl From<&Limits> for Range {
+    fn from(limits: &Limits) -> Self {
+        Self {
+            least: limits.least,
+            greatest: limits.greatest,
+            choices: limits.choices.clone(),
+        }
+    }
 }
 
 impl Range {
     /// Whether a number is within.
     #[must_use]
-    pub fn holds(self, number: f64) -> bool {
+    pub fn holds(&self, number: f64) -> bool {
         self.least.is_none_or(|least| number >= least)
             && self.greatest.is_none_or(|greatest| number <= greatest)
     }
@@ -141,6 +155,9 @@ impl Range {
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.choices.is_empty() {
+            return write!(f, "one of {}", self.choices.join(", "));
+        }
         match (self.least, self.greatest) {
             (Some(least), Some(greatest)) => write!(f, "{least} to {greatest}"),
             (Some(least), None) => write!(f, "{least} or more"),
@@ -183,9 +200,9 @@ pub struct VariableInfo {
     pub unit: String,
     /// What it means.
     pub doc: String,
-    /// Least and greatest value of a plain number.
+    /// What it takes, of a plain number.
     pub range: Range,
-    /// Read on awakening only.
+    /// Taken on awakening, and kept until its schema sleeps.
     pub fixed: bool,
     /// How it is doing; only where that was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -320,6 +337,9 @@ pub struct Fine {
     /// What came of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reloaded: Option<Reloaded>,
+    /// The roots that were stopped or released, by what is about everything.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub roots: Vec<String>,
 }
 
 /// Why a request was refused.
@@ -352,6 +372,12 @@ impl Action {
             Self::StopAll | Self::ReleaseAll => "",
         }
     }
+
+    /// Whether it is about everything that an application does.
+    #[must_use]
+    pub fn is_about_everything(&self) -> bool {
+        matches!(self, Self::StopAll | Self::ReleaseAll)
+    }
 }
 
 impl Refusal {
@@ -361,6 +387,11 @@ impl Refusal {
             error: error.into(),
             nearest: None,
         }
+    }
+
+    /// That what is about everything takes no lease.
+    pub(crate) fn everything_stays() -> Self {
+        Self::new("to stop everything is held by no lease: it must not end by itself")
     }
 
     /// That there is no such name.

@@ -1,6 +1,9 @@
 //! Zenoh sessions that open nothing by themselves: no multicast, no gossip, no port, no shared memory, no admin space; only the
-//! endpoints they are given. Knows nothing of applications.
+//! endpoints they are given, and no other protocol than theirs. Knows nothing of applications.
 
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
 use std::sync::mpsc;
 use std::time::Duration;
 
@@ -18,6 +21,8 @@ const OPEN_MS: u64 = 3000;
 const OPENING: Duration = Duration::from_secs(4);
 /// Whoever does not take what he asked for is cut off after this, us: his answers hold up those of others.
 const BLOCKED_US: u64 = 200_000;
+/// Longest file of a password that is read, bytes.
+const LONGEST: u64 = 4096;
 /// Largest message: the largest picture with room to spare.
 const LARGEST: u64 = 64 << 20;
 /// How long a session may take to say good-bye.
@@ -30,8 +35,8 @@ pub(crate) struct Opening<'a> {
     pub(crate) connect: &'a [String],
     /// Go on looking for those to connect to, for ever; else not reaching one is an error.
     pub(crate) patient: bool,
-    /// Find others by multicast.
-    pub(crate) discover: bool,
+    /// Find others by multicast, and connect to them by these protocols.
+    pub(crate) discover: Option<&'a [&'a str]>,
     pub(crate) login: Option<&'a Login>,
     /// The file of users who may connect, `user:password` a line.
     pub(crate) users: Option<&'a str>,
@@ -53,10 +58,59 @@ pub struct Login {
 pub struct Tls {
     /// Our certificate and its key, to be recognised by.
     pub identity: Option<(String, String)>,
-    /// Who signs those we believe; those that browsers believe are believed as well.
+    /// Who signs those we believe; without one nobody is believed.
     pub authority: Option<String>,
     /// Whoever connects must show a certificate of the authority.
     pub clients: bool,
+}
+
+impl Login {
+    /// A user whose password is the first line of a file, without the end of that line.
+    ///
+    /// # Errors
+    /// [`Error::Password`]: the file cannot be read, or what is in it is no password.
+    pub fn read(user: &str, file: &Path) -> Result<Self, Error> {
+        let wrong = |reason: String| Error::Password {
+            file: file.to_owned(),
+            reason,
+        };
+        let mut text = String::new();
+        File::open(file)
+            .and_then(|opened| opened.take(LONGEST + 1).read_to_string(&mut text))
+            .map_err(|error| wrong(error.to_string()))?;
+        if text.len() as u64 > LONGEST {
+            return Err(wrong(format!("it has more than {LONGEST} bytes")));
+        }
+        let login = Self {
+            user: user.to_owned(),
+            password: text.lines().next().unwrap_or_default().to_owned(),
+        };
+        login.check().map_err(|error| wrong(error.to_string()))?;
+        Ok(login)
+    }
+
+    /// Whether both ends will take it for the same: what reads users from files cuts blanks off at either end, and what is behind a
+    /// colon or a line break.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let plain = |text: &str| !text.is_empty() && text.trim() == text && !text.contains(char::is_control);
+        let setting = |key, reason: &str| Error::Setting {
+            key,
+            reason: reason.to_owned(),
+        };
+        if !plain(&self.user) || self.user.contains(':') {
+            return Err(setting(
+                "user",
+                "a user has one letter at least, no colon, no control character, and no blank at either end",
+            ));
+        }
+        if !plain(&self.password) {
+            return Err(setting(
+                "password-file",
+                "a password is the first line of its file, of one letter at least, without control characters and without blanks at either end",
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// A password is not for logs.
@@ -128,15 +182,24 @@ pub(crate) fn give_way() {
 }
 
 fn config(opening: &Opening<'_>) -> Result<Config, Error> {
+    let endpoints = opening.listen.iter().chain(opening.connect);
+    let mut protocols: Vec<_> = endpoints
+        .filter_map(|endpoint| endpoint.split('/').next())
+        .collect();
+    protocols.extend(opening.discover.unwrap_or_default());
+    protocols.sort_unstable();
+    protocols.dedup();
     let mut settings = vec![
         ("mode", json!("peer")),
+        // Whom multicast finds may name an address of any protocol.
+        ("transport/link/protocols", json!(protocols)),
         ("listen/endpoints", json!(opening.listen)),
         ("listen/timeout_ms", json!(0)),
         ("listen/exit_on_failure", json!(true)),
         ("connect/endpoints", json!(opening.connect)),
         ("connect/timeout_ms", json!(if opening.patient { -1 } else { 0 })),
         ("connect/exit_on_failure", json!(!opening.patient)),
-        ("scouting/multicast/enabled", json!(opening.discover)),
+        ("scouting/multicast/enabled", json!(opening.discover.is_some())),
         ("scouting/gossip/enabled", json!(false)),
         ("timestamping/enabled", json!(false)),
         ("adminspace/enabled", json!(false)),
@@ -155,7 +218,7 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
         // Whether peers are there at the start makes no difference.
         settings.push(("open/return_conditions/connect_scouted", json!(false)));
     }
-    if opening.discover {
+    if opening.discover.is_some() {
         settings.push(("scouting/multicast/autoconnect", json!({ "peer": ["peer"] })));
     }
     if let Some(login) = opening.login {

@@ -1,9 +1,17 @@
 //! Who we are, in words that others see. Decides nothing by it: names are not proof.
 
+use std::path::PathBuf;
+
 /// The name of this machine.
 pub(crate) fn host() -> String {
     let names = rustix::system::uname();
     names.nodename().to_string_lossy().into_owned()
+}
+
+/// The home of this user, as the system has it.
+pub(crate) fn home() -> Option<PathBuf> {
+    let known = nix::unistd::User::from_uid(nix::unistd::Uid::current());
+    known.ok().flatten().map(|user| user.dir)
 }
 
 /// The name of this user: of the environment, of the system's users, or the number where there is none.

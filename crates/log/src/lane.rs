@@ -16,7 +16,7 @@ use jde_host::story::Line;
 use jde_panel::List;
 
 use crate::panel;
-use crate::recorder::{Clock, Written};
+use crate::recorder::{Clock, Parts, Written};
 use crate::tap::retracted;
 
 /// Bytes of slots that a topic gets: a laser of 1088 beams at 40 Hz outlives a disk that stands still for more than a second.
@@ -135,6 +135,7 @@ pub(crate) struct Shared {
     pub(crate) short: AtomicU64,
     pub(crate) trouble: Mutex<Option<String>>,
     pub(crate) files: Mutex<Vec<Written>>,
+    pub(crate) parts: Mutex<Parts>,
     /// The application's clock, once somebody has brought it.
     pub(crate) clock: OnceLock<Clock>,
     waiting: Mutex<()>,
@@ -292,6 +293,7 @@ impl Shared {
             short: AtomicU64::new(0),
             trouble: Mutex::default(),
             files: Mutex::default(),
+            parts: Mutex::default(),
             clock: OnceLock::new(),
             waiting: Mutex::new(()),
             roomy: Condvar::new(),

@@ -8,6 +8,7 @@ mod error;
 mod lane;
 mod origin;
 pub mod panel;
+mod part;
 mod pattern;
 mod recorder;
 mod recording;
@@ -25,8 +26,10 @@ pub use error::Error;
 pub use lane::{Stamps, Topic};
 pub use origin::Origin;
 pub use pattern::{Selection, UnknownPattern, variables};
-pub use recorder::{Clock, Happened, OnFile, OnTrouble, Options, Recorder, Status, When, Written};
+pub use recorder::{
+    Clock, Every, Happened, OnFile, OnTrouble, Options, Parts, Recorder, Split, Status, When, Written,
+};
 pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};
-pub use survey::{Cause, Damaged, GroupSurvey, Survey, TopicSurvey, Troubled};
+pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, Survey, TopicSurvey, Troubled};
 pub use tap::topic_name;
 pub use turns::{Cast, Member, Troupe, turns};

@@ -1,5 +1,6 @@
 //! A recording under way: what a program holds in its hands. The writing is done by a thread of its own.
 
+mod split;
 mod when;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,11 +18,12 @@ use jde_host::story::{Line, Story};
 
 use crate::lane::{Holds, Lane, Shared, Told, Topic, lock};
 use crate::scribe::Scribe;
-use crate::sink::{Begun, Plan, Sink, Triggered, Whole, disk};
+use crate::sink::{self, Begun, Disk, Plan, Sink, Triggered, Whole};
 use crate::trigger::Triggers;
-use crate::writer::{self, Output};
+use crate::writer::Output;
 use crate::{Error, Origin, panel, tap};
 
+pub use split::{Every, Parts, Split};
 pub use when::{Happened, OnFile, When, Written};
 
 /// Events on their way: more than the busiest application tells while a disk stands still for a second.
@@ -59,7 +61,7 @@ pub struct Recorder {
 /// How a recording is doing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Status {
-    /// Messages that have reached the file.
+    /// Messages that have reached the file; after a failure those of them that the disk has said to have.
     pub kept: u64,
     /// Values and events that did not, whatever the reason.
     pub lost: u64,
@@ -71,6 +73,8 @@ pub struct Status {
     pub lost_of: BTreeMap<String, u64>,
     /// The files that conditions asked for.
     pub files: Vec<Written>,
+    /// The files of a recording in parts.
+    pub parts: Option<Parts>,
     /// Messages of the past that had to go from memory before their time was up.
     pub short: u64,
 }
@@ -81,9 +85,22 @@ impl Recorder {
     /// # Errors
     /// [`Error`]; a disk that is full already is one.
     pub fn create(path: &Path, options: Options<'_>) -> Result<Self, Error> {
-        let file = writer::create(path, options.overwrite)?;
-        let disk = disk(&file);
-        Self::begin(Box::new(file), disk, options).map_err(|error| error.of(path))
+        let (output, disk) = sink::create(path, options.overwrite)?;
+        Self::begin(output, disk, options).map_err(|error| error.of(path))
+    }
+
+    /// Begins a recording in parts, which may go on for ever: one file after the other, numbered behind those that are there under
+    /// this name. With `options.overwrite` parts of that name are deleted first. In all files but the first the values in force at
+    /// their beginning come first, stamped with that time.
+    ///
+    /// # Errors
+    /// [`Error`]; a disk that is full already is one.
+    pub fn split(path: &Path, options: Options<'_>, split: Split) -> Result<Self, Error> {
+        let (shared, told) = shared(options.lossless);
+        let (overwrite, lossless) = (options.overwrite, options.lossless);
+        let (split, file) = sink::Split::begin(path, split, options.origin, overwrite, lossless)?;
+        let sink = Whole::new(&shared, file, Some(split), options.on_trouble);
+        Self::start(shared, told, Box::new(sink), None, options.application).map_err(|error| error.of(path))
     }
 
     /// Keeps the recent past in memory, and whenever a condition comes true writes a file of what was before and comes after:
@@ -113,14 +130,10 @@ impl Recorder {
         .map_err(|error| error.of(path))
     }
 
-    pub(crate) fn begin(
-        output: Output,
-        disk: Option<std::fs::File>,
-        options: Options<'_>,
-    ) -> Result<Self, Failed> {
-        let file = Begun::new(output, disk, &options.origin).map_err(Failed::Write)?;
+    pub(crate) fn begin(output: Output, disk: Option<Disk>, options: Options<'_>) -> Result<Self, Failed> {
+        let file = Begun::new(output, disk, &options.origin, None).map_err(Failed::Write)?;
         let (shared, told) = shared(options.lossless);
-        let sink = Whole::new(&shared, file, options.on_trouble);
+        let sink = Whole::new(&shared, file, None, options.on_trouble);
         Self::start(shared, told, Box::new(sink), None, options.application)
     }
 
@@ -233,6 +246,7 @@ impl Recorder {
             trouble: lock(&shared.trouble).clone(),
             lost_of,
             files: lock(&shared.files).clone(),
+            parts: Some(lock(&shared.parts).clone()).filter(|parts| parts.count > 0),
             short: shared.short.load(Ordering::Relaxed),
         }
     }

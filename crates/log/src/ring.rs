@@ -19,8 +19,8 @@ pub(crate) struct Ring {
     bytes: usize,
     most: usize,
     before: Nanos,
-    /// The newest of those that have gone, of every state that stays until the next.
-    base: BTreeMap<State, (Times, Arc<[u8]>)>,
+    /// What those that have gone say.
+    base: InForce<Arc<[u8]>>,
     /// Messages that went before their time was up.
     short: u64,
 }
@@ -54,8 +54,27 @@ pub(crate) enum About {
     Named(Arc<str>),
 }
 
-/// The channel and what on it.
-type State = (usize, About);
+/// What stays as messages say until others: the newest message about each state.
+#[derive(Default)]
+pub(crate) struct InForce<Data>(BTreeMap<(usize, About), (Times, Data)>);
+
+impl<Data: Default> InForce<Data> {
+    /// The message about something on a channel, to be replaced.
+    pub(crate) fn of(&mut self, channel: usize, about: About) -> &mut (Times, Data) {
+        self.0.entry((channel, about)).or_default()
+    }
+
+    /// The channel has no value any more.
+    pub(crate) fn retract(&mut self, channel: usize) {
+        self.0.remove(&(channel, About::Value));
+    }
+
+    /// All of them: channel, when it was made, the message.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, Times, &Data)> {
+        let all = self.0.iter();
+        all.map(|((channel, _), (times, data))| (*channel, *times, data))
+    }
+}
 
 impl Ring {
     /// Holds messages for so long, and at most so many bytes of them.
@@ -66,7 +85,7 @@ impl Ring {
             bytes: 0,
             most,
             before,
-            base: BTreeMap::new(),
+            base: InForce::default(),
             short: 0,
         }
     }
@@ -115,9 +134,7 @@ impl Ring {
 
     /// What was in force before the oldest message: its channel, when it was made, the message.
     pub(crate) fn base(&self) -> impl Iterator<Item = (usize, Times, &Arc<[u8]>)> {
-        self.base
-            .iter()
-            .map(|((channel, _), (times, data))| (*channel, *times, data))
+        self.base.iter()
     }
 
     /// How many messages had to go before their time was up, so far.
@@ -138,10 +155,10 @@ impl Ring {
             }
             | Content::Lost(_) => {}
             Content::Message { about, data } => {
-                self.base.insert((entry.channel, about), (entry.times, data));
+                *self.base.of(entry.channel, about) = (entry.times, data);
             }
             Content::Retracted { of, .. } => {
-                self.base.remove(&(of, About::Value));
+                self.base.retract(of);
             }
         }
     }

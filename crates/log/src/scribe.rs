@@ -16,6 +16,7 @@ use crate::ring::About;
 use crate::sink::{Channel, Says, Sink};
 use crate::tap::{News, Seen, retracted};
 use crate::trigger::{Firing, Triggers};
+use crate::turns;
 use crate::writer::Times;
 
 /// Time between two rounds if nobody asks for one earlier.
@@ -47,6 +48,8 @@ struct Open {
     lane: Arc<Lane>,
     /// None if it goes into no file.
     channel: Option<usize>,
+    /// What its messages are about.
+    about: About,
     fetch: Option<(Reader, Seen)>,
     /// The variable, if a condition names it.
     variable: Option<String>,
@@ -142,6 +145,12 @@ impl Scribe {
             };
             self.lanes.push(Open {
                 variable: variable.filter(named).cloned(),
+                // A turn is taken, and then it is over.
+                about: if lane.name == turns::TOPIC {
+                    About::Nothing
+                } else {
+                    About::Value
+                },
                 lane,
                 channel,
                 fetch,
@@ -189,7 +198,7 @@ impl Scribe {
             SlotForm::Message => {
                 let open = &self.lanes[number];
                 if let Some(channel) = open.channel {
-                    let says = Says::State(About::Value);
+                    let says = Says::State(open.about.clone());
                     self.sink.message(channel, times, &slot.bytes, says);
                 }
                 if open.variable.is_some()
@@ -247,7 +256,7 @@ impl Scribe {
             && let Holds::Values(value_type) = &open.lane.holds
         {
             cdr::encode(value_type, bytes, &mut self.message);
-            let says = Says::State(About::Value);
+            let says = Says::State(open.about.clone());
             self.sink.message(channel, times, &self.message, says);
         }
         self.look(number, times.log, Some(bytes));

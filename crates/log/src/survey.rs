@@ -1,12 +1,15 @@
 //! What a recording is, found by reading all of it once: what is on which topic, who decided how often, what went wrong, and how
 //! far it can be read. For recordings of anybody's: what others do not say is left out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use jde_host::story::{Happening, Kind, Line};
 use serde::Serialize;
 
 use crate::{Message, ReadError, Recording};
+
+/// Most schemas whose trouble is told: as many as an application may have.
+const MOST_TROUBLED: usize = 10_000;
 
 /// What a recording is. Times are ns since 1970 unless they say otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -19,8 +22,11 @@ pub struct Survey {
     pub jde: Option<String>,
     /// When the application's clock was 0.
     pub application_start_ns: Option<u64>,
-    /// Bytes of the file.
+    /// Bytes of the file, or of all its parts.
     pub bytes: u64,
+    /// Its parts, if it has some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<PartsSurvey>,
     /// Messages that can be read.
     pub messages: u64,
     /// Log time of the first.
@@ -43,6 +49,9 @@ pub struct Survey {
     pub attachments: Vec<String>,
     /// Where it ends too soon, if it does.
     pub damage: Option<Damaged>,
+    /// Where each topic is in `topics`, by its name and type: a recording may have tens of thousands.
+    #[serde(skip)]
+    places: HashMap<(String, String), usize>,
 }
 
 /// Why a file was begun or went on.
@@ -76,6 +85,17 @@ pub struct TopicSurvey {
     pub last_ns: Option<u64>,
     /// Mean rate between the first and the last.
     pub rate_hz: Option<f64>,
+}
+
+/// The parts of a recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct PartsSurvey {
+    /// The files that are there, in their order.
+    pub files: Vec<String>,
+    /// Number of the first of them, from 1.
+    pub first: u32,
+    /// Numbers of those that are missing between the first and the last.
+    pub missing: Vec<u32>,
 }
 
 /// What was decided in a group.
@@ -138,20 +158,33 @@ impl Survey {
     pub fn begin(recording: &Recording) -> Result<Self, ReadError> {
         let said = |key: &str| recording.metadata("jde").and_then(|jde| jde.get(key)).cloned();
         let number = |key: &str| said(key).and_then(|number| number.parse().ok());
-        let length = std::fs::metadata(recording.path());
+        let bytes = recording.files().map(|path| {
+            let about = std::fs::metadata(path);
+            about.map(|about| about.len()).map_err(|error| ReadError::File {
+                path: path.to_owned(),
+                error,
+            })
+        });
+        let topics: Vec<_> = recording.channels().map(TopicSurvey::from).collect();
+        let mut places = HashMap::new();
+        for (place, topic) in topics.iter().enumerate() {
+            let key = (topic.topic.clone(), topic.type_name.clone());
+            places.entry(key).or_insert(place);
+        }
         Ok(Self {
+            places,
             application: said("application"),
             seed: number("seed"),
             jde: said("jde"),
             application_start_ns: number("start_ns"),
-            bytes: length
-                .map_err(|error| ReadError::File {
-                    path: recording.path().to_owned(),
-                    error,
-                })?
-                .len(),
+            bytes: bytes.sum::<Result<_, _>>()?,
+            parts: recording.first_part().map(|first| PartsSurvey {
+                files: recording.files().map(|path| path.display().to_string()).collect(),
+                first,
+                missing: recording.missing().collect(),
+            }),
             triggers: causes(recording),
-            topics: recording.channels().map(TopicSurvey::from).collect(),
+            topics,
             lost: recording
                 .metadata("jde/lost")
                 .into_iter()
@@ -177,7 +210,10 @@ impl Survey {
                 self.damage = Some(Damaged { offset, reason });
                 Ok(())
             }
-            ReadError::File { .. } | ReadError::NotMcap(_) => Err(error),
+            ReadError::File { .. }
+            | ReadError::NotMcap(_)
+            | ReadError::Nothing(_)
+            | ReadError::Several { .. } => Err(error),
         }
     }
 
@@ -201,9 +237,9 @@ impl Survey {
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);
         let about = &message.channel;
-        let same =
-            |topic: &&mut TopicSurvey| topic.topic == about.topic && topic.type_name == about.type_name;
-        if let Some(topic) = self.topics.iter_mut().find(same) {
+        let key = (about.topic.clone(), about.type_name.clone());
+        if let Some(place) = self.places.get(&key) {
+            let topic = &mut self.topics[*place];
             topic.messages += 1;
             topic.bytes += message.data.len() as u64;
             topic.first_ns.get_or_insert(message.log_time);
@@ -234,6 +270,28 @@ impl Survey {
     }
 }
 
+impl PartsSurvey {
+    /// What is not there, in words; none if all of it is.
+    #[must_use]
+    pub fn lacks(&self) -> Option<String> {
+        let before = match self.first {
+            0 | 1 => None,
+            2 => Some("the first part is not there any more".to_owned()),
+            first => Some(format!("the first {} parts are not there any more", first - 1)),
+        };
+        let between = match self.missing.as_slice() {
+            [] => None,
+            [one] => Some(format!("part {one} is missing")),
+            [first, .., last] => Some(format!(
+                "{} parts from {first} to {last} are missing",
+                self.missing.len()
+            )),
+        };
+        let lacks: Vec<_> = before.into_iter().chain(between).collect();
+        (!lacks.is_empty()).then(|| lacks.join(", and "))
+    }
+}
+
 impl Troubled {
     /// Counts what happened if it was trouble of a schema, which is added to those that had trouble.
     pub fn count(all: &mut Vec<Self>, happening: &Happening) {
@@ -246,8 +304,10 @@ impl Troubled {
         ) {
             return;
         }
+        let full = all.len() == MOST_TROUBLED;
         let troubled = match all.iter_mut().find(|known| known.schema == *schema) {
             Some(troubled) => troubled,
+            None if full => return,
             None => all.push_mut(Self {
                 schema: schema.clone(),
                 ..Self::default()

@@ -1,11 +1,11 @@
 //! Every turn of every schema, kept so that it can be taken again: the topic `/jde/turns`, on the same way as variables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_core::{GroupContract, contract};
-use jde_host::app::Application;
+use jde_host::app::{Application, Binding, Instance};
 use jde_host::policy_name;
 use jde_host::turn::{OnTurn, Turn};
 use jde_types::Value;
@@ -23,6 +23,9 @@ const CAST: &str = "cast";
 pub struct Cast {
     /// Whether it was made in virtual time.
     pub lockstep: bool,
+    /// Whether turns tell what schemas wrote; recordings of older versions do not.
+    #[serde(default)]
+    pub writes: bool,
     /// The schemas, by their numbers.
     pub schemas: Vec<Member>,
     /// The groups, by theirs.
@@ -42,6 +45,9 @@ pub struct Member {
     pub period_ns: Option<u64>,
     /// The names of its ports, by their numbers.
     pub ports: Vec<String>,
+    /// The drivers that it commands; none in recordings that do not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub commands: Vec<String>,
 }
 
 /// A group of a recording.
@@ -57,6 +63,17 @@ pub struct Troupe {
     /// The longest takeover by contract (R17), ns; none where there is none, or nobody says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub takeover_ns: Option<u64>,
+}
+
+/// The drivers that a schema commands.
+fn commanded(application: &Application, instance: &Instance) -> Vec<String> {
+    let targets = instance.bindings.iter().filter_map(|binding| match binding {
+        Binding::Actuator { target } => target.map(|(driver, _)| driver),
+        _ => None,
+    });
+    let drivers: BTreeSet<usize> = targets.collect();
+    let name = |driver: usize| application.instances[driver].name.clone();
+    drivers.into_iter().map(name).collect()
 }
 
 /// Keeps every turn of an application in a recording, for [`crate::replay`]. `lockstep` if it runs in virtual time.
@@ -93,6 +110,7 @@ impl Cast {
         let contracts = contract(&application.spec());
         Self {
             lockstep,
+            writes: true,
             schemas: instances
                 .map(|instance| Member {
                     name: instance.name.clone(),
@@ -107,6 +125,7 @@ impl Cast {
                         .iter()
                         .map(|port| port.name.clone())
                         .collect(),
+                    commands: commanded(application, instance),
                 })
                 .collect(),
             groups: application
@@ -119,7 +138,7 @@ impl Cast {
                     takeover_ns: contracts
                         .iter()
                         .find(|contract| contract.name == group.name)
-                        .map(GroupContract::total),
+                        .map(GroupContract::allowed),
                 })
                 .collect(),
         }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,6 +17,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 
 use jde_ros::definition;
 
+use crate::part::{Mark, PART};
 use crate::{Error, Origin, panel};
 
 /// Where the bytes of a recording go.
@@ -31,7 +33,7 @@ pub(crate) struct Writer {
 }
 
 /// When a message was made, in the application's time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Times {
     pub(crate) log: u64,
     pub(crate) publish: u64,
@@ -43,17 +45,27 @@ struct Counted {
     bytes: Arc<AtomicU64>,
 }
 
-/// Makes the file of a recording, and the folders above it.
+/// Whether a folder is this user's. In one that others share, such as that of temporary files, a recording and its pictures are for nobody else.
+fn is_own(folder: &Path) -> bool {
+    let owner = |path: &Path| fs::metadata(path).map(|there| there.uid());
+    matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(one), Ok(other)) if one == other)
+}
+
+/// Makes the file of a recording, and the folders above it. In a folder that is not this user's, nobody else may read it.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     let failed = |error| Error::Create {
         path: path.to_owned(),
         error,
     };
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(failed)?;
-    }
+    // A name alone is one in the folder that one works in.
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).map_err(failed)?;
     let mut options = OpenOptions::new();
     options.write(true);
+    if !is_own(folder) {
+        options.mode(0o600);
+    }
     // A pipe or a device holds nothing that could be lost.
     let is_file = fs::metadata(path).map_or(true, |there| there.is_file());
     match (is_file, overwrite) {
@@ -71,8 +83,8 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
 }
 
 impl Writer {
-    /// Begins a recording; its head has reached the system when this returns.
-    pub(crate) fn begin(output: Output, origin: &Origin) -> io::Result<Self> {
+    /// Begins a recording, or a part of one; its head has reached the system when this returns.
+    pub(crate) fn begin(output: Output, origin: &Origin, part: Option<&Mark>) -> io::Result<Self> {
         let bytes = Arc::new(AtomicU64::new(0));
         let counted = Counted {
             output,
@@ -88,6 +100,9 @@ impl Writer {
         let start = origin.start();
         let mut writer = Self { mcap, start, bytes };
         writer.metadata("jde", origin.metadata())?;
+        if let Some(part) = part {
+            writer.metadata(PART, part.told())?;
+        }
         if let Some((name, text)) = &origin.file {
             let attachment = Attachment {
                 log_time: start,

@@ -97,3 +97,33 @@ fn a_spoilt_byte_is_never_a_wrong_message() {
         read(&file);
     }
 }
+
+#[test]
+fn a_chunk_that_claims_to_start_after_its_end_gives_times_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    let mut bytes = std::fs::read(&file).unwrap();
+    // Records are an opcode, a length and a body; those of chunks and of their index begin with the times of their messages.
+    const MAGIC: usize = 8;
+    let (mut place, mut turned) = (MAGIC, 0);
+    while place + MAGIC < bytes.len() {
+        let opcode = bytes[place];
+        let body = place + 9;
+        let length = u64::from_le_bytes(bytes[place + 1..body].try_into().unwrap()) as usize;
+        if matches!(opcode, mcap::records::op::CHUNK | mcap::records::op::CHUNK_INDEX) {
+            bytes[body..body + 16].rotate_left(8);
+            turned += 1;
+        }
+        place = body + length;
+    }
+    assert!(turned > 2, "{turned}");
+    // With what it says of its chunks at its end, and without that.
+    for length in [bytes.len(), bytes.len() * 2 / 3] {
+        std::fs::write(&file, &bytes[..length]).unwrap();
+        let recording = Recording::open(&file).unwrap();
+        let (first, last) = recording.times().unwrap();
+        assert!(first <= last, "{first} {last}");
+        assert!(recording.messages().unwrap().count() > 0);
+    }
+}

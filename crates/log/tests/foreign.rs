@@ -1,7 +1,7 @@
 //! Recordings of others: compressed otherwise or not at all, in no chunks, without an index. All that is there is read.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
@@ -98,4 +98,67 @@ fn a_file_of_others_that_is_cut_reads_up_to_there() {
     let damage = survey.damage.unwrap();
     assert!(damage.offset <= bytes.len() as u64 / 2);
     assert!(survey.messages > MESSAGES / 2 && survey.messages < 2 * MESSAGES);
+}
+
+/// One chunk of zeros, so many megabytes, by the compression that makes the least of it.
+fn bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWriter<File>> {
+    let options = WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .chunk_size(None);
+    let mut writer = options
+        .create(BufWriter::new(File::create(path).unwrap()))
+        .unwrap();
+    let channel_id = writer.add_channel(0, "/zeros", "none", &BTreeMap::new()).unwrap();
+    for sequence in 0..megabytes {
+        let header = MessageHeader {
+            channel_id,
+            sequence: sequence as u32,
+            log_time,
+            publish_time: 0,
+        };
+        writer.write_to_known_channel(&header, &vec![0; 1 << 20]).unwrap();
+    }
+    writer
+}
+
+#[test]
+fn a_chunk_that_would_fill_the_memory_is_not_unpacked() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bomb.mcap");
+    bomb(&file, 300, 7).finish().unwrap();
+    assert!(fs::metadata(&file).unwrap().len() < 1 << 20, "packed it is small");
+    let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
+    let damage = survey.damage.expect("it is told");
+    assert!(damage.reason.contains("at most 256 MB"), "{}", damage.reason);
+    assert_eq!(survey.messages, 0);
+}
+
+#[test]
+fn a_survey_of_very_many_topics_counts_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("many.mcap");
+    let mut writer = WriteOptions::new()
+        .create(BufWriter::new(File::create(&file).unwrap()))
+        .unwrap();
+    let topics = 20_000_u64;
+    for number in 0..topics {
+        let topic = format!("/{number}");
+        let channel_id = writer.add_channel(0, &topic, "none", &BTreeMap::new()).unwrap();
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: number,
+            publish_time: 0,
+        };
+        writer.write_to_known_channel(&header, &[1]).unwrap();
+    }
+    writer.finish().unwrap();
+    let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
+    assert_eq!(survey.topics.len() as u64, topics);
+    assert!(
+        survey
+            .topics
+            .iter()
+            .all(|topic| (topic.messages, topic.bytes) == (1, 1))
+    );
 }

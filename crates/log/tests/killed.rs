@@ -10,6 +10,7 @@ use std::time::SystemTime;
 use jde_log::{Options, Origin, Recorder, Recording, Stamps};
 use jde_panel::List;
 use jde_types::Value;
+use jde_watchdog::Watchdog;
 
 /// Where the process that is to be killed records; set in that one only.
 const FILE: &str = "JDE_LOG_TEST_FILE";
@@ -57,6 +58,7 @@ fn record_until_killed(file: &Path) {
 
 #[test]
 fn a_recording_of_a_killed_process_reads_up_to_its_last_flush() {
+    let _watchdog = Watchdog::of_a_test();
     if let Some(file) = std::env::var_os(FILE) {
         return record_until_killed(file.as_ref());
     }

@@ -13,6 +13,7 @@ use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{Happened, Message, Options, Recorder, Recording, Stamps, Status, Topic, When};
 use jde_ros::cdr;
 use jde_types::Value;
+use jde_watchdog::Watchdog;
 use support::options;
 
 const SECOND: u64 = 1_000_000_000;
@@ -387,6 +388,7 @@ fn record_until_killed(path: &Path) {
 
 #[test]
 fn a_process_killed_after_a_firing_leaves_what_was_before_and_after_it() {
+    let _watchdog = Watchdog::of_a_test();
     if let Some(file) = std::env::var_os(FILE) {
         return record_until_killed(file.as_ref());
     }

@@ -126,6 +126,48 @@ fn modulations_and_commands_have_values_from_the_start() {
 }
 
 #[test]
+fn units_are_units() {
+    let words = "`metre` is no unit; use m, km";
+    check_field(
+        "motor",
+        "#[modulation(default = 0.0, unit = ‹\"metre\"›)] a: Modulation<f64>",
+        words,
+    );
+    check_field("motor", "#[import(unit = ‹\"metre\"›)] a: Import<f64>", words);
+    check(
+        value,
+        "#[repr(C)] struct Scan { #[value(unit = ‹\"metre\"›)] a: u8 }",
+        words,
+    );
+}
+
+#[test]
+fn a_choice_is_an_enumeration_of_bytes() {
+    fn choice(source: &str) -> Result<TokenStream> {
+        crate::choice::derive(&parse_str::<DeriveInput>(source)?, &quote!(derived))
+    }
+    check(
+        choice,
+        "#[repr(u8)] struct ‹Gait› {}",
+        "a choice is an enumeration",
+    );
+    check(choice, "enum ‹Gait› { Slow }", "add `#[repr(u8)]`");
+    check(choice, "#[repr(u8)] enum ‹Gait› {}", "something to choose");
+    check(choice, "#[repr(u8)] enum Gait { Slow‹(u8)› }", "holds nothing");
+    check(
+        choice,
+        "#[repr(u8)] enum Gait { Slow = ‹3› }",
+        "leave the number out",
+    );
+    check(
+        choice,
+        "#[repr(u8)] enum Gait‹<T>› { Slow }",
+        "no generic parameters",
+    );
+    assert!(choice("#[repr(u8)] enum Gait { Slow, Fast }").is_ok());
+}
+
+#[test]
 fn kinds_keep_to_what_they_may_do() {
     check_field(
         "motor",
@@ -147,6 +189,22 @@ fn children_compete_in_a_group_or_are_perceptive() {
         "motor",
         "‹#[child(group = \"g\", perceptive)]› a: Child",
         "competes in a group",
+    );
+    check_field(
+        "motor",
+        "#[child(group = \"g\", ‹perceptive›)] a: Children",
+        "here may stand group, name",
+    );
+    check_field("motor", "a: ‹Children›", "needs the attribute #[child]");
+    check_field(
+        "motor",
+        "#[child(group = \"g\")] ‹a›: Children, #[child(group = \"g\")] b: Child",
+        "`Children` come last",
+    );
+    check_field(
+        "motor",
+        "#[child(group = \"g\")] a: Children, #[modulates(child = ‹\"a\"›)] b: Modulates<f64>",
+        "there is no child `a` here",
     );
     check_field("motor", "‹#[modulates]› a: Modulates<f64>", "say which child's");
     check_field(
@@ -172,6 +230,16 @@ fn names_are_different_where_they_would_be_confused() {
         "motor",
         "#[modulation(default = 0.0)] ‹children›: Modulation<f64>",
         "a meaning of its own",
+    );
+    check_field(
+        "motor",
+        "#[export] ‹period›: Export<f64>",
+        "a variable `period` of its own",
+    );
+    check_field(
+        "driver",
+        "#[command(neutral = 0.0, validity = \"1s\")] ‹period›: Command<f64>",
+        "a variable `period` of its own",
     );
     assert!(schema("#[schema(motor, period = \"1s\")] struct Stop { #[import] a: Import<f64>, #[export(name = \"a\")] b: Export<f64> }").is_ok());
 }

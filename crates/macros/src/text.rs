@@ -56,6 +56,18 @@ pub(crate) fn check_name(name: &str, span: proc_macro2::Span) -> Result<()> {
     Ok(())
 }
 
+/// The text of a unit, or nothing for none; refuses what is no unit.
+pub(crate) fn unit(text: Option<&LitStr>) -> Result<String> {
+    let Some(text) = text else {
+        return Ok(String::new());
+    };
+    let unit = text.value();
+    match jde_abi::unit::check(&unit) {
+        Ok(()) => Ok(unit),
+        Err(wrong) => Err(Error::new(text.span(), wrong)),
+    }
+}
+
 /// Nanoseconds of "200ms".
 pub(crate) fn duration(text: &LitStr) -> Result<u64> {
     let value = text.value();

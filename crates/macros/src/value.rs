@@ -5,7 +5,7 @@ use quote::{quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Attribute, Data, DeriveInput, Error, Fields, LitStr, Result};
 
-use crate::text::{c, doc};
+use crate::text::{c, doc, unit};
 
 /// Writes the table of `input` in terms of the module `derived`.
 pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<TokenStream> {
@@ -45,9 +45,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
         let (ty, field_ident) = (&field.ty, &field.ident);
         let field_name = c(&field_ident.as_ref().map(plain).unwrap_or_default());
         let field_doc = c(&doc(&field.attrs));
-        let unit = c(&option(&field.attrs, "unit")?
-            .map(|unit| unit.value())
-            .unwrap_or_default());
+        let unit = c(&unit(option(&field.attrs, "unit")?.as_ref())?);
         tables.push(quote_spanned! { ty.span() =>
             #derived::field::<#ty>(::core::mem::offset_of!(#ident, #field_ident), #field_name, #field_doc, #unit)
         });

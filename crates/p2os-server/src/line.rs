@@ -12,6 +12,8 @@ use jde_port::Pty;
 use rustix::event::PollFlags;
 use rustix::fs::OFlags;
 
+use crate::door::Door;
+
 /// Most bytes that wait for a client who does not read; a robot's few hundred a second are a minute of it.
 const MOST_UNSENT: usize = 64 << 10;
 
@@ -36,6 +38,9 @@ enum End {
         pty: Pty,
         /// Keeps the line up between two clients.
         _held: File,
+        door: Door,
+        /// Heard together with that the one before had left: it may be of the next.
+        late: Vec<u8>,
     },
 }
 
@@ -70,7 +75,12 @@ impl Line {
             .custom_flags(OFlags::NOCTTY.bits().cast_signed())
             .open(pty.path())?;
         Ok(Self {
-            end: End::Terminal { pty, _held: held },
+            end: End::Terminal {
+                door: Door::of(pty.path()),
+                pty,
+                _held: held,
+                late: Vec::new(),
+            },
             peer: None,
         })
     }
@@ -92,13 +102,13 @@ impl Line {
                 PollFlags::empty()
             };
         let stream = self.peer.as_ref().and_then(|peer| peer.stream.as_ref());
-        let door = match &self.end {
-            End::Tcp(listener) => (listener.as_fd(), PollFlags::IN),
-            End::Terminal { pty, .. } => (pty.master().as_fd(), both),
+        let (door, speaks) = match &self.end {
+            End::Tcp(listener) => (Some(listener.as_fd()), stream.map(AsFd::as_fd)),
+            End::Terminal { pty, door, .. } => (door.wakes(), Some(pty.master().as_fd())),
         };
-        [Some(door), stream.map(|stream| (stream.as_fd(), both))]
-            .into_iter()
-            .flatten()
+        let door = door.map(|door| (door, PollFlags::IN));
+        let speaks = speaks.map(|line| (line, both));
+        [door, speaks].into_iter().flatten()
     }
 
     /// Who stands at the door. On a terminal nobody does: who speaks is there.
@@ -143,11 +153,35 @@ impl Line {
     /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words. On a terminal a client may be
     /// heard whom nobody has let in.
     pub(crate) fn read(&mut self, room: &mut [u8]) -> Result<usize, String> {
-        let stream = self.peer.as_ref().and_then(|peer| peer.stream.as_ref());
-        let read = match (&self.end, stream) {
+        let peer = self.peer.as_ref();
+        let read = match (&mut self.end, peer.and_then(|peer| peer.stream.as_ref())) {
             (_, Some(mut stream)) => stream.read(room),
-            (End::Terminal { pty, .. }, None) => pty.master().read(room),
             (End::Tcp(_), None) => return Ok(0),
+            (End::Terminal { pty, door, late, .. }, None) => {
+                let count = if late.is_empty() {
+                    pty.master().read(room)
+                } else {
+                    let count = late.len().min(room.len());
+                    room[..count].copy_from_slice(&late[..count]);
+                    late.drain(..count);
+                    Ok(count)
+                };
+                // Behind what was read: nobody speaks before he is through the door.
+                let left = door.look();
+                match (&count, peer) {
+                    (Ok(count), Some(_)) if left => {
+                        late.extend(&room[..*count]);
+                        return Err(self.hang_up("it closed the line"));
+                    }
+                    (Err(error), Some(_)) if left && is_wait(error) => {
+                        return Err(self.hang_up("it closed the line"));
+                    }
+                    // What whoever has left had not been asked to say.
+                    (Ok(_), None) if door.nobody() => return Ok(0),
+                    _ => {}
+                }
+                count
+            }
         };
         match read {
             Ok(0) => Err(self.hang_up("it closed the connection")),
@@ -186,7 +220,7 @@ impl Line {
         self.peer.as_ref().map(|peer| peer.name.as_str())
     }
 
-    /// Whether who is on the line cannot be seen to leave.
+    /// Whether who is on the line may leave unseen: another program may have it open too.
     pub(crate) fn is_terminal(&self) -> bool {
         matches!(self.end, End::Terminal { .. })
     }
@@ -196,7 +230,7 @@ impl Line {
         self.peer = None;
         if let End::Terminal { pty, .. } = &self.end {
             // What nobody read is not for the next one. It fails only for what is no terminal.
-            let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::IOFlush);
+            let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::OFlush);
         }
         why.to_owned()
     }

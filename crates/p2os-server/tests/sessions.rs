@@ -143,14 +143,7 @@ fn a_client_that_has_fallen_silent_makes_room() {
 
 #[test]
 fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
-    let served = Served::start(
-        ROOM,
-        Options {
-            terminal: true,
-            speed: 4.0,
-            ..Options::default()
-        },
-    );
+    let served = on_terminals(4.0);
     for turn in 0..2 {
         let mut client = Client::serial(&served.terminals[0]);
         // What the one before left on the line is of no interest.
@@ -162,9 +155,79 @@ fn a_client_on_a_serial_line_drives_and_may_be_another_each_time() {
             client.say(&Command::Close(Form::Bare));
         }
     }
-    // Nobody closes the second time: silence tells.
-    served.until("pioneer", |what| matches!(what, What::Silent(_)));
+    // Nobody closed the session the second time.
     served.until("pioneer", |what| matches!(what, What::Left(_)));
+}
+
+fn on_terminals(speed: f64) -> Served {
+    Served::start(
+        ROOM,
+        Options {
+            terminal: true,
+            speed,
+            ..Options::default()
+        },
+    )
+}
+
+/// A client on a terminal whose robot drives.
+fn driving(served: &Served) -> Client {
+    let mut client = Client::serial(&served.terminals[0]);
+    client.open();
+    client.say(&Command::Velocity(200));
+    client.sip_with(|sip| sip.left_velocity > 150);
+    client
+}
+
+#[test]
+fn a_client_that_is_gone_from_a_terminal_is_noticed_before_it_has_been_silent() {
+    let served = on_terminals(1.0);
+    drop(driving(&served));
+    let gone = |what: &What| matches!(what, What::Left(why) if why.contains("closed"));
+    served.until("pioneer", gone);
+    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 0);
+}
+
+#[test]
+fn a_client_that_is_back_at_once_finds_a_robot_that_waits_for_its_hello() {
+    let served = on_terminals(1.0);
+    for round in 0..5 {
+        drop(driving(&served));
+        // Its first word would be a sign of life of the one before.
+        let mut next = Client::serial(&served.terminals[0]);
+        assert_eq!(next.shake_hands().name, "pioneer");
+        next.say(&Command::Open(Form::One));
+        let stopping = next.sip();
+        assert!(!stopping.motors(), "{round}: {stopping:?}");
+    }
+    assert_eq!(served.count(|what| matches!(what, What::Silent(_))), 0);
+}
+
+#[test]
+fn a_look_at_the_terminal_of_a_client_disturbs_nobody() {
+    let served = on_terminals(1.0);
+    let mut client = driving(&served);
+    for _ in 0..3 {
+        drop(std::fs::File::open(&served.terminals[0]).expect("a terminal"));
+        client.say(&Command::Pulse);
+        client.sip_with(|sip| sip.left_velocity > 150);
+    }
+    assert_eq!(served.count(|what| matches!(what, What::Left(_))), 0);
+}
+
+#[test]
+fn a_whole_hello_in_an_open_session_is_that_of_another() {
+    let served = on_terminals(1.0);
+    let mut client = driving(&served);
+    // Another has the line open too, so nobody can see that this one is gone.
+    for sync in [Sync::Zero, Sync::One, Sync::Two] {
+        client.send(&sync.to_packet().to_bytes());
+    }
+    let names = client.packet_with(|packet| packet.id() == 2);
+    assert!(jde_p2os::Names::from_packet(&names).is_ok());
+    client.say(&Command::Open(Form::One));
+    assert!(!client.sip().motors(), "the other's motors are off");
+    assert_eq!(served.end()[0].sessions, 2);
 }
 
 /// A world whose robots can be reached by TCP and at a terminal each.

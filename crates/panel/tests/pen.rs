@@ -149,7 +149,7 @@ fn what_is_no_table_is_refused() {
     small.size -= 1;
     refused(
         &small,
-        "`a widget`: its table says it has 127 bytes, and this ABI needs 128",
+        "`a widget`: a table says it has 127 bytes, and this ABI needs 128",
     );
     assert_eq!(size_of::<raw::Widget>(), 128);
     let mut larger = widget(raw::WIDGET_TEXT);

@@ -13,7 +13,7 @@ mod tale;
 #[cfg(test)]
 mod tests;
 
-pub use map::{Drive, Moment, Takeover, Target, Thing};
+pub use map::{Drive, Moment, Takeover, Target, Thing, Way};
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
 pub use sheet::{SIDES, Size};

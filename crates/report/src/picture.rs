@@ -70,7 +70,7 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Moment;
+    use crate::map::{Moment, Way};
 
     fn drive() -> Drive {
         let at = |time: f64| Moment {
@@ -82,7 +82,10 @@ mod tests {
         };
         Drive {
             title: "a line".to_owned(),
-            path: vec![at(0.0), at(4.0)],
+            ways: vec![Way {
+                path: vec![at(0.0), at(4.0)],
+                ..Way::default()
+            }],
             schema_names: vec!["goon".to_owned()],
             ..Drive::default()
         }

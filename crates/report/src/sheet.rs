@@ -69,7 +69,7 @@ impl<'t> Layout<'t> {
         let remarks = remarks(tale);
         let foot = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
         let has_lines = !tale.traces.is_empty();
-        let has_map = !has_lines && !tale.ending.drive.path.is_empty();
+        let has_map = !has_lines && tale.ending.drive.has_way();
         let most = if has_lines || has_map {
             foot * BANDS
         } else {
@@ -154,7 +154,7 @@ fn heading(drawing: &mut Drawing, tale: &Tale, left: f32) {
 /// What a picture lacks, and why.
 fn remarks(tale: &Tale) -> Vec<String> {
     let mut remarks = tale.remarks();
-    if tale.traces.is_empty() && tale.ending.drive.path.is_empty() {
+    if tale.traces.is_empty() && !tale.ending.drive.has_way() {
         remarks.push("the recording does not say where the robot was".to_owned());
     }
     if !tale.bands.iter().any(crate::tale::Band::was_awake) {

@@ -97,12 +97,14 @@ fn at(time: u64, sequence: u64) -> Stamps {
 fn told(names: [&str; 2]) -> Cast {
     Cast {
         lockstep: false,
+        writes: true,
         schemas: names
             .map(|name| Member {
                 name: name.to_owned(),
                 type_name: String::new(),
                 period_ns: Some(SECOND / 10),
                 ports: Vec::new(),
+                commands: Vec::new(),
             })
             .to_vec(),
         groups: vec![Troupe {
@@ -390,4 +392,77 @@ fn a_page_does_not_grow_with_the_length_of_the_recording() {
         [20_000, 300].map(|count| page(&read(&recording, columns(count)), "turns.mcap").len());
     // Three stretches of each: however fine the columns, as many bars.
     assert!(fine < 2 * coarse, "{fine} and {coarse}");
+}
+
+/// What two robots did who were led apart: `one` commands `left`, `two` commands `right`.
+fn two_robots(file: &Path) -> Recording {
+    let names = ["one", "two"];
+    let mut cast = told(names);
+    for (member, robot) in cast.schemas.iter_mut().zip(["left", "right"]) {
+        member.commands = vec![robot.to_owned()];
+    }
+    cast.groups = names
+        .iter()
+        .map(|name| Troupe {
+            name: format!("roots/{name}"),
+            members: vec![(*name).to_owned()],
+            policy: None,
+            takeover_ns: None,
+        })
+        .collect();
+    let recorder = recorder(file, Some(cast));
+    let topics = ["left", "right"].map(|robot| {
+        let about = BTreeMap::from([
+            ("variable".to_owned(), format!("{robot}.truth")),
+            ("access".to_owned(), "export".to_owned()),
+        ]);
+        recorder.topic(&format!("/{robot}/truth"), Arc::new(Truth::describe()), about)
+    });
+    for (name, group) in names.iter().zip(["roots/one", "roots/two"]) {
+        recorder.line(Line::Decision(Decision {
+            group: group.to_owned(),
+            ..decision(0.5, None, name, names)
+        }));
+        recorder.line(Line::Change(Change {
+            time_s: 0.5,
+            schema: (*name).to_owned(),
+            from: "ready".to_owned(),
+            to: "winner".to_owned(),
+        }));
+    }
+    for second in 1..=20 {
+        for (robot, topic) in topics.iter().enumerate() {
+            let truth = Truth {
+                pose: Pose2D::new(second as f64 * (1.0 + robot as f64), robot as f64, 0.0),
+                ..Truth::default()
+            };
+            topic.put(truth.as_bytes(), at(second * SECOND, second));
+        }
+    }
+    recorder.finish();
+    Recording::open(file).unwrap()
+}
+
+#[test]
+fn of_two_robots_both_ways_are_told_with_who_acted_for_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = two_robots(&folder.path().join("two.mcap"));
+    let tale = read(&recording, columns(600));
+    let ways = &tale.ending.drive.ways;
+    let told: Vec<_> = ways
+        .iter()
+        .map(|way| {
+            (
+                way.robot.as_str(),
+                way.path.len(),
+                way.distance,
+                way.path[9].winner,
+            )
+        })
+        .collect();
+    assert_eq!(told, [("left", 20, 19.0, Some(0)), ("right", 20, 38.0, Some(1))]);
+    let page = page(&tale, "two.mcap");
+    for text in ["19.0 m<small>left</small>", "38.0 m<small>right</small>"] {
+        assert!(page.contains(text), "{text}");
+    }
 }

@@ -16,6 +16,13 @@ pub struct Child {
     name: &'static str,
 }
 
+/// A role that any number of children have: the application names them, and says who competes with whom.
+#[derive(Debug)]
+pub struct Children {
+    first: u32,
+    name: &'static str,
+}
+
 /// What a schema is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
@@ -77,14 +84,8 @@ impl Child {
     /// What it is doing; `None` if the application left an optional child unbound.
     #[must_use]
     pub fn status(&self, cx: &Context<'_>) -> Option<Status> {
-        let mut status = raw::ChildStatus {
-            size: size_of::<raw::ChildStatus>() as u32,
-            state: raw::SLEPT,
-            faulted: 0,
-            reserved: 0,
-        };
-        // SAFETY: the context is that of the present call.
-        match unsafe { (cx.host.child)(cx.raw.as_ptr(), self.index, &raw mut status) } {
+        let (code, status) = self.look(cx);
+        match code {
             raw::OK => {}
             raw::UNBOUND => return None,
             code => broken(self.name, "child", code),
@@ -121,6 +122,19 @@ impl Child {
         self.index
     }
 
+    /// What the host answers about it.
+    fn look(&self, cx: &Context<'_>) -> (i32, raw::ChildStatus) {
+        let mut status = raw::ChildStatus {
+            size: size_of::<raw::ChildStatus>() as u32,
+            state: raw::SLEPT,
+            faulted: 0,
+            reserved: 0,
+        };
+        // SAFETY: the context is that of the present call.
+        let code = unsafe { (cx.host.child)(cx.raw.as_ptr(), self.index, &raw mut status) };
+        (code, status)
+    }
+
     fn outcome(&self, call: &str, code: i32) -> Outcome {
         Outcome::of(code).unwrap_or_else(|| broken(self.name, call, code))
     }
@@ -130,6 +144,35 @@ impl Child {
     #[must_use]
     pub const fn new(index: u32, name: &'static str) -> Self {
         Self { index, name }
+    }
+}
+
+impl Children {
+    /// Wakes them all, in the order in which the application names them; waking one that is awake changes nothing. Answers what
+    /// became of the last that was not accepted.
+    pub fn wake(&self, cx: &Context<'_>) -> Outcome {
+        self.each(cx, |child| child.wake(cx))
+    }
+
+    /// Puts them all to sleep, with everything below them. Answers what became of the last that was not accepted.
+    pub fn sleep(&self, cx: &Context<'_>) -> Outcome {
+        self.each(cx, |child| child.sleep(cx))
+    }
+
+    fn each(&self, cx: &Context<'_>, ask: impl Fn(&Child) -> Outcome) -> Outcome {
+        let numbers = (self.first..).map(|number| Child::new(number, self.name));
+        // Whoever was given up is refused even that, and gets to an end too.
+        let known = numbers.take_while(|child| child.look(cx).0 == raw::OK);
+        let asked = known.map(|child| ask(&child));
+        let missed = asked.filter(|outcome| *outcome != Outcome::Accepted).last();
+        missed.unwrap_or(Outcome::Accepted)
+    }
+
+    /// For derived code alone: a number that is no child's is refused by the host.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn new(first: u32, name: &'static str) -> Self {
+        Self { first, name }
     }
 }
 

@@ -13,11 +13,14 @@ use jde_types::Value;
 use crate::error::Result;
 use crate::input::Sample;
 use crate::output::Outcome;
+use crate::slot::Slot;
 
 /// The present call of an instance; it cannot be kept beyond it.
 pub struct Context<'call> {
     pub(crate) host: &'call raw::Host,
     pub(crate) raw: NonNull<raw::Context>,
+    /// The ports of the type that is called.
+    pub(crate) ports: *const raw::Port,
 }
 
 /// How much a line of the log matters.
@@ -48,8 +51,11 @@ impl Context<'_> {
     /// # Errors
     /// In lockstep, and at another speed than everybody's: no device follows.
     pub fn require_real_time(&self) -> Result<()> {
+        let Some(real_time) = self.host.real_time else {
+            return Err(self.lacks("whether time is real").into());
+        };
         // SAFETY: the context is that of the present call.
-        if unsafe { (self.host.real_time)(self.raw.as_ptr()) } == 1 {
+        if unsafe { real_time(self.raw.as_ptr()) } == 1 {
             return Ok(());
         }
         Err("it speaks to a device, which nothing can hurry: run without --lockstep and --speed".into())
@@ -103,7 +109,8 @@ impl Context<'_> {
     }
 
     /// The value of an input, if it has one. `Err` if the application left it unbound.
-    pub(crate) fn read<T: Value>(&self, port: u32, name: &str) -> Result<Option<Sample<'_, T>>, Unbound> {
+    pub(crate) fn read<T: Value>(&self, slot: &Slot) -> Result<Option<Sample<'_, T>>, Unbound> {
+        let (port, name) = (slot.number(self.ports), slot.name);
         let mut sample = raw::Sample {
             data: ptr::null(),
             bytes: 0,
@@ -136,8 +143,9 @@ impl Context<'_> {
     /// Room for the next value of an output; `None` if the application left it unbound.
     ///
     /// # Safety
-    /// The port's type is `T`.
-    pub(crate) unsafe fn loan<T: Value>(&self, port: u32, name: &str) -> Option<NonNull<T>> {
+    /// The slot's type is `T`.
+    pub(crate) unsafe fn loan<T: Value>(&self, slot: &Slot) -> Option<NonNull<T>> {
+        let (port, name) = (slot.number(self.ports), slot.name);
         let mut room = ptr::null_mut();
         // SAFETY: the context is that of the present call.
         match unsafe { (self.host.loan)(self.raw.as_ptr(), port, &raw mut room) } {
@@ -157,7 +165,8 @@ impl Context<'_> {
     }
 
     /// Publishes what was loaned, measured at `time`, or now.
-    pub(crate) fn publish(&self, port: u32, name: &str, time: Option<Duration>) -> Outcome {
+    pub(crate) fn publish(&self, slot: &Slot, time: Option<Duration>) -> Outcome {
+        let (port, name) = (slot.number_loaned(), slot.name);
         // The ABI's 0 means now; nothing is measured more exactly than to the nanosecond.
         let time = time.map_or(0, |time| {
             u64::try_from(time.as_nanos()).unwrap_or(u64::MAX).max(1)
@@ -167,25 +176,40 @@ impl Context<'_> {
         Outcome::of(code).unwrap_or_else(|| broken(name, "publish", code))
     }
 
-    /// Takes back the newest value of an export; the host's code if it will not.
-    pub(crate) fn retract(&self, port: u32) -> Option<i32> {
+    /// Takes back the newest value of an export.
+    pub(crate) fn retract(&self, slot: &Slot) {
+        let (port, name) = (slot.number(self.ports), slot.name);
+        let Some(retract) = self.host.retract else {
+            panic!(
+                "`{name}` cannot be taken back: {}",
+                self.lacks("how to take a value back")
+            )
+        };
         // SAFETY: the context is that of the present call.
-        let code = unsafe { (self.host.retract)(self.raw.as_ptr(), port) };
-        (code != raw::OK).then_some(code)
+        match unsafe { retract(self.raw.as_ptr(), port) } {
+            raw::OK => {}
+            code => broken(name, "retract", code),
+        }
+    }
+
+    /// What to say where the host is older than what is asked of it.
+    fn lacks(&self, what: &str) -> String {
+        let (major, minor) = (self.host.abi_major, self.host.abi_minor);
+        format!("this host, of ABI {major}.{minor}, does not know {what}; use a newer one")
     }
 
     /// Writes a value to an output.
     ///
     /// # Safety
-    /// The port's type is `T`.
-    pub(crate) unsafe fn write<T: Value>(&self, port: u32, name: &str, value: T) -> Outcome {
+    /// The slot's type is `T`.
+    pub(crate) unsafe fn write<T: Value>(&self, slot: &Slot, value: T) -> Outcome {
         // SAFETY: the caller's.
-        let Some(room) = (unsafe { self.loan::<T>(port, name) }) else {
+        let Some(room) = (unsafe { self.loan::<T>(slot) }) else {
             return Outcome::Unbound;
         };
         // SAFETY: room for a `T`, aligned, and nobody else's until it is published.
         unsafe { room.write(value) };
-        self.publish(port, name, None)
+        self.publish(slot, None)
     }
 }
 

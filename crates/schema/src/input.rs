@@ -7,32 +7,30 @@ use core::ops::Deref;
 use core::time::Duration;
 
 use jde_abi::raw;
-use jde_types::Value;
+use jde_types::{Modulated, Value};
 
 use crate::context::{Context, broken};
 use crate::error::Result;
+use crate::slot::Slot;
 
 /// A variable of another schema, read by this one.
 #[derive(Debug)]
 pub struct Import<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
 /// An input that the father or an operator writes while the schema runs; it always has a value.
 #[derive(Debug)]
 pub struct Modulation<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
 /// An input of a driver that reaches an actuator.
 #[derive(Debug)]
 pub struct Command<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
@@ -51,7 +49,7 @@ impl<T: Value> Import<T> {
     /// how things are (a device is not heard), or if the application left an optional import unbound.
     #[must_use]
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Option<Sample<'call, T>> {
-        cx.read(self.port, self.name).unwrap_or_default()
+        cx.read(&self.slot).unwrap_or_default()
     }
 
     /// The newest value.
@@ -59,8 +57,8 @@ impl<T: Value> Import<T> {
     /// # Errors
     /// If there is none, in words that name this import.
     pub fn require<'call>(&self, cx: &'call Context<'_>) -> Result<Sample<'call, T>> {
-        let name = self.name;
-        match cx.read(self.port, name) {
+        let name = self.slot.name;
+        match cx.read(&self.slot) {
             Ok(Some(sample)) => Ok(sample),
             Ok(None) => Err(format!("import `{name}` has no value").into()),
             Err(_) => {
@@ -72,23 +70,26 @@ impl<T: Value> Import<T> {
     /// Whether the application bound it.
     #[must_use]
     pub fn is_bound(&self, cx: &Context<'_>) -> bool {
-        cx.read::<T>(self.port, self.name).is_ok()
+        cx.read::<T>(&self.slot).is_ok()
     }
 }
 
-impl<T: Value> Modulation<T> {
+impl<T: Modulated> Modulation<T> {
     /// Its value.
     #[must_use]
     pub fn get(&self, cx: &Context<'_>) -> T {
-        *self.sample(cx)
+        match T::of(&self.sample(cx)) {
+            Some(value) => value,
+            None => panic!("`{}` is none of its {} choices", self.slot.name, T::CHOICES.len()),
+        }
     }
 
-    /// Its value in place, with its stamp; for large values.
+    /// Its value in place, with its stamp; for large values. A `bool` is a `Flag` there, and one of several its number.
     #[must_use]
-    pub fn sample<'call>(&self, cx: &'call Context<'_>) -> Sample<'call, T> {
-        match cx.read(self.port, self.name) {
+    pub fn sample<'call>(&self, cx: &'call Context<'_>) -> Sample<'call, T::Wire> {
+        match cx.read(&self.slot) {
             Ok(Some(sample)) => sample,
-            Ok(None) | Err(_) => broken(self.name, "read", raw::NO_VALUE),
+            Ok(None) | Err(_) => broken(self.slot.name, "read", raw::NO_VALUE),
         }
     }
 }
@@ -97,9 +98,9 @@ impl<T: Value> Command<T> {
     /// The command in force; the neutral value when there is none.
     #[must_use]
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Sample<'call, T> {
-        match cx.read(self.port, self.name) {
+        match cx.read(&self.slot) {
             Ok(Some(sample)) => sample,
-            Ok(None) | Err(_) => broken(self.name, "read", raw::NO_VALUE),
+            Ok(None) | Err(_) => broken(self.slot.name, "read", raw::NO_VALUE),
         }
     }
 }
@@ -172,11 +173,11 @@ macro_rules! derived {
             /// For derived code alone.
             ///
             /// # Safety
-            /// The port of this number is of this kind and type.
+            /// Of these ports, which are those of one type alone, that of this number is of this kind and type.
             #[doc(hidden)]
             #[must_use]
-            pub const unsafe fn new(port: u32, name: &'static str) -> Self {
-                Self { port, name, value_type: PhantomData }
+            pub const unsafe fn new(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {
+                Self { slot: Slot::new(ports, number, name), value_type: PhantomData }
             }
         }
     )* };

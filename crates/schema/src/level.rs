@@ -4,7 +4,7 @@
 
 use core::ffi::CStr;
 
-use jde_abi::raw;
+use jde_abi::{raw, table};
 
 use crate::child::{Child, State};
 
@@ -91,9 +91,7 @@ impl<'call> Level<'call> {
     pub(crate) unsafe fn of(level: *const raw::Level) -> Option<Self> {
         // SAFETY: the caller's.
         unsafe {
-            let level = level
-                .as_ref()
-                .filter(|level| level.size as usize >= size_of::<raw::Level>())?;
+            let level = table::read(level).ok()?;
             let case = match level.case {
                 raw::COLLISION => Case::Collision,
                 raw::ABSENCE => Case::Absence,
@@ -107,11 +105,8 @@ impl<'call> Level<'call> {
             let mut candidates = Vec::with_capacity(level.candidate_count as usize);
             if level.candidate_count > 0 {
                 let stride = level.candidates.as_ref()?.size as usize;
-                if stride < size_of::<raw::Candidate>() {
-                    return None;
-                }
                 for index in 0..level.candidate_count as usize {
-                    let candidate = &*level.candidates.byte_add(index * stride);
+                    let candidate = table::read(level.candidates.byte_add(index * stride)).ok()?;
                     candidates.push(Candidate {
                         child: candidate.child,
                         state: State::of(candidate.state)?,

@@ -56,15 +56,16 @@ pub mod memory;
 mod output;
 pub mod panel;
 mod schema;
+mod slot;
 
-pub use child::{Child, Policy, State, Status};
+pub use child::{Child, Children, Policy, State, Status};
 pub use context::{Context, Severity};
 pub use error::{Error, Result};
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
-pub use jde_macros::{AuthorsValue as Value, Describe};
+pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;
-pub use jde_types::derived::Value;
+pub use jde_types::derived::{Modulated, Value};
 pub use level::{Candidate, Case, Level, Verdict};
 pub use memory::{Memory, Saved, Saving};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
@@ -83,9 +84,9 @@ pub mod prelude {
         Vector3, WheelEncoders, normalize_angle,
     };
     pub use crate::{
-        Actuator, Arbitrate, Candidate, Case, Child, Command, Context, Describe, Error, Export, Gesture,
-        Hysteresis, Import, Level, Loan, Memory, Modulates, Modulation, Outcome, Panel, Pen, Policy,
-        Precondition, Result, Sample, Saved, Saving, Schema, State, Status, Value, Verdict,
+        Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,
+        Export, Gesture, Hysteresis, Import, Level, Loan, Memory, Modulates, Modulation, Outcome, Panel, Pen,
+        Policy, Precondition, Result, Sample, Saved, Saving, Schema, State, Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }
@@ -99,6 +100,7 @@ pub mod derived {
     };
     pub use crate::schema::Describe;
     pub use jde_abi::raw;
+    pub use jde_types::{Modulated, wire};
 }
 
 /// Exports a plugin: its name, one sentence, and its types of schemas. Once in a library.

@@ -8,31 +8,29 @@ use core::ptr::NonNull;
 use core::time::Duration;
 
 use jde_abi::raw;
-use jde_types::Value;
+use jde_types::{Modulated, Value, wire};
 
 use crate::context::{Context, broken};
+use crate::slot::Slot;
 
 /// A variable that this schema writes and any may read.
 #[derive(Debug)]
 pub struct Export<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
 /// A driver's command that this motor schema writes.
 #[derive(Debug)]
 pub struct Actuator<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
 /// A modulation of a child that this schema writes.
 #[derive(Debug)]
 pub struct Modulates<T> {
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
@@ -45,6 +43,8 @@ pub enum Outcome {
     Refused,
     /// The value holds a NaN or an infinity where a finite number is required.
     NotFinite,
+    /// The number is outside of what the child's modulation takes.
+    OutOfRange,
     /// The application left this optional port or child unbound.
     Unbound,
 }
@@ -55,8 +55,7 @@ pub enum Outcome {
 pub struct Loan<'call, T: Value> {
     room: NonNull<T>,
     cx: &'call Context<'call>,
-    port: u32,
-    name: &'static str,
+    slot: Slot,
     export: PhantomData<&'call mut T>,
 }
 
@@ -74,24 +73,21 @@ impl<T: Value> Export<T> {
     /// Takes back the newest value, because it no longer tells how things are: a sensor is not heard any more, a place was lost.
     /// Until the next is published, whoever reads it gets none, and who is triggered by it looks again (R12).
     pub fn retract(&mut self, cx: &Context<'_>) {
-        if let Some(code) = cx.retract(self.port) {
-            broken(self.name, "retract", code);
-        }
+        cx.retract(&self.slot);
     }
 
     /// Room to write the next value in place; for large ones.
     #[must_use]
     pub fn loan<'call>(&'call mut self, cx: &'call Context<'_>) -> Loan<'call, T> {
         // SAFETY: the port's type is `T`, by the contract of `new`.
-        match unsafe { cx.loan::<T>(self.port, self.name) } {
+        match unsafe { cx.loan::<T>(&self.slot) } {
             Some(room) => Loan {
                 room,
                 cx,
-                port: self.port,
-                name: self.name,
+                slot: self.slot,
                 export: PhantomData,
             },
-            None => broken(self.name, "loan", raw::UNBOUND),
+            None => broken(self.slot.name, "loan", raw::UNBOUND),
         }
     }
 }
@@ -100,15 +96,15 @@ impl<T: Value> Actuator<T> {
     /// Commands the driver bound here, until the command's validity ends or the next one comes.
     pub fn command(&self, cx: &Context<'_>, value: T) -> Outcome {
         // SAFETY: the port's type is `T`, by the contract of `new`.
-        unsafe { cx.write(self.port, self.name, value) }
+        unsafe { cx.write(&self.slot, value) }
     }
 }
 
-impl<T: Value> Modulates<T> {
+impl<T: Modulated> Modulates<T> {
     /// Writes the child's modulation; it counts from the child's next check or iteration.
     pub fn set(&self, cx: &Context<'_>, value: T) -> Outcome {
-        // SAFETY: the port's type is `T`, by the contract of `new`.
-        unsafe { cx.write(self.port, self.name, value) }
+        // SAFETY: the port's type is that of what stands for a `T`, by the contract of `new`.
+        unsafe { cx.write(&self.slot, wire(value)) }
     }
 }
 
@@ -129,11 +125,12 @@ impl<T: Value> Loan<'_, T> {
     }
 
     fn finish(self, time: Option<Duration>) {
-        match self.cx.publish(self.port, self.name, time) {
+        match self.cx.publish(&self.slot, time) {
             Outcome::Accepted => {}
-            Outcome::Refused => broken(self.name, "publish", raw::REFUSED),
-            Outcome::NotFinite => broken(self.name, "publish", raw::NOT_FINITE),
-            Outcome::Unbound => broken(self.name, "publish", raw::UNBOUND),
+            Outcome::Refused => broken(self.slot.name, "publish", raw::REFUSED),
+            Outcome::NotFinite => broken(self.slot.name, "publish", raw::NOT_FINITE),
+            Outcome::OutOfRange => broken(self.slot.name, "publish", raw::OUT_OF_RANGE),
+            Outcome::Unbound => broken(self.slot.name, "publish", raw::UNBOUND),
         }
     }
 }
@@ -168,6 +165,7 @@ impl Outcome {
             raw::OK => Some(Self::Accepted),
             raw::REFUSED => Some(Self::Refused),
             raw::NOT_FINITE => Some(Self::NotFinite),
+            raw::OUT_OF_RANGE => Some(Self::OutOfRange),
             raw::UNBOUND => Some(Self::Unbound),
             _ => None,
         }
@@ -180,11 +178,11 @@ macro_rules! derived {
             /// For derived code alone.
             ///
             /// # Safety
-            /// The port of this number is of this kind and type, and no other port value has the number.
+            /// Of these ports, which are those of one type alone, that of this number is of this kind and type, and no other port value has the number.
             #[doc(hidden)]
             #[must_use]
-            pub const unsafe fn new(port: u32, name: &'static str) -> Self {
-                Self { port, name, value_type: PhantomData }
+            pub const unsafe fn new(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {
+                Self { slot: Slot::new(ports, number, name), value_type: PhantomData }
             }
         }
     )* };

@@ -61,8 +61,55 @@ pub trait Arbitrate: Schema {
 
 /// What a schema says of itself; made by `#[derive(Describe)]`.
 ///
+/// No safe code makes an instance but the bench, which hosts it; so no schema holds another and calls it with its own context:
+///
+/// ```compile_fail,E0133
+/// use jde_schema::{Describe, Schema};
+///
+/// fn made<S: Schema>() -> S {
+///     S::build()
+/// }
+/// ```
+///
+/// Nor does a modulation contradict itself: its default is within its limits, and these are in order.
+///
+/// ```compile_fail,E0080
+/// use jde_schema::prelude::*;
+///
+/// #[derive(Describe)]
+/// #[schema(motor, period = "1s")]
+/// struct Below {
+///     #[modulation(default = -1.0, min = 0.0)]
+///     speed: Modulation<f64>,
+/// }
+///
+/// impl Schema for Below {
+///     fn iterate(&mut self, _: &Context) -> Result {
+///         Ok(())
+///     }
+/// }
+/// ```
+///
+/// ```compile_fail,E0080
+/// use jde_schema::prelude::*;
+///
+/// #[derive(Describe)]
+/// #[schema(motor, period = "1s")]
+/// struct Crossed {
+///     #[modulation(default = 1, min = 2, max = 0)]
+///     count: Modulation<u32>,
+/// }
+///
+/// impl Schema for Crossed {
+///     fn iterate(&mut self, _: &Context) -> Result {
+///         Ok(())
+///     }
+/// }
+/// ```
+///
 /// # Safety
-/// `TABLE` describes the ports and children of `Self`, with the types they have there, in the order of `build`.
+/// `TABLE` describes the ports and children of `Self`, with the types they have there, in the order of `build`; its ports are in a
+/// static of this type alone, of which those that `build` makes are.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not describe itself",
     note = "put `#[derive(Describe)]` and `#[schema(...)]` on it"
@@ -80,8 +127,11 @@ pub unsafe trait Describe: Sized + Send + 'static {
     const STATE: Option<raw::State>;
 
     /// A new instance.
+    ///
+    /// # Safety
+    /// It is called through `TABLE` alone: two of a type would share their rooms for values.
     #[doc(hidden)]
-    fn build() -> Self;
+    unsafe fn build() -> Self;
 }
 
 /// The answer to a check.

@@ -19,6 +19,8 @@ struct Fragile {
     /// What it offers.
     #[modulation(default = 0.0)]
     urgency: Modulation<f64>,
+    #[modulation(default = 1.0)]
+    divisor: Modulation<f64>,
     /// One child.
     #[child(group = "g")]
     one: Child,
@@ -44,7 +46,7 @@ impl Schema for Fragile {
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         self.at(cx, "check")?;
-        Ok(Precondition::from(true).urgency(self.urgency.get(cx)))
+        Ok(Precondition::from(true).urgency(self.urgency.get(cx) / self.divisor.get(cx)))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -114,11 +116,13 @@ fn an_error_in_any_call_is_given_to_the_host_in_words() {
 #[test]
 fn an_urgency_that_is_no_number_is_an_error() {
     let mut bench = Bench::<Fragile>::new();
-    for urgency in [f64::NAN, f64::INFINITY] {
+    bench.set("divisor", 0.0);
+    for urgency in [0.0, 1.0] {
         bench.set("urgency", urgency);
         let failure = bench.check().expect_err("refused");
         assert!(failure.reason.contains("must be finite"), "{failure}");
     }
+    bench.set("divisor", 1.0);
     bench.set("urgency", -2.5);
     assert_eq!(
         bench.check(),

@@ -2,7 +2,7 @@
 
 #![forbid(unsafe_code)]
 
-use jde_abi::describe::{Kind, Role};
+use jde_abi::describe::{Kind, Limits, Role};
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
@@ -108,11 +108,11 @@ fn names_and_kinds_and_times_are_as_declared() {
     let (home, wheel) = (home.description(), wheel.description());
     assert_eq!((&*home.name, home.kind), ("drive-home", Kind::Motor));
     assert_eq!((&*wheel.name, wheel.kind), ("wheel-2", Kind::Driver));
-    assert_eq!((home.period_ns, home.budget_ns), (75_000_000, 5_000_000));
+    assert_eq!((home.period_ns, home.budget_ns), (75_000_000, Some(5_000_000)));
     assert_eq!(
         (wheel.period_ns, wheel.budget_ns),
-        (10_000_000, 10_000_000),
-        "a budget is by default the period"
+        (10_000_000, None),
+        "a budget is by default the period, whatever that becomes"
     );
     assert_eq!(home.doc, "Drives home.\n\nAnd back.");
     assert!(home.arbitrates);
@@ -136,7 +136,11 @@ fn every_port_is_as_its_attribute_says() {
         port("speed").role,
         Role::Modulation {
             default: 0.3_f64.to_ne_bytes().to_vec(),
-            range: (Some(0.0), Some(1.5)),
+            limits: Limits {
+                least: Some(0.0),
+                greatest: Some(1.5),
+                choices: Vec::new()
+            },
             fixed: false
         }
     );
@@ -156,13 +160,13 @@ fn every_port_is_as_its_attribute_says() {
 
     let Role::Modulation {
         default,
-        range,
+        limits,
         fixed,
     } = &port("map").role
     else {
         panic!("a modulation")
     };
-    assert_eq!((default.len(), *range, *fixed), (260, (None, None), true));
+    assert_eq!((default.len(), limits, *fixed), (260, &Limits::default(), true));
     assert!(default[4..].starts_with(b"worlds/office.toml\0"));
     assert_eq!(port("gains").value_type.name, "jde_msgs/msg/Float64Array");
 }

@@ -5,6 +5,25 @@
 use jde_abi::{raw, read};
 use jde_schema::prelude::*;
 
+/// Takes back what it exports, or asks whether time is real.
+#[derive(Describe)]
+#[schema(perceptive, period = "1s")]
+struct Modern {
+    #[export]
+    out: Export<f64>,
+}
+
+impl Schema for Modern {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.out.retract(cx);
+        Ok(())
+    }
+}
+
 /// Does nothing.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
@@ -47,7 +66,7 @@ fn an_instance_is_not_made_for_a_host_of_another_version() {
     let create = table.create.expect("create");
     let heads: [[u32; 4]; 3] = [
         [size_of::<raw::Host>() as u32, raw::ABI_MAJOR + 1, 0, 0],
-        [size_of::<raw::Host>() as u32 - 1, raw::ABI_MAJOR, 0, 0],
+        [127, raw::ABI_MAJOR, 0, 0],
         [0, 0, 0, 0],
     ];
     let mut place = 0_u64;
@@ -59,4 +78,56 @@ fn an_instance_is_not_made_for_a_host_of_another_version() {
     // SAFETY: null is looked at.
     let instance = unsafe { create(&table, std::ptr::null(), (&raw mut place).cast()) };
     assert!(instance.is_null());
+}
+
+/// A host's table of ABI 1.0, behind which is what nobody may call.
+#[repr(C)]
+struct Old {
+    head: [u32; 4],
+    functions: [unsafe extern "C" fn(); 14],
+    beyond: [unsafe extern "C" fn(); 4],
+}
+
+unsafe extern "C" fn never() {
+    std::process::abort()
+}
+
+unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const std::ffi::c_char, length: u64) {
+    // SAFETY: the context of the test, and the schema's text.
+    unsafe {
+        let text = std::slice::from_raw_parts(text.cast::<u8>(), length as usize);
+        *cx.cast::<String>() = String::from_utf8_lossy(text).into_owned();
+    }
+}
+
+#[test]
+fn what_a_host_lacks_is_a_fault_in_words_and_not_a_call_into_nowhere() {
+    let mut functions: [unsafe extern "C" fn(); 14] = [never; 14];
+    // SAFETY: it is called as what it is.
+    functions[12] = unsafe { std::mem::transmute::<*const (), unsafe extern "C" fn()>(fail as *const ()) };
+    let old = Old {
+        head: [128, raw::ABI_MAJOR, 0, 0],
+        functions,
+        beyond: [never; 4],
+    };
+    let mut said = String::new();
+    let cx = (&raw mut said).cast();
+    let table = Modern::TABLE;
+    // SAFETY: the table's own functions, a host of the size that it states, and a context of the test.
+    unsafe {
+        let this = table.create.expect("create")(&raw const table, (&raw const old).cast(), cx);
+        assert!(!this.is_null());
+        assert_eq!(table.awake.expect("awake")(this, cx), raw::FAILED);
+        assert_eq!(
+            said,
+            "this host, of ABI 1.0, does not know whether time is real; use a newer one"
+        );
+        assert_eq!(table.iterate.expect("iterate")(this, cx), raw::PANICKED);
+        assert!(
+            said.contains("`out` cannot be taken back: this host, of ABI 1.0,"),
+            "{said}"
+        );
+        table.destroy.expect("destroy")(this);
+    }
+    let _ = old.beyond;
 }

@@ -15,7 +15,7 @@ struct Pass {
     extra: Import<f64>,
     #[export]
     copy: Export<LaserScan>,
-    #[modulation(default = 0.5)]
+    #[modulation(default = 0.5, unit = "m/s", max = 1.0)]
     speed: Modulation<f64>,
     #[actuator]
     base: Actuator<Twist>,
@@ -32,8 +32,11 @@ impl Schema for Pass {
         self.age = Some(scan.age(cx));
         let speed = self.speed.sample(cx);
         self.unwritten = speed.is_default();
-        self.outcomes
-            .push(self.base.command(cx, Twist::planar(*speed, 0.0)));
+        let extra = self.extra.get(cx).map_or(0.0, |extra| *extra);
+        self.outcomes.push(self.base.command(
+            cx,
+            Twist::planar(*speed, if extra.is_nan() { extra } else { 0.0 }),
+        ));
         self.outcomes.push(self.horn.command(cx, Flag::TRUE));
         let mut copy = self.copy.loan(cx);
         *copy = *scan;
@@ -104,7 +107,7 @@ fn r7_a_command_without_authority_is_refused_and_no_fault() {
 fn a_command_that_is_not_finite_is_refused_and_no_fault() {
     let mut bench = Bench::<Pass>::new();
     bench.import("scan", &scan(&[]));
-    bench.set("speed", f64::NAN);
+    bench.import("extra", &f64::NAN);
     bench.iterate().expect("it runs all the same");
     assert_eq!(bench.commanded::<Twist>("base"), None);
     assert_eq!(bench.schema().outcomes[0], Outcome::NotFinite);
@@ -236,4 +239,16 @@ fn who_needs_real_time_refuses_another() {
     bench.set_real_time(false);
     let failure = bench.awake().expect_err("a device cannot be hurried");
     assert!(failure.reason.contains("--lockstep"), "{}", failure.reason);
+}
+
+#[test]
+#[should_panic(expected = "`speed` is not finite, and a modulation is")]
+fn a_modulation_that_is_not_finite_is_refused_on_the_bench() {
+    Bench::<Pass>::new().set("speed", f64::NAN);
+}
+
+#[test]
+#[should_panic(expected = "`speed` is 1.5 m/s, and at most 1 m/s is allowed")]
+fn a_modulation_out_of_its_range_is_refused_on_the_bench() {
+    Bench::<Pass>::new().set("speed", 1.5);
 }

@@ -3,7 +3,7 @@
 //! Shared by the tests of the rules and by the campaign of faults. It refuses to use the code under test for its verdicts:
 //! states and authority are rebuilt from the effects, fathers and members come from the specification.
 
-use jde_core::{Effect, GroupId, Hierarchy, Kind, SchemaId, Spec, State};
+use jde_core::{Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
 
 /// What the effects so far say. What it answers with as an error names the rule that is broken.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -13,7 +13,27 @@ pub struct Shadow {
     /// Iterations that run, as the executor knows it, and whether one was abandoned.
     running: Vec<Option<Abandoned>>,
     braked: Vec<bool>,
+    /// Who might command since what it or others commanded was last taken over or braked: a command of it may stand.
+    stands: Vec<bool>,
+    /// How far those with authority are in taking over.
+    reigns: Vec<Reign>,
+    /// Whose first iteration has ended, until what it did not write lapses.
+    lapses: Option<SchemaId>,
+    /// Who faulted as WINNER and is not restarted yet.
+    fell: Vec<bool>,
+    /// Who was chosen last in each group (R15).
+    chosen: Vec<Option<SchemaId>>,
+    /// Groups that slept since.
+    slept: Vec<bool>,
     over: bool,
+}
+
+/// How far a schema with authority is in taking over what was commanded before.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+enum Reign {
+    New,
+    First,
+    Settled,
 }
 
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
@@ -31,6 +51,12 @@ impl Shadow {
             authority: vec![false; spec.schemas.len()],
             running: vec![None; spec.schemas.len()],
             braked: vec![false; spec.groups.len()],
+            stands: vec![false; spec.schemas.len()],
+            reigns: vec![Reign::Settled; spec.schemas.len()],
+            lapses: None,
+            fell: vec![false; spec.schemas.len()],
+            chosen: vec![None; spec.groups.len()],
+            slept: vec![true; spec.groups.len()],
             over: false,
         }
     }
@@ -38,11 +64,18 @@ impl Shadow {
     /// An iteration began.
     pub fn began(&mut self, id: SchemaId) {
         self.running[id.index()] = Some(Abandoned::No);
+        if self.reigns[id.index()] == Reign::New {
+            self.reigns[id.index()] = Reign::First;
+        }
     }
 
     /// An iteration ended; called before the hierarchy hears of it.
     pub fn ended(&mut self, id: SchemaId) {
         self.running[id.index()] = None;
+        if self.reigns[id.index()] == Reign::First {
+            self.reigns[id.index()] = Reign::Settled;
+            self.lapses = Some(id);
+        }
     }
 
     /// Whether an iteration of it runs.
@@ -80,6 +113,11 @@ impl Shadow {
     /// The rule that does not hold, or where the hierarchy says otherwise than its effects.
     pub fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
         let spec = h.spec();
+        if let Some(id) = self.lapses {
+            return Err(format!(
+                "R7: what {id:?} took over stands after its first iteration"
+            ));
+        }
         let paths = self.winning_paths(spec);
         for id in ids(spec) {
             check(self.states[id.index()] == h.state(id), || {
@@ -134,7 +172,29 @@ impl Shadow {
                 }
                 Ok(())
             }
+            Effect::TakesOver { group, id } => {
+                let index = group.index();
+                check(group_of(spec, id) == Some(index), || {
+                    "R7: one takes over in a group that is not its own".into()
+                })?;
+                for other in level(spec, index) {
+                    check(!self.authority[other.index()], || {
+                        format!("R7: it takes over from {other:?}, which has authority")
+                    })?;
+                    self.stands[other.index()] = false;
+                }
+                Ok(())
+            }
             Effect::Granted(id) => {
+                if let Some(group) = group_of(spec, id) {
+                    for other in level(spec, group) {
+                        check(!self.stands[other.index()], || {
+                            format!("R7: a command of {other:?} stands, and nobody took it over")
+                        })?;
+                    }
+                }
+                self.stands[id.index()] = true;
+                self.reigns[id.index()] = Reign::New;
                 check(!self.authority[id.index()], || {
                     "authority is granted twice".into()
                 })?;
@@ -151,7 +211,15 @@ impl Shadow {
                     || "R1: two of a group hold authority".into(),
                 )
             }
+            Effect::Lapsed(id) => {
+                check(self.lapses == Some(id), || {
+                    "R7: what it took over lapses, and its first iteration has not ended".into()
+                })?;
+                self.lapses = None;
+                Ok(())
+            }
             Effect::Withdrawn(id) => {
+                self.reigns[id.index()] = Reign::Settled;
                 check(self.authority[id.index()], || {
                     "authority is withdrawn that nobody has".into()
                 })?;
@@ -193,13 +261,20 @@ impl Shadow {
             }
             Effect::Brake { group } => {
                 let index = group.index();
-                check(self.over || !self.braked[index], || "R9: it brakes twice".into())?;
                 let members = &spec.groups[index].members;
+                // Members that went to sleep with a loser that then stayed leave what they commanded to a second brake.
+                let silent = members.iter().all(|&m| self.state(m) == State::Slept);
+                check(self.over || silent || !self.braked[index], || {
+                    "R9: it brakes twice".into()
+                })?;
                 check(
                     self.over || members.iter().all(|&m| self.state(m) != State::Winner),
                     || "R9: it brakes although somebody wins".into(),
                 )?;
                 self.braked[index] = true;
+                for other in level(spec, index) {
+                    self.stands[other.index()] = self.authority[other.index()];
+                }
                 Ok(())
             }
             Effect::Hold { group, .. } => check(!self.braked[group.index()], || {
@@ -217,6 +292,10 @@ impl Shadow {
                         .filter(|&&m| self.state(m) == State::Winner)
                         .count();
                     check(winners <= 1, || "R1: two winners".into())?;
+                    if members.iter().all(|&m| self.state(m) == State::Slept) {
+                        self.slept[group] = true;
+                        self.chosen[group] = None;
+                    }
                     if from == State::Slept
                         && members.iter().all(|&m| m == id || self.state(m) == State::Slept)
                     {
@@ -233,12 +312,25 @@ impl Shadow {
                 check(record.cause_time <= record.time, || {
                     "R15: a cause after its effect".into()
                 })?;
+                let chosen = std::mem::replace(&mut self.chosen[record.group.index()], record.choice);
+                // What a group chose is forgotten when all of it sleeps, and when the choice was put to sleep or nobody.
+                let slept = std::mem::take(&mut self.slept[record.group.index()]);
+                let gone = |id: SchemaId| self.state(id) == State::Slept && !self.fell[id.index()];
+                let forgotten = slept || chosen.is_none_or(gone);
+                check(record.before == chosen || forgotten, || {
+                    format!("R15: {chosen:?} was chosen before")
+                })?;
                 check(!record.reason.is_empty(), || "R15: no reason".into())
             }
             Effect::Took { id, .. } => check(self.state(id) == State::Winner, || {
                 "R15: took over without being WINNER".into()
             }),
-            Effect::Ask { .. } | Effect::Health { .. } => Ok(()),
+            Effect::Health { id, ref health } => {
+                let wins = self.state(id) == State::Winner;
+                self.fell[id.index()] = wins && matches!(health, Health::Faulted(_));
+                Ok(())
+            }
+            Effect::Ask { .. } => Ok(()),
         }
     }
 
@@ -292,6 +384,15 @@ pub fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
 #[must_use]
 pub fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
     spec.groups.iter().position(|g| g.members.contains(&id))
+}
+
+/// The members of a group and all below them.
+fn level(spec: &Spec, group: usize) -> Vec<SchemaId> {
+    let members = &spec.groups[group].members;
+    members
+        .iter()
+        .flat_map(|&member| std::iter::once(member).chain(below(spec, member)))
+        .collect()
 }
 
 /// All motor schemas below, looked up the slow way.

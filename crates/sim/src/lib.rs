@@ -76,6 +76,7 @@
 mod battery;
 mod camera;
 mod color;
+mod cone;
 mod config;
 mod error;
 mod file;

@@ -177,9 +177,10 @@ impl Mover {
         }
     }
 
-    /// Where it comes along its way, at steps of `stride` metres.
-    pub(crate) fn along(plan: &Plan, stride: f64) -> impl Iterator<Item = Solid> {
+    /// Where it comes along its way, at steps of `stride` metres, or of more so that there are `most`.
+    pub(crate) fn along(plan: &Plan, stride: f64, most: usize) -> impl Iterator<Item = Solid> {
         let mover = Self::new(plan.clone());
+        let stride = stride.max(mover.length() / most as f64);
         let count = (mover.length() / stride).ceil() as usize;
         (0..=count).map(move |index| {
             let position = (index as f64 * stride).min(mover.length());

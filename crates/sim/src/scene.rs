@@ -8,6 +8,7 @@ use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::{PointQuery, Ray};
 
 use crate::color::Color;
+use crate::cone::Cone;
 use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
@@ -56,6 +57,17 @@ impl Scene {
                 max,
                 |node, best| probe.reaches(&node.aabb(), best).unwrap_or(f64::MAX),
                 |index, best| self.solids[index as usize].cast(ray, best),
+            )
+            .map(|(_, distance)| distance)
+    }
+
+    /// The distance to the nearest thing of which the nearest point is in a cone and nearer than `max`.
+    pub(crate) fn nearest_in(&self, cone: &Cone, max: f64) -> Option<f64> {
+        self.tree
+            .find_best(
+                max,
+                |node, best| cone.reaches(&node.aabb(), best).unwrap_or(f64::MAX),
+                |index, best| cone.sees(&self.solids[index as usize], best),
             )
             .map(|(_, distance)| distance)
     }

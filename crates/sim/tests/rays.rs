@@ -131,6 +131,49 @@ fn to_outline(o: [f64; 2], d: [f64; 2], outline: &Outline) -> Option<f64> {
     }
 }
 
+/// The points of an outline of which one is the nearest of what a cone sees of it, unless that is on an edge of the cone.
+fn candidates(o: [f64; 2], outline: &Outline) -> Vec<[f64; 2]> {
+    let segment = |a: [f64; 2], b: [f64; 2]| {
+        let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
+        let along = ((o[0] - a[0]) * ex + (o[1] - a[1]) * ey) / (ex * ex + ey * ey);
+        let along = along.clamp(0.0, 1.0);
+        [a, b, [a[0] + along * ex, a[1] + along * ey]]
+    };
+    match *outline {
+        Outline::Segment { from, to } => segment(from, to).to_vec(),
+        Outline::Circle { center, radius } => {
+            let (x, y) = (o[0] - center[0], o[1] - center[1]);
+            let scale = radius / x.hypot(y);
+            vec![[center[0] + x * scale, center[1] + y * scale]]
+        }
+        Outline::Box { center, size, angle } => {
+            let (sin, cos) = angle.sin_cos();
+            let corner = |[sx, sy]: [f64; 2]| {
+                let (x, y) = (sx * size[0] / 2.0, sy * size[1] / 2.0);
+                [center[0] + cos * x - sin * y, center[1] + sin * x + cos * y]
+            };
+            let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(corner);
+            (0..4)
+                .flat_map(|side| segment(corners[side], corners[(side + 1) % 4]))
+                .collect()
+        }
+    }
+}
+
+/// The nearest of an outline in a cone around a direction, by its edges and its candidates.
+fn in_cone(o: [f64; 2], heading: f64, cone: f64, outline: &Outline) -> Option<f64> {
+    let edges = [-0.5, 0.5].map(|side| {
+        let (sin, cos) = (heading + side * cone).sin_cos();
+        to_outline(o, [cos, sin], outline)
+    });
+    let points = candidates(o, outline).into_iter().filter_map(|[x, y]| {
+        let (x, y) = (x - o[0], y - o[1]);
+        let (sin, cos) = (y.atan2(x) - heading).sin_cos();
+        (sin.atan2(cos).abs() <= cone / 2.0).then_some(x.hypot(y))
+    });
+    edges.into_iter().flatten().chain(points).reduce(f64::min)
+}
+
 fn coordinate() -> impl Strategy<Value = f64> {
     -10.0..10.0f64
 }
@@ -169,6 +212,31 @@ proptest! {
         match (found, expected) {
             (Some(found), Some(expected)) => prop_assert!((found - expected).abs() < 1e-6, "{found} {expected}"),
             (found, expected) => prop_assert_eq!(found, expected),
+        }
+    }
+
+    #[test]
+    fn a_cone_misses_nothing_however_thin(
+        things in proptest::collection::vec(thing(), 1..20),
+        x in coordinate(),
+        y in coordinate(),
+        heading in 0.0..std::f64::consts::TAU,
+        cone in 0.0..std::f64::consts::PI,
+    ) {
+        let world = world(&things.concat());
+        let outlines: Vec<_> = world.shapes().map(|shape| shape.outline).collect();
+        let expected = outlines.iter().filter_map(|outline| in_cone([x, y], heading, cone, outline)).reduce(f64::min);
+        let found = world.cast_cone([x, y], heading, cone, 1000.0, None);
+        match (found, expected) {
+            // From inside a solid the nearest of it is no distance at all.
+            (Some(0.0), _) => prop_assert_eq!(world.cast_ray([x, y], heading, 1000.0, None), Some(0.0)),
+            (Some(found), Some(expected)) => prop_assert!((found - expected).abs() < 1e-6, "{found} {expected}"),
+            (found, expected) => prop_assert_eq!(found, expected),
+        }
+        for ray in 0..=60 {
+            let angle = heading + cone * (f64::from(ray) / 60.0 - 0.5);
+            let beside = world.cast_ray([x, y], angle, 1000.0, None).unwrap_or(1000.0);
+            prop_assert!(found.unwrap_or(1000.0) <= beside + 1e-6, "a ray sees more than the cone");
         }
     }
 }

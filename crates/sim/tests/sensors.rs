@@ -242,7 +242,6 @@ fn a_sonar_reports_the_nearest_thing_in_its_cone() {
     let robot = world.add_robot("r", RobotConfig::default()).unwrap();
     let ring = SonarConfig {
         sigma: 0.0,
-        rays: 31,
         ..SonarConfig::default()
     };
     let mut echoes = [0.0; 16];
@@ -254,6 +253,31 @@ fn a_sonar_reports_the_nearest_thing_in_its_cone() {
     };
     world.sonars(robot, &narrow, &mut echoes).unwrap();
     assert_eq!(echoes[0], f32::INFINITY);
+}
+
+#[test]
+fn a_sonar_sees_a_pole_wherever_it_stands_in_its_cone() {
+    let ring = SonarConfig {
+        sigma: 0.0,
+        ..SonarConfig::default()
+    };
+    // A pole of 1 cm, 4 m from the sonar that looks straight left, degree by degree.
+    for degrees in 76..=104 {
+        let angle = f64::from(degrees).to_radians();
+        let (x, y) = (0.069 + 4.0 * angle.cos(), 0.136 + 4.0 * angle.sin());
+        let text = format!(
+            "circles = [{{ center = [{x}, {y}], radius = 0.005 }}]\nrobots = {{ r = {{ start = {{ x = 0, y = 0 }} }} }}"
+        );
+        let mut world = World::parse(&text, "pole.toml", 0).unwrap();
+        let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+        let mut echoes = [0.0; 16];
+        world.sonars(robot, &ring, &mut echoes).unwrap();
+        assert!(
+            (f64::from(echoes[0]) - 3.995).abs() < 1e-3,
+            "{degrees}: {}",
+            echoes[0]
+        );
+    }
 }
 
 #[test]

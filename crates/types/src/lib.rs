@@ -7,6 +7,7 @@ extern crate self as jde_types;
 
 mod geometry;
 mod mission;
+mod modulated;
 mod nav;
 mod padding;
 mod part;
@@ -23,8 +24,9 @@ pub use geometry::{
     Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3,
     normalize_angle,
 };
-pub use jde_macros::Value;
+pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
+pub use modulated::{Modulated, wire};
 pub use nav::{Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
@@ -86,6 +88,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
 /// What the derive macro writes in terms of; not for people.
 #[doc(hidden)]
 pub mod derived {
+    pub use crate::modulated::{Modulated, wire};
     pub use crate::part::{Part, Shape, field};
     pub use crate::value::{Value, structure};
     pub use jde_abi::raw;

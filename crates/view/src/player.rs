@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use jde_link::{Client, Folder, Reach, Remote};
+use jde_link::{Client, Folders, Reach, Remote};
 
 /// How long a recording may take until it can be looked into; long ones are read whole first.
 const BEGIN: Duration = Duration::from_secs(600);
@@ -61,7 +61,7 @@ impl Player {
             child,
             file: file.to_owned(),
         };
-        let reach = Reach::Local(Folder::of_user());
+        let reach = Reach::Local(Folders::of_user());
         let begun = Instant::now();
         while begun.elapsed() < BEGIN {
             if let Some(words) = player.ended() {

@@ -19,7 +19,7 @@ use record::Scan;
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Log {
     /// The log's file.
-    #[modulation(default = "", unit = "path", fixed)]
+    #[modulation(default = "", unit = "file", fixed)]
     path: Modulation<Text<1024>>,
     /// A range from here on means that the beam met nothing.
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]

@@ -11,7 +11,7 @@ mod session;
 use core::f64::consts::TAU;
 
 use jde_device::Device;
-use jde_port::{Address, Backoff, Port};
+use jde_device::port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
 
 use clock::Clock;

@@ -48,7 +48,7 @@ impl Tape {
             messages: recording.messages()?,
             recording,
             start,
-            length: Duration::from_nanos(end - start),
+            length: Duration::from_nanos(end.saturating_sub(start)),
             next: None,
         })
     }
@@ -106,7 +106,8 @@ impl Tape {
         place: Duration,
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Vec<Due>, TapeError> {
-        let from = self.start + u64::try_from(place.saturating_sub(LOOK_BACK).as_nanos()).unwrap_or(0);
+        let from = u64::try_from(place.saturating_sub(LOOK_BACK).as_nanos()).unwrap_or(0);
+        let from = self.start.saturating_add(from);
         self.messages = self.recording.messages_from(from)?;
         let mut last = BTreeMap::new();
         self.next = loop {

@@ -10,7 +10,7 @@ mod telegram;
 use core::time::Duration;
 
 use jde_device::Device;
-use jde_port::{Address, Backoff, Port};
+use jde_device::port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
 
 use scan::{Beams, Reach};

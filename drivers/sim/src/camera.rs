@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 #[schema(driver, period = "33ms", budget = "33ms")]
 pub struct Camera {
     /// The world's file, the same as that of the robot's driver.
-    #[modulation(default = "", unit = "path", fixed)]
+    #[modulation(default = "", unit = "file", fixed)]
     world: Modulation<Text<1024>>,
     /// The name in the world's file of the robot that carries it.
     #[modulation(default = "", fixed)]

@@ -35,7 +35,7 @@ const HOLD: PanTilt = PanTilt {
 #[schema(driver, period = "50ms", budget = "50ms")]
 pub struct Pioneer {
     /// The world's file.
-    #[modulation(default = "", unit = "path", fixed)]
+    #[modulation(default = "", unit = "file", fixed)]
     world: Modulation<Text<1024>>,
     /// The robot's name in the world's file; empty for the name of this schema.
     #[modulation(default = "", fixed)]

@@ -3,8 +3,13 @@
 
 mod memory;
 mod panel;
+mod progress;
+
+use core::time::Duration;
 
 use jde_schema::prelude::*;
+
+use progress::Progress;
 
 /// Leads the robot through its targets by waking and modulating three children.
 ///
@@ -40,6 +45,12 @@ pub struct Example {
     /// How near a target must be to be reached.
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
+    /// How long it may lead without coming nearer to a target, which then counts as out of reach; 0 for ever.
+    #[modulation(default = 60.0, unit = "s", min = 0.0)]
+    patience: Modulation<f64>,
+    /// How many targets may be out of reach: it goes on to the next; at one more the mission fails.
+    #[modulation(default = 0)]
+    skips: Modulation<u32>,
     /// Heading error from which `avoid` turns on the spot and may win against `brake`; the default never lets it.
     #[modulation(default = 7.0, unit = "rad", min = 0.0)]
     turning: Modulation<f64>,
@@ -62,6 +73,9 @@ pub struct Example {
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Target>,
     reached: u32,
+    /// Targets of the route that were out of reach.
+    skipped: u32,
+    progress: Progress,
     /// A place that somebody wants it to go to first, and who.
     wish: Option<Wish>,
 }
@@ -85,21 +99,34 @@ impl Schema for Example {
             && pose.distance_to(&target) < self.tolerance.get(cx)
         {
             self.arrive(cx, target);
+        } else if let Some(target) = target {
+            let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or_default();
+            let distance = pose.distance_to(&target);
+            if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
+                self.pass_by(cx, target, stuck);
+            }
         }
         let target = self.target(cx);
         let wanted = target.map_or(Target::NONE, Target::at);
         self.avoid_target.set(cx, wanted);
         self.cruise_target.set(cx, wanted);
         let total = self.total(cx);
-        let done = target.is_none() && !self.route.sample(cx).poses.is_empty();
+        let state = if self.has_failed(cx) {
+            Mission::FAILED
+        } else if target.is_none() && !self.route.sample(cx).poses.is_empty() {
+            Mission::DONE
+        } else {
+            Mission::RUNNING
+        };
         self.mission.write(
             cx,
             Mission {
-                state: if done { Mission::DONE } else { Mission::RUNNING },
+                state,
                 reached: self.reached,
                 total,
                 target: wanted.pose,
                 distance: target.map_or(0.0, |target| pose.distance_to(&target)),
+                note: self.note(),
                 ..Mission::default()
             },
         );
@@ -116,9 +143,25 @@ impl Example {
     /// The next target of the route.
     fn next(&self, cx: &Context) -> Option<Pose2D> {
         let route = self.route.sample(cx);
-        let goes_on = self.rounds.get(cx) == 0 || self.reached < self.total(cx);
-        let place = self.reached as usize % route.poses.len().max(1);
-        route.poses.get(place).copied().filter(|_| goes_on)
+        let passed = self.reached.saturating_add(self.skipped);
+        let goes_on = self.rounds.get(cx) == 0 || passed < self.total(cx);
+        let place = passed as usize % route.poses.len().max(1);
+        let next = route.poses.get(place).copied();
+        next.filter(|_| goes_on && !self.has_failed(cx))
+    }
+
+    /// Whether more targets are out of reach than may be.
+    fn has_failed(&self, cx: &Context) -> bool {
+        self.skipped > self.skips.get(cx)
+    }
+
+    /// What there is to say of the mission.
+    fn note(&self) -> Text<64> {
+        match self.skipped {
+            0 => Text::EMPTY,
+            1 => Text::new("1 target was out of reach"),
+            several => Text::truncated(&format!("{several} targets were out of reach")),
+        }
     }
 
     /// Targets of all rounds; 0 if they go on for ever.
@@ -135,6 +178,29 @@ impl Example {
             self.reached += 1;
             info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
         }
+    }
+}
+
+impl Example {
+    /// Goes on without a target that it came no nearer to for so long.
+    fn pass_by(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
+        let Pose2D { x, y, .. } = target;
+        let progress::Stuck { waited, nearest } = stuck;
+        let how = format!(
+            "it came no nearer than {nearest:.2} m for {:.0} s",
+            waited.as_secs_f64()
+        );
+        if let Some(Wish { by, .. }) = self.wish.take() {
+            warn!(cx, "gives up the target of {by} at {x:.2}, {y:.2}: {how}");
+            return;
+        }
+        self.skipped += 1;
+        let then = if self.has_failed(cx) {
+            "the mission fails"
+        } else {
+            "on to the next"
+        };
+        warn!(cx, "gives up the target at {x:.2}, {y:.2}: {how}; {then}");
     }
 }
 

@@ -10,6 +10,7 @@ impl Memory for Example {
         let places: Vec<_> = self.wish.iter().map(|wish| wish.at).collect();
         saving.put_all(&places);
         saving.put_text(self.wish.as_ref().map_or("", |wish| &wish.by));
+        saving.put(&self.skipped);
     }
 
     fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
@@ -17,6 +18,8 @@ impl Memory for Example {
         let at = saved.take_all()?.into_iter().next();
         let by = saved.take_text()?.to_owned();
         self.wish = at.map(|at| Wish { at, by });
+        // A build before did not know of any.
+        self.skipped = saved.take().unwrap_or_default();
         Ok(())
     }
 }

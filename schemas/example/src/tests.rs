@@ -79,6 +79,75 @@ fn targets_are_given_one_after_another_to_both_who_approach_them() {
     );
 }
 
+/// Stands there from one second to another, and answers with the last mission.
+fn stand_for(bench: &mut Bench<Example>, seconds: core::ops::RangeInclusive<u64>, x: f64) -> Mission {
+    let missions = seconds.map(|second| {
+        bench.set_now(Duration::from_secs(second));
+        stand(bench, x, 0.0)
+    });
+    missions.last().expect("it stands there for some time")
+}
+
+#[test]
+fn a_target_that_comes_no_nearer_fails_the_mission_and_says_so() {
+    let mut bench = father();
+    bench.set("patience", 10.0);
+    assert_eq!(stand_for(&mut bench, 0..=9, 0.5).state, Mission::RUNNING);
+    assert_eq!(
+        stand_for(&mut bench, 10..=15, 1.0).state,
+        Mission::RUNNING,
+        "it came nearer"
+    );
+    assert_eq!(stand_for(&mut bench, 16..=19, 0.7).state, Mission::RUNNING);
+    let mission = stand_for(&mut bench, 20..=20, 1.02);
+    assert_eq!((mission.state, mission.reached), (Mission::FAILED, 0));
+    assert_eq!(mission.note.as_str(), "1 target was out of reach");
+    assert_eq!(target(&bench), None, "nobody drives on");
+    let (_, words) = bench.log().last().expect("it says so");
+    assert_eq!(
+        words,
+        "gives up the target at 2.00, 0.00: it came no nearer than 1.00 m for 10 s; the mission fails"
+    );
+    bench.set("skips", 1_u32);
+    assert_eq!(
+        stand_for(&mut bench, 21..=21, 1.0).state,
+        Mission::RUNNING,
+        "somebody lets it go on"
+    );
+}
+
+#[test]
+fn it_may_pass_by_a_target_and_goes_on_to_the_next() {
+    let mut bench = father();
+    bench.set("patience", 10.0);
+    bench.set("skips", 1_u32);
+    assert_eq!(stand_for(&mut bench, 0..=10, 0.0).state, Mission::RUNNING);
+    assert_eq!(target(&bench), Some(CORNERS[1]));
+    stand(&mut bench, 2.0, 1.0);
+    let mission = stand(&mut bench, 0.0, 1.0);
+    assert_eq!(
+        (mission.state, mission.reached, mission.total),
+        (Mission::DONE, 2, 3)
+    );
+    assert_eq!(mission.note.as_str(), "1 target was out of reach");
+}
+
+#[test]
+fn it_waits_for_ever_if_told_to_and_while_another_drives() {
+    let mut bench = father();
+    bench.set("patience", 10.0);
+    stand_for(&mut bench, 0..=5, 0.0);
+    assert_eq!(
+        stand_for(&mut bench, 1000..=1004, 0.0).state,
+        Mission::RUNNING,
+        "somebody drove by hand meanwhile"
+    );
+    assert_eq!(stand_for(&mut bench, 1005..=1006, 0.0).state, Mission::FAILED);
+    let mut bench = father();
+    bench.set("patience", 0.0);
+    assert_eq!(stand_for(&mut bench, 0..=1000, 0.0).state, Mission::RUNNING);
+}
+
 #[test]
 fn a_target_is_reached_within_the_tolerance_of_2007() {
     let mut bench = father();

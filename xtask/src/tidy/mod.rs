@@ -11,6 +11,8 @@ mod links;
 mod machine_paths;
 mod rules;
 mod rust;
+mod sources;
+mod streams;
 mod tree;
 mod unfinished;
 mod unsafe_places;
@@ -39,6 +41,8 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         links::check(&tree),
         machine_paths::check(&tree),
         rules::check(&tree),
+        sources::check(&tree),
+        streams::check(&tree),
         unfinished::check(&tree),
         unsafe_places::check(&tree),
         unused::check(&tree, &metadata),

@@ -133,7 +133,7 @@ impl Tree {
 }
 
 /// What tidy understands; everything else is data.
-const EXTENSIONS: &[&str] = &["rs", "toml", "md", "sh", "c", "h"];
+const EXTENSIONS: &[&str] = &["rs", "toml", "lock", "md", "sh", "c", "h"];
 
 fn walk(root: &Path, folder_path: &Path, files: &mut Vec<File>) -> Result<()> {
     let reading = || format!("cannot read {}", folder_path.display());

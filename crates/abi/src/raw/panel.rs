@@ -143,6 +143,7 @@ pub const DRAG_ENDED: u32 = 1;
 
 /// What [`super::Schema::ability`] gives for [`ABILITY_PANEL`].
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Panel {
     /// Bytes of this table.
     pub size: u32,
@@ -164,6 +165,7 @@ pub struct Drawing {
 
 /// What a plugin draws with, only until its [`Panel::draw`] returns and on its thread. What is given to it is copied.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Pen {
     /// Bytes of this table.
     pub size: u32,
@@ -181,6 +183,7 @@ pub struct Pen {
 
 /// A widget. Each kind uses the fields that its number names; the others are 0.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Widget {
     /// Bytes of this table.
     pub size: u32,
@@ -220,6 +223,7 @@ pub struct Widget {
 
 /// A shape, or a curve of a plot. Each kind uses the fields that its number names; the others are 0.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Shape {
     /// Bytes of this table.
     pub size: u32,
@@ -250,6 +254,7 @@ pub struct Shape {
 /// What somebody did to a widget; lives until [`Panel::touch`] returns. Positions are metres in the plane or frame of a canvas or
 /// scene, and pixels from the upper left corner of an image; where there are two numbers the third is 0.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Gesture {
     /// Bytes of this table.
     pub size: u32,

@@ -16,6 +16,7 @@ pub const STATE_MOST: u64 = 16_777_216;
 
 /// What [`super::Schema::ability`] gives for [`ABILITY_STATE`].
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct State {
     /// Bytes of this table.
     pub size: u32,
@@ -46,6 +47,7 @@ pub struct Saving {
 
 /// What a plugin saves with, only until its [`State::save`] returns and on its thread.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Saver {
     /// Bytes of this table.
     pub size: u32,

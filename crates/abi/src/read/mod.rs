@@ -5,13 +5,11 @@
 
 #![allow(unsafe_code)]
 
-use core::mem::size_of;
-use std::ffi::CString;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::describe::{Child, Kind, Plugin, Port, Role, Schema, Type};
-use crate::raw;
+use crate::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema, Type};
+use crate::{raw, table, unit};
 
 mod place;
 mod types;
@@ -33,6 +31,12 @@ pub const RESERVED: &[&str] = &[
     "isolate",
     "doc",
 ];
+
+/// What every schema has among its variables.
+pub const PERIOD: &str = "period";
+
+/// Most values that a modulation may be one of: what a person can choose from.
+const MOST_CHOICES: u32 = 256;
 
 /// Why a plugin's tables were refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,18 +117,15 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
         return Err(Refusal::NotAPlugin);
     }
     let host = (raw::ABI_MAJOR, raw::ABI_MINOR);
-    if major != host.0 || minor > host.1 {
+    if major != host.0 {
         return Err(Refusal::Version {
             plugin: (major, minor),
             host,
         });
     }
     let here = Place::new("the plugin");
-    // SAFETY: the version is ours, so the table follows the rules of `raw`; `size` follows the version.
-    let table = unsafe {
-        here.size((&raw const (*plugin).size).read(), size_of::<raw::Plugin>())?;
-        &*plugin
-    };
+    // SAFETY: the version is ours, so the table follows the rules of `raw`.
+    let table = unsafe { here.table(plugin)? };
     if table.flags & raw::PLUGIN_ABORTS != 0 {
         return Err(Refusal::Aborts);
     }
@@ -138,7 +139,7 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
         }
         let schemas = schemas
             .into_iter()
-            .map(|schema| self::schema(&here, schema))
+            .map(|schema| self::schema(&here, &schema))
             .collect::<Result<Vec<_>, _>>()?;
         here.distinct("schemas", schemas.iter().map(|schema| schema.name.clone()))?;
         Ok(Plugin {
@@ -146,6 +147,7 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
             version: here.text("version", table.version)?,
             doc: here.text("doc", table.doc)?,
             abi: (major, minor),
+            throws: false,
             schemas,
         })
     }
@@ -167,7 +169,6 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
         let here = outer.inner("schema", outer.name("a schema's name", table.name)?.as_str());
-        outer.size(table.size, size_of::<raw::Schema>())?;
         let kind = match table.kind {
             raw::PERCEPTIVE => Kind::Perceptive,
             raw::MOTOR => Kind::Motor,
@@ -183,13 +184,13 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
         let children = here.array("children", table.children, table.child_count)?;
         let children = children
             .into_iter()
-            .map(|child| self::child(&here, child))
+            .map(|child| self::child(&here, &child))
             .collect::<Result<Vec<_>, _>>()?;
         here.distinct("children", children.iter().map(|child| child.name.clone()))?;
         let ports = here.array("ports", table.ports, table.port_count)?;
         let ports = ports
             .into_iter()
-            .map(|port| self::port(&here, port, kind, children.len()))
+            .map(|port| self::port(&here, &port, kind, children.len()))
             .collect::<Result<Vec<_>, _>>()?;
         here.distinct(
             "ports",
@@ -200,6 +201,15 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
                 Role::Export | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
             }),
         )?;
+        let many = children.iter().position(|child| child.many);
+        if let Some(many) = many {
+            let written = |port: &Port| port.role == Role::ChildModulation { child: many };
+            if many + 1 != children.len() || !children[many].motor || ports.iter().any(written) {
+                return here.wrong(
+                    "a role that any number of children have is the last one, of motor schemas, and without modulations",
+                );
+            }
+        }
         if kind != Kind::Motor && children.iter().any(|child| child.motor) {
             return here.wrong("only a motor schema may have motor children");
         }
@@ -208,11 +218,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             doc: here.text("doc", table.doc)?,
             kind,
             period_ns: table.period_ns,
-            budget_ns: if table.budget_ns == 0 {
-                table.period_ns
-            } else {
-                table.budget_ns
-            },
+            budget_ns: (table.budget_ns > 0).then_some(table.budget_ns),
             ports,
             children,
             arbitrates: table.arbitrate.is_some(),
@@ -223,25 +229,15 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
 
 /// Whether there is a panel, which must be one that can be drawn.
 unsafe fn panel(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
-    let Some(ability) = table.ability else {
-        return Ok(false);
-    };
-    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
-    // SAFETY: the caller's table follows the rules of `raw`; the id is a text that lives for the call.
-    let panel = unsafe { ability(id.as_ptr()) }.cast::<raw::Panel>();
-    if panel.is_null() {
-        return Ok(false);
+    // SAFETY: the caller's.
+    let panel = unsafe { table::ability::<raw::Panel>(table, raw::ABILITY_PANEL) };
+    match panel {
+        Err(unreadable) => here.wrong(format!("of its panel {unreadable}")),
+        Ok(Some(raw::Panel { draw: None, .. })) => {
+            here.wrong("its panel's draw is null; a panel is drawn, or is none")
+        }
+        Ok(panel) => Ok(panel.is_some()),
     }
-    if !panel.is_aligned() {
-        return here.wrong("its panel's table is not aligned");
-    }
-    // SAFETY: what a plugin gives for that id begins with its size.
-    here.size(unsafe { panel.cast::<u32>().read() }, size_of::<raw::Panel>())?;
-    // SAFETY: as above, and it is as large as this ABI has it.
-    if unsafe { &*panel }.draw.is_none() {
-        return here.wrong("its panel's draw is null; a panel is drawn, or is none");
-    }
-    Ok(true)
 }
 
 unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) -> Result<Port, Refusal> {
@@ -249,7 +245,6 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
     unsafe {
         let name = outer.name("a port's name", table.name)?;
         let here = outer.inner("port", &name);
-        outer.size(table.size, size_of::<raw::Port>())?;
         let value_type = Arc::new(types::value_type(&here, table.value_type, 0)?);
         let initial = || -> Result<Vec<u8>, Refusal> {
             if table.initial.is_null() {
@@ -259,20 +254,29 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             }
             Ok(core::slice::from_raw_parts(table.initial.cast::<u8>(), value_type.bytes).to_vec())
         };
-        let bound = |number: f64| (!number.is_nan()).then_some(number);
+        let unit = here.text("unit", table.unit)?;
+        if let Err(wrong) = unit::check(&unit) {
+            return here.wrong(wrong);
+        }
+        // The host has a variable of that name of every schema, and files a key.
+        let reserved = match table.kind {
+            raw::MODULATION => RESERVED.contains(&name.as_str()),
+            raw::EXPORT | raw::COMMAND => name == PERIOD,
+            _ => false,
+        };
+        if reserved {
+            return here.wrong("every schema has this name with a meaning of its own; choose another");
+        }
         let role = match table.kind {
             raw::IMPORT => Role::Import {
                 trigger: table.flags & raw::TRIGGER != 0,
             },
             raw::EXPORT => Role::Export,
             raw::MODULATION => {
-                if RESERVED.contains(&name.as_str()) {
-                    return here
-                        .wrong("application files give this name a meaning of its own; choose another");
-                }
+                let default = initial()?;
                 Role::Modulation {
-                    default: initial()?,
-                    range: (bound(table.min), bound(table.max)),
+                    limits: limits(&here, table, (&value_type, &unit), &default)?,
+                    default,
                     fixed: table.flags & raw::FIXED != 0,
                 }
             }
@@ -300,11 +304,66 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
         Ok(Port {
             name,
             doc: here.text("doc", table.doc)?,
-            unit: here.text("unit", table.unit)?,
+            unit,
             value_type,
             role,
             optional: table.flags & raw::OPTIONAL != 0,
         })
+    }
+}
+
+/// What a modulation takes, which its default must be.
+unsafe fn limits(
+    here: &Place,
+    table: &raw::Port,
+    (ty, unit): (&Type, &str),
+    default: &[u8],
+) -> Result<Limits, Refusal> {
+    let bound = |number: f64| (!number.is_nan()).then_some(number);
+    let mut choices = Vec::new();
+    if table.choice_count > 0 {
+        if table.choice_count > MOST_CHOICES || table.choices.is_null() || !table.choices.is_aligned() {
+            return here.wrong(format!(
+                "{} choices, of which at most {MOST_CHOICES} are believed, or the pointer to them is null or not aligned",
+                table.choice_count
+            ));
+        }
+        for index in 0..table.choice_count as usize {
+            // SAFETY: the caller's table points to so many texts.
+            choices.push(unsafe { here.name("a choice", *table.choices.add(index))? });
+        }
+        here.distinct("choices", choices.iter().cloned())?;
+    }
+    let limits = Limits {
+        least: bound(table.min),
+        greatest: bound(table.max),
+        choices,
+    };
+    let is_number = ty.number_of(default).is_some();
+    if !is_number && (!limits.is_none() || !limits.choices.is_empty()) {
+        return here.wrong(format!(
+            "it limits a {}, and only plain numbers have limits",
+            ty.name
+        ));
+    }
+    if let (Some(least), Some(greatest)) = (limits.least, limits.greatest)
+        && least > greatest
+    {
+        return here.wrong(format!(
+            "min is {least} and max {greatest}, between which nothing is"
+        ));
+    }
+    if !limits.choices.is_empty()
+        && (bound(table.min), bound(table.max)) != (Some(0.0), Some(limits.choices.len() as f64 - 1.0))
+    {
+        return here.wrong(format!(
+            "of {} choices min is 0 and max the last one's number",
+            limits.choices.len()
+        ));
+    }
+    match limits.check(ty, default) {
+        Ok(()) => Ok(limits),
+        Err(not_allowed) => here.wrong(format!("its default {}", not_allowed.words(unit))),
     }
 }
 
@@ -313,7 +372,6 @@ unsafe fn child(outer: &Place, table: &raw::Child) -> Result<Child, Refusal> {
     unsafe {
         let name = outer.name("a child's name", table.name)?;
         let here = outer.inner("child", &name);
-        outer.size(table.size, size_of::<raw::Child>())?;
         let motor = match table.kind {
             raw::PERCEPTIVE => false,
             raw::MOTOR => true,
@@ -329,6 +387,7 @@ unsafe fn child(outer: &Place, table: &raw::Child) -> Result<Child, Refusal> {
             motor,
             group,
             optional: table.flags & raw::OPTIONAL != 0,
+            many: table.flags & raw::MANY != 0,
         })
     }
 }

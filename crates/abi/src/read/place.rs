@@ -4,6 +4,7 @@ use core::ffi::{CStr, c_char};
 use std::collections::HashSet;
 
 use super::Refusal;
+use crate::table::{self, Table};
 
 /// Most types, ports, children or fields in one array: far above any real plugin, far below a wild number.
 const MOST_ENTRIES: u32 = 4096;
@@ -27,28 +28,19 @@ impl Place {
         })
     }
 
-    pub(super) fn size(&self, stated: u32, needed: usize) -> Result<(), Refusal> {
-        if (stated as usize) < needed {
-            return self.wrong(format!(
-                "a table says it has {stated} bytes, and this ABI needs {needed}"
-            ));
-        }
-        Ok(())
+    /// A table that begins with its size, as this ABI has it.
+    pub(super) unsafe fn table<T: Table>(&self, table: *const T) -> Result<T, Refusal> {
+        // SAFETY: the caller's.
+        unsafe { table::read(table) }.or_else(|unreadable| self.wrong(unreadable.to_string()))
     }
 
-    /// A table that begins with its size.
-    pub(super) unsafe fn table<'a, T>(&self, table: *const T) -> Result<&'a T, Refusal> {
-        // SAFETY: an array of one.
-        Ok(unsafe { self.array("table", table, 1)? }[0])
-    }
-
-    /// Tables that begin with their size, each that many bytes after the one before.
-    pub(super) unsafe fn array<'a, T>(
+    /// Tables that begin with their size, each that many bytes after the one before, as this ABI has them.
+    pub(super) unsafe fn array<T: Table>(
         &self,
         what: &str,
         first: *const T,
         count: u32,
-    ) -> Result<Vec<&'a T>, Refusal> {
+    ) -> Result<Vec<T>, Refusal> {
         if count == 0 {
             return Ok(Vec::new());
         }
@@ -60,15 +52,15 @@ impl Place {
         }
         // SAFETY: `first` points to `count` tables that begin with their size.
         unsafe {
-            let stride = first.cast::<u32>().read();
-            self.size(stride, size_of::<T>())?;
-            if !(stride as usize).is_multiple_of(align_of::<T>()) {
+            let stride = first.cast::<u32>().read() as usize;
+            if stride >= T::LEAST && !stride.is_multiple_of(align_of::<T>()) {
                 return self.wrong(format!(
                     "{what} say they have {stride} bytes each, which breaks their alignment"
                 ));
             }
-            let at = |index: usize| first.cast::<u8>().add(index * stride as usize).cast::<T>();
-            Ok((0..count as usize).map(|index| &*at(index)).collect())
+            (0..count as usize)
+                .map(|index| self.table(first.byte_add(index * stride)))
+                .collect()
         }
     }
 

@@ -1,13 +1,12 @@
 //! Reads the tables of types of values: every byte of a value belongs to one field, once. What C leaves as gaps is refused,
 //! unless a field of padding says so; padding is checked and then left out of the description.
 
-use core::mem::size_of;
 use std::sync::Arc;
 
 use super::Refusal;
 use super::place::Place;
 use crate::describe::{Field, FieldKind, Form, Scalar, Type};
-use crate::raw;
+use crate::{raw, unit};
 
 /// Largest value: eight images of 4K.
 const MOST_BYTES: u64 = 256 << 20;
@@ -59,7 +58,7 @@ pub(super) unsafe fn value_type(
         let mut spans = Vec::new();
         let mut shown = Vec::new();
         for field in fields {
-            let part = self::field(&here, table, field, depth)?;
+            let part = self::field(&here, &table, &field, depth)?;
             spans.extend(part.spans);
             shown.extend(part.field);
         }
@@ -93,7 +92,6 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
     unsafe {
         let name = outer.name("a field's name", table.name)?;
         let here = outer.inner("field", &name);
-        outer.size(table.size, size_of::<raw::Field>())?;
         let kind = match table.kind {
             raw::BOOL => FieldKind::Scalar(Scalar::Bool),
             raw::U8 => FieldKind::Scalar(Scalar::U8),
@@ -115,7 +113,7 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
                         part.bytes, whole.bytes
                     ));
                 }
-                FieldKind::Struct(Arc::new(value_type(&here, part, depth + 1)?))
+                FieldKind::Struct(Arc::new(value_type(&here, table.value_type, depth + 1)?))
             }
             other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
         };
@@ -163,9 +161,13 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
             raw::PADDING => return Ok(Part { field: None, spans }),
             other => return here.wrong(format!("form is {other}, and only 0 to 4 exist")),
         };
+        let unit = here.text("unit", table.unit)?;
+        if let Err(wrong) = unit::check(&unit) {
+            return here.wrong(wrong);
+        }
         let field = Field {
             doc: here.text("doc", table.doc)?,
-            unit: here.text("unit", table.unit)?,
+            unit,
             name,
             kind,
             form,

@@ -117,6 +117,7 @@ pub fn declaration(name: &str, value_type: &Arc<Type>, access: Access) -> Declar
         unit: String::new(),
         value_type: value_type.clone(),
         access,
+        limits: jde_abi::describe::Limits::default(),
         initial: None,
         writers: 2,
         readers: 2,

@@ -49,7 +49,10 @@ impl Hierarchy {
         }
         let Some(asked) = self.drop_ask(group) else { return };
         match answer {
-            Answer::Failed { reason } => self.arbitration_failed(now, group, asked.why, reason, out),
+            Answer::Failed { reason } => {
+                self.blame(group, &reason, out);
+                self.overrule(now, group, asked.why, &reason, out);
+            }
             Answer::Chose {
                 child: Some(child), ..
             } if !asked.offered.contains(&child) => {
@@ -59,7 +62,8 @@ impl Hierarchy {
                     format!("#{}", child.0)
                 };
                 let reason = format!("it chose `{who}`, whom it was not offered");
-                self.arbitration_failed(now, group, asked.why, reason, out);
+                self.blame(group, &reason, out);
+                self.overrule(now, group, asked.why, &reason, out);
             }
             Answer::Chose { child, reason } => {
                 self.arbitration_went_well(group, out);
@@ -67,6 +71,19 @@ impl Hierarchy {
             }
         }
         self.settle(out);
+    }
+
+    /// The father of a group has not had the chance to answer its open question, if there is one, because the machine was late. If
+    /// its time ends the priority order decides all the same, since nobody waits for a machine, but the father's health is left as
+    /// it is.
+    pub fn excuse(&mut self, group: GroupId) {
+        if let Some(asked) = self
+            .groups
+            .get_mut(group.index())
+            .and_then(|group| group.asked.as_mut())
+        {
+            asked.excused = true;
+        }
     }
 
     /// Opens a question.
@@ -95,6 +112,7 @@ impl Hierarchy {
             offered,
             why,
             again: None,
+            excused: false,
         });
         out.push(Effect::Ask {
             group,
@@ -121,7 +139,10 @@ impl Hierarchy {
         if let Some(asked) = self.drop_ask(group) {
             let budget = self.plan.group(group).budget;
             let reason = format!("no answer within {} us", budget / 1_000);
-            self.arbitration_failed(now, group, asked.why, reason, out);
+            if !asked.excused {
+                self.blame(group, &reason, out);
+            }
+            self.overrule(now, group, asked.why, &reason, out);
         }
     }
 
@@ -164,14 +185,7 @@ impl Hierarchy {
     }
 
     /// Decides over the present snapshot in the father's place, so that nothing is left to select again.
-    fn arbitration_failed(
-        &mut self,
-        now: Nanos,
-        group: GroupId,
-        why: Why,
-        reason: String,
-        out: &mut Vec<Effect>,
-    ) {
+    fn overrule(&mut self, now: Nanos, group: GroupId, why: Why, reason: &str, out: &mut Vec<Effect>) {
         let lineup = self.lineup(group);
         let decision = match self.judge(now, group, &lineup, Policy::Priority) {
             Verdict::Decided(decision) => decision,
@@ -180,14 +194,17 @@ impl Hierarchy {
         let decision = match decision.case {
             Case::Collision | Case::Absence => Decision {
                 decider: Decider::ArbitrationFailed,
-                ..decision.because(&reason)
+                ..decision.because(reason)
             },
             Case::Alone | Case::Forced => decision,
         };
-        if let Some(father) = self.plan.group(group).father {
-            self.set_health(father, Health::ArbitrationFailed(reason), out);
-        }
         self.decide(now, group, lineup, decision, why, out);
+    }
+
+    fn blame(&mut self, group: GroupId, reason: &str, out: &mut Vec<Effect>) {
+        if let Some(father) = self.plan.group(group).father {
+            self.set_health(father, Health::ArbitrationFailed(reason.to_owned()), out);
+        }
     }
 
     fn arbitration_went_well(&mut self, group: GroupId, out: &mut Vec<Effect>) {

@@ -5,15 +5,21 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
+use super::parts::Reign;
 use crate::effect::Effect;
 use crate::spec::SchemaId;
 
 impl Hierarchy {
     /// Gives authority to a new winner, and to the winners below it, whom an operator may have played before.
     pub(super) fn grant(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
-        self.node_mut(id).authority = true;
-        out.push(Effect::Granted(id));
         let plan = Arc::clone(&self.plan);
+        if let Some(group) = plan.group_of(id) {
+            out.push(Effect::TakesOver { group, id });
+        }
+        let node = self.node_mut(id);
+        node.authority = true;
+        node.reign = Reign::New;
+        out.push(Effect::Granted(id));
         for &group in plan.groups_under(id) {
             if let Some(winner) = self.group(group).winner {
                 self.grant(winner, out);
@@ -32,7 +38,9 @@ impl Hierarchy {
                 self.withdraw(winner, out);
             }
         }
-        self.node_mut(id).authority = false;
+        let node = self.node_mut(id);
+        node.authority = false;
+        node.reign = Reign::Settled;
         out.push(Effect::Withdrawn(id));
     }
 }

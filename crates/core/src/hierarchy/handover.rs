@@ -155,6 +155,9 @@ impl Hierarchy {
         for &group in plan.groups_under(id) {
             if self.is_live(group) {
                 self.select(now, group, why, out);
+            } else {
+                // Its members were on their way out with the loser, and what they commanded stands still.
+                self.vacate(group, now, out);
             }
             for &member in plan.members(group) {
                 self.thaw(now, member, why, out);

@@ -2,7 +2,7 @@
 //!
 //! The hot path: nothing is allocated when nothing changes.
 
-use super::parts::{Phase, Run};
+use super::parts::{Phase, Reign, Run};
 use super::selection::Why;
 use super::{Hierarchy, parts::Urgency};
 use crate::effect::Effect;
@@ -77,6 +77,10 @@ impl Hierarchy {
             return false;
         }
         self.ran(id, Run::Iterating);
+        let node = &mut self.nodes[id.index()];
+        if node.reign == Reign::New {
+            node.reign = Reign::First;
+        }
         if let Some(group) = self.plan.group_of(id)
             && let Some(origin) = self.group_mut(group).taking.take()
         {
@@ -98,6 +102,10 @@ impl Hierarchy {
             return;
         }
         let ended = self.ran(id, Run::Between);
+        if self.nodes[id.index()].reign == Reign::First {
+            self.nodes[id.index()].reign = Reign::Settled;
+            out.push(Effect::Lapsed(id));
+        }
         let awake = self.is_awake(id);
         if ended == Run::Between || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
             return;

@@ -1,9 +1,13 @@
 //! Operators who act as a father would (R14), and let go again.
 //!
-//! It refuses to override a fault, and gives nobody authority that the fathers above do not have.
+//! It gives nobody authority that the fathers above do not have.
+
+use std::sync::Arc;
 
 use super::Hierarchy;
-use super::selection::Why;
+use super::parts::Phase;
+use super::selection::{Decision, Why};
+use super::sleep::Pace;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
@@ -13,7 +17,7 @@ use crate::state::{Health, Requester};
 /// What an operator does to a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Operator {
-    /// Wants it awake, as a father would; it lapses when a father's subtree sleeps. Takes back a stop.
+    /// Wants it awake, as a father would; it lapses when a father's subtree sleeps. Takes back a stop, and clears a fault.
     Play(SchemaId),
     /// Puts it to sleep with its subtree and keeps it down; takes back a play.
     Stop(SchemaId),
@@ -28,7 +32,7 @@ impl Hierarchy {
     /// Does what an operator wants.
     ///
     /// # Errors
-    /// The application is not running, the schema does not exist, a faulted one is to be played or forced, a perceptive
+    /// The application is not running, the schema does not exist, a faulted one is to be forced, a perceptive
     /// one is to be forced, or one is to be played below a father that is losing its place. Nothing changes then.
     pub fn operator(&mut self, now: Nanos, act: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
         match act {
@@ -41,9 +45,62 @@ impl Hierarchy {
         Ok(())
     }
 
+    /// Puts every root to sleep with all below it, and keeps it down. Nobody is waited for: whoever is inside an iteration loses its
+    /// authority where it stands, and every group of roots brakes whatever its absence policy.
+    ///
+    /// # Errors
+    /// The application is not running. Nothing changes then.
+    pub fn stop_all(&mut self, now: Nanos, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        if self.phase != Phase::Running {
+            return Err(Refused::NotRunning);
+        }
+        let plan = Arc::clone(&self.plan);
+        for &group in plan.root_groups() {
+            let before = self.group(group).choice();
+            self.drop_handover(group);
+            self.drop_ask(group);
+            for &root in plan.members(group) {
+                self.node_mut(root).stopped = true;
+                self.release(root, Requester::Operator);
+                // Nobody may take over on the way, so nothing is selected before all are down.
+                self.withdraw(root, out);
+                self.drain(root, Pace::AtOnce, out);
+                if self.is_awake(root) {
+                    self.lay_down(root, out);
+                }
+            }
+            self.group_mut(group).lose(before);
+            if let Some(first) = before.or_else(|| plan.members(group).first().copied()) {
+                let why = Why::new(Cause::Operator(first), now);
+                let lineup = self.lineup(group);
+                self.decide(now, group, lineup, Decision::all_stopped(), why, out);
+            }
+            self.brake(group, out);
+        }
+        self.settle(out);
+        Ok(())
+    }
+
+    /// Releases every root that an operator keeps asleep; answers with them.
+    ///
+    /// # Errors
+    /// The application is not running. Nothing changes then.
+    pub fn release_all(&mut self, now: Nanos, out: &mut Vec<Effect>) -> Result<Vec<SchemaId>, Refused> {
+        if self.phase != Phase::Running {
+            return Err(Refused::NotRunning);
+        }
+        let plan = Arc::clone(&self.plan);
+        let roots = plan.root_groups().iter().flat_map(|group| plan.members(*group));
+        let stopped: Vec<SchemaId> = roots.copied().filter(|root| self.node(*root).stopped).collect();
+        for &root in &stopped {
+            self.let_go(now, root, out)?;
+        }
+        self.settle(out);
+        Ok(stopped)
+    }
+
     fn play(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
         self.running_and_known(id)?;
-        self.not_faulted(id)?;
         if self
             .plan
             .father(id)
@@ -52,6 +109,10 @@ impl Hierarchy {
             return Err(Refused::Leaving {
                 schema: self.name(id),
             });
+        }
+        if matches!(self.health(id), Health::Faulted(_)) {
+            self.forget_faults(id);
+            self.set_health(id, Health::Ok, out);
         }
         self.node_mut(id).stopped = false;
         let woke = self.request(id, Requester::Operator, out);

@@ -24,6 +24,7 @@ pub(super) struct Node {
     pub(super) run: Run,
     /// R7: WINNER with all its fathers, and not withdrawn.
     pub(super) authority: bool,
+    pub(super) reign: Reign,
     /// Whether its precondition held at its last check; false while it sleeps or its iteration is abandoned.
     pub(super) ready: bool,
     /// Whether it was checked since it woke.
@@ -34,10 +35,19 @@ pub(super) struct Node {
     /// The perceptive schemas it woke as a father.
     pub(super) woke: Vec<SchemaId>,
     pub(super) stopped: bool,
-    /// Faults since the start or since its code was replaced.
-    pub(super) faults: u32,
-    /// Restarts since the start or since its code was replaced.
-    pub(super) restarts: u32,
+    /// When it was restarted, the latest last: those that its restart policy counts still, and perhaps older ones.
+    pub(super) restarts: Vec<Nanos>,
+}
+
+/// How far a schema with authority is in taking over the commands that were given before.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Reign {
+    /// It has not begun an iteration.
+    New,
+    /// It is in its first one.
+    First,
+    /// It has ended one, or has no authority.
+    Settled,
 }
 
 /// Where a schema is with respect to its iteration.
@@ -65,6 +75,8 @@ pub(super) struct Group {
     pub(super) forced: Option<SchemaId>,
     /// The winner was promoted by this and has not begun an iteration yet.
     pub(super) taking: Option<Origin>,
+    /// Who was chosen and fell out before a selection could say so.
+    pub(super) lost: Option<SchemaId>,
 }
 
 /// The selection that a promotion carries out.
@@ -84,6 +96,8 @@ pub(super) struct Asked {
     pub(super) why: Why,
     /// The first trigger that came after the question.
     pub(super) again: Option<Why>,
+    /// If no answer comes in time, that is not the father's fault.
+    pub(super) excused: bool,
 }
 
 /// A number without NaN and without a negative zero, so that it can be compared and hashed to the bit.
@@ -104,14 +118,14 @@ impl Default for Node {
             health: Health::Ok,
             run: Run::Between,
             authority: false,
+            reign: Reign::Settled,
             ready: false,
             checked: false,
             urgency: Urgency::new(0.0),
             requesters: Vec::new(),
             woke: Vec::new(),
             stopped: false,
-            faults: 0,
-            restarts: 0,
+            restarts: Vec::new(),
         }
     }
 }
@@ -127,6 +141,7 @@ impl Default for Group {
             last: None,
             forced: None,
             taking: None,
+            lost: None,
         }
     }
 }
@@ -137,6 +152,13 @@ impl Group {
         match self.handover {
             Some(handover) => handover.to,
             None => self.winner,
+        }
+    }
+
+    /// Notes who was chosen before somebody fell out, if that is over: the next record tells of it (R15).
+    pub(super) fn lose(&mut self, before: Option<SchemaId>) {
+        if self.choice() != before {
+            self.lost = before;
         }
     }
 }

@@ -4,9 +4,9 @@
 
 use super::parts::Run;
 use super::{Handover, Hierarchy};
-use crate::spec::{GroupId, SchemaId, Spec};
+use crate::contract::{allowed, arbitration};
+use crate::spec::{GroupId, Nanos, SchemaId, Spec};
 use crate::state::{Health, Requester, Standing, State};
-use crate::{GroupContract, contract};
 
 impl Hierarchy {
     /// The state of a schema.
@@ -70,12 +70,6 @@ impl Hierarchy {
     #[must_use]
     pub fn requesters(&self, id: SchemaId) -> &[Requester] {
         self.nodes.get(id.index()).map_or(&[], |n| &n.requesters)
-    }
-
-    /// How often this schema was restarted since the start or since its code was replaced.
-    #[must_use]
-    pub fn restarts(&self, id: SchemaId) -> u32 {
-        self.nodes.get(id.index()).map_or(0, |n| n.restarts)
     }
 
     /// Whether a motor schema became WINNER and has not begun an iteration since: it should, at once.
@@ -155,10 +149,15 @@ impl Hierarchy {
         &self.plan.spec
     }
 
-    /// The contract with the policies and periods that are in force now (R17).
+    /// How long a takeover in a group may take from its cause, by the policies and periods that are in force now (R17); it
+    /// allocates nothing.
     #[must_use]
-    pub fn contract(&self) -> Vec<GroupContract> {
-        contract(self.spec())
+    pub fn allowed(&self, group: GroupId) -> Option<Nanos> {
+        let own = |id| {
+            let groups = self.plan.groups_under(id).iter();
+            groups.map(|group| arbitration(self.plan.group(*group))).sum()
+        };
+        allowed(self.spec(), group, &own)
     }
 
     fn collect_below(&self, id: SchemaId, below: &mut Vec<SchemaId>) {

@@ -22,7 +22,6 @@ impl Hierarchy {
         if !self.plan.knows(id) || matches!(self.node(id).health, Health::Faulted(_)) {
             return;
         }
-        self.node_mut(id).faults = self.node(id).faults.saturating_add(1);
         self.set_health(id, Health::Faulted(reason), out);
         if self.phase != Phase::Running {
             return;
@@ -36,13 +35,11 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// Reports that the code or the process of a schema was replaced: a fault is cleared and forgotten, and the
-    /// schema wakes if somebody wants it.
+    /// Reports that the code or the process of a schema was replaced, or that somebody takes its fault for mended: that is cleared and
+    /// forgotten with all restarts, and the schema wakes if somebody wants it.
     pub fn restored(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         if self.plan.knows(id) {
-            self.disarm(Timer::Restart(id));
-            self.node_mut(id).faults = 0;
-            self.node_mut(id).restarts = 0;
+            self.forget_faults(id);
             self.recover(now, id, out);
             self.settle(out);
         }
@@ -63,8 +60,33 @@ impl Hierarchy {
     }
 
     pub(super) fn restart(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        self.node_mut(id).restarts += 1;
+        self.node_mut(id).restarts.push(now);
         self.recover(now, id, out);
+    }
+
+    /// Its restarts count from here on.
+    pub(super) fn forget_faults(&mut self, id: SchemaId) {
+        self.disarm(Timer::Restart(id));
+        self.node_mut(id).restarts.clear();
+    }
+
+    /// Restarts that its policy grants it at this time still; none if it is never restarted.
+    #[must_use]
+    pub fn restarts_left(&self, now: Nanos, id: SchemaId) -> Option<u32> {
+        if !self.plan.knows(id) {
+            return None;
+        }
+        match self.plan.schema(id).restart {
+            Restart::OnFault { limit, within, .. } => {
+                let counted = self
+                    .node(id)
+                    .restarts
+                    .iter()
+                    .filter(|time| counts(**time, within, now));
+                Some(limit.saturating_sub(u32::try_from(counted.count()).unwrap_or(u32::MAX)))
+            }
+            Restart::Never => None,
+        }
     }
 
     pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
@@ -82,17 +104,23 @@ impl Hierarchy {
         }
     }
 
-    fn restart_due(&self, now: Nanos, id: SchemaId) -> Option<Nanos> {
-        let node = self.node(id);
-        match self.plan.schema(id).restart {
-            Restart::OnFault { backoff, limit } if node.restarts < limit => {
-                let doubled = 1u64
-                    .checked_shl(node.faults.saturating_sub(1))
-                    .unwrap_or(Nanos::MAX);
-                Some(now.saturating_add(backoff.saturating_mul(doubled)))
-            }
-            Restart::OnFault { .. } | Restart::Never => None,
-        }
+    /// When it is restarted, if its policy grants it one more: the back-off doubles with each that counts still.
+    fn restart_due(&mut self, now: Nanos, id: SchemaId) -> Option<Nanos> {
+        let Restart::OnFault {
+            backoff,
+            limit,
+            within,
+        } = self.plan.schema(id).restart
+        else {
+            return None;
+        };
+        let restarts = &mut self.node_mut(id).restarts;
+        restarts.retain(|time| counts(*time, within, now));
+        let counted = u32::try_from(restarts.len()).unwrap_or(u32::MAX);
+        (counted < limit).then(|| {
+            let doubled = 1u64.checked_shl(counted).unwrap_or(Nanos::MAX);
+            now.saturating_add(backoff.saturating_mul(doubled))
+        })
     }
 
     /// Takes an awake schema out where it stands, with all below it.
@@ -100,6 +128,7 @@ impl Hierarchy {
         let Some(group) = self.plan.group_of(id) else {
             return self.lay_down(id, out);
         };
+        let before = self.group(group).choice();
         let waiting = self
             .group(group)
             .handover
@@ -108,6 +137,7 @@ impl Hierarchy {
         self.drain(id, Pace::AtOnce, out);
         self.lay_down(id, out);
         if let Some(above) = self.leaving(id) {
+            self.group_mut(group).lose(before);
             self.advance(now, above, out);
             return;
         }
@@ -121,6 +151,12 @@ impl Hierarchy {
             };
             self.seat(group, now, handover.to, origin, out);
         }
+        self.group_mut(group).lose(before);
         self.select(now, group, Why::new(Cause::Faulted(id), now), out);
     }
+}
+
+/// Whether a restart then counts still now.
+fn counts(time: Nanos, within: Nanos, now: Nanos) -> bool {
+    now.saturating_sub(time) < within
 }

@@ -44,7 +44,7 @@ impl Hierarchy {
     }
 
     /// Nobody wins: brakes or holds, once per absence (R9).
-    fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
+    pub(super) fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
         let held = match self.plan.group(id).absence {
             Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
             Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
@@ -57,10 +57,7 @@ impl Hierarchy {
                 out.push(Effect::Hold { group: id, until });
             }
             // A fresh group has commanded nothing that could be held.
-            (Standing::Commanding, None) | (Standing::Fresh, _) => {
-                self.group_mut(id).standing = Standing::Braked;
-                out.push(Effect::Brake { group: id });
-            }
+            (Standing::Commanding, None) | (Standing::Fresh, _) => self.brake(id, out),
         }
     }
 
@@ -94,8 +91,11 @@ impl Hierarchy {
         };
     }
 
-    pub(super) fn hold_over(&mut self, id: GroupId, out: &mut Vec<Effect>) {
-        self.group_mut(id).standing = Standing::Braked;
-        out.push(Effect::Brake { group: id });
+    /// Brakes, unless it has.
+    pub(super) fn brake(&mut self, id: GroupId, out: &mut Vec<Effect>) {
+        self.disarm(Timer::Hold(id));
+        if std::mem::replace(&mut self.group_mut(id).standing, Standing::Braked) != Standing::Braked {
+            out.push(Effect::Brake { group: id });
+        }
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct Decision {
     pub(super) choice: Option<SchemaId>,
     pub(super) decider: Decider,
     pub(super) reason: Cow<'static, str>,
-    /// False while nobody can be chosen because not all were checked yet: the absence policy waits.
+    /// False while nobody can be chosen because not all were checked yet: the absence policy waits. False, too, if nobody asks for it.
     pub(super) known: bool,
 }
 
@@ -52,6 +52,19 @@ impl Decision {
             decider,
             reason: Cow::Borrowed(reason),
             known: true,
+        }
+    }
+
+    /// Nobody is to win, and no absence policy is asked.
+    pub(super) fn all_stopped() -> Self {
+        Self {
+            known: false,
+            ..Self::new(
+                Case::Absence,
+                None,
+                Decider::Operator,
+                "an operator stopped everything",
+            )
         }
     }
 }
@@ -150,7 +163,7 @@ impl Hierarchy {
         self.records += 1;
         let number = self.records;
         let group = self.group_mut(id);
-        let before = group.choice();
+        let before = group.lost.take().or_else(|| group.choice());
         let changed = before != choice;
         if changed && choice.is_some() {
             group.since = now;

@@ -56,7 +56,7 @@ impl Hierarchy {
             Timer::Patience(group) => self.expire(now, group, out),
             Timer::Arbitration(group) => self.arbitration_late(now, group, out),
             Timer::Turn(group) => self.turn_over(now, group, out),
-            Timer::Hold(group) => self.hold_over(group, out),
+            Timer::Hold(group) => self.brake(group, out),
             Timer::Restart(id) => self.restart(now, id, out),
         }
         self.settle(out);

@@ -36,6 +36,7 @@ impl Hierarchy {
             }
             let awake = self.request(child, who, out);
             self.compete(now, child, awake, Cause::Woken(child), out);
+            self.settle(out);
         }
         if self.node(child).stopped {
             Err(Refused::Stopped {
@@ -121,8 +122,10 @@ impl Hierarchy {
             return self.lay_down(id, out);
         };
         if self.node(id).state != State::Winner {
+            let before = self.group(group).choice();
             self.drain(id, Pace::AtOnce, out);
             self.lay_down(id, out);
+            self.group_mut(group).lose(before);
         }
         self.select(now, group, Why::new(cause, now), out);
     }

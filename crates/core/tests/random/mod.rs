@@ -52,6 +52,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
             schema.restart = Restart::OnFault {
                 backoff: MS,
                 limit: u32::from(restart % 4),
+                within: 20 * MS,
             };
         }
         spec.schemas.push(schema);
@@ -69,6 +70,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
         schema.restart = Restart::OnFault {
             backoff: MS,
             limit: 2,
+            within: 20 * MS,
         };
         spec.schemas.push(schema);
     }

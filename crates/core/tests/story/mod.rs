@@ -57,6 +57,8 @@ struct SchemaTold {
 struct RestartTold {
     after: String,
     times: u32,
+    /// A minute if it says nothing.
+    within: Option<String>,
 }
 
 /// What happens at one time, and what must follow from it.
@@ -170,6 +172,7 @@ impl Story {
                     schema.restart = Restart::OnFault {
                         backoff: time(&restart.after)?,
                         limit: restart.times,
+                        within: restart.within.as_deref().map_or(Ok(60_000_000_000), time)?,
                     };
                 }
             }

@@ -297,7 +297,7 @@ impl Stage {
         }
         for (group, expected) in &step.contract {
             let id = names.find_group(group)?;
-            let contracts = self.h.contract();
+            let contracts = jde_core::contract(self.h.spec());
             let line = contracts
                 .iter()
                 .find(|c| c.group == id)

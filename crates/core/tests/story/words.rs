@@ -148,6 +148,8 @@ impl<'a> Names<'a> {
             Effect::Woken(id) => format!("{} wakes", self.schema(*id)),
             Effect::Slept { id, abandoned: false } => format!("{} sleeps", self.schema(*id)),
             Effect::Slept { id, abandoned: true } => format!("{} sleeps, abandoned", self.schema(*id)),
+            Effect::TakesOver { id, .. } => format!("{} takes over the commands", self.schema(*id)),
+            Effect::Lapsed(id) => format!("what {} did not write lapses", self.schema(*id)),
             Effect::Granted(id) => format!("{} gains authority", self.schema(*id)),
             Effect::Withdrawn(id) => format!("{} loses authority", self.schema(*id)),
             Effect::Promoted(id) => format!("{} is promoted", self.schema(*id)),

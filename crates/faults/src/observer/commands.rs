@@ -7,6 +7,7 @@ use jde_abi::describe::{Kind, Role};
 use jde_board::{Access, Reader, Variable, Watch};
 use jde_core::Nanos;
 use jde_host::Handle;
+use jde_host::app::{Binding, Instance};
 
 use super::history::Standing;
 use super::{Known, Tamper, lock};
@@ -29,8 +30,10 @@ pub(crate) struct Commands {
 /// A command of a driver.
 struct Line {
     neutral: Vec<u8>,
+    /// The schemas that are bound to it.
+    commanders: Vec<usize>,
     newest: Option<Given>,
-    /// Since when the newest is in force although nobody is there to give it.
+    /// Since when the newest is in force although nobody is there to give it, or to take it over.
     orphan: Option<Nanos>,
     reader: Reader,
 }
@@ -66,6 +69,7 @@ impl Commands {
                 line.clone(),
                 Line {
                     neutral: neutral_of(handle, &variable),
+                    commanders: commanders_of(handle, &variable),
                     newest: None,
                     orphan: None,
                     reader: variable.reader("faults"),
@@ -123,15 +127,26 @@ impl Commands {
                 continue;
             };
             let standing = known.history.standing(newest.writer as usize, now);
-            let Standing::Orphan(group) = standing else {
-                line.orphan = None;
-                continue;
+            let why = match standing {
+                Standing::Orphan(group) => format!("R9: nobody wins in group {group}"),
+                Standing::TakenOver(winner) => {
+                    let mut commanders = line.commanders.iter();
+                    if commanders.any(|commander| known.history.is_of(*commander, winner)) {
+                        line.orphan = None;
+                        continue;
+                    }
+                    format!("R7: `{}` won, which does not command it", known.name(winner))
+                }
+                Standing::Holds | Standing::Held => {
+                    line.orphan = None;
+                    continue;
+                }
             };
             let since = *line.orphan.get_or_insert(now);
             if known.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
                 let giver = known.name(newest.writer as usize).to_owned();
                 known.tell(format!(
-                    "R9: a command of `{giver}` to `{name}` is in force although nobody wins in group {group}, at {:.6} s",
+                    "{why}, and a command of `{giver}` to `{name}` is in force, at {:.6} s",
                     now as f64 / 1e9
                 ));
                 // Once.
@@ -185,6 +200,23 @@ impl Commands {
             self.given.push(given);
         }
     }
+}
+
+/// The schemas that are bound to a command.
+fn commanders_of(handle: &Handle, variable: &Variable) -> Vec<usize> {
+    let declared = variable.describe();
+    let application = handle.application();
+    let target = application.instance(&declared.owner).and_then(|owner| {
+        let mut ports = application.instances[owner].schema.ports.iter();
+        Some((owner, ports.position(|port| port.name == declared.name)?))
+    });
+    let bound = |(_, instance): &(usize, &Instance)| {
+        let actuator =
+            |binding: &Binding| matches!(binding, Binding::Actuator { target: it } if *it == target);
+        target.is_some() && instance.bindings.iter().any(actuator)
+    };
+    let instances = application.instances.iter().enumerate().filter(bound);
+    instances.map(|(place, _)| place).collect()
 }
 
 /// The neutral value of a command, as its driver declares it.

@@ -24,8 +24,8 @@ pub(crate) struct History {
 pub(crate) enum Standing {
     /// Who gave it has authority.
     Holds,
-    /// Somebody else won on its path, and has not commanded yet.
-    TakenOver,
+    /// That one won instead on its path, and has not commanded yet: right if it or somebody below it commands the same (R7).
+    TakenOver(usize),
     /// Nobody won, and the group holds its last command for a while (R9).
     Held,
     /// Nobody won in that group: it should have braked (R9).
@@ -85,6 +85,25 @@ impl History {
         self.holds.insert(group.index(), until);
     }
 
+    /// Somebody gains authority in a group: what it and those below it hold ends (R9).
+    pub(crate) fn taken_over(&mut self, group: GroupId, at: Nanos) {
+        let groups: Vec<usize> = self.holds.keys().copied().collect();
+        for held in groups {
+            let path = std::iter::successors(Some(held), |group| self.group_of[self.fathers[*group]?]);
+            if path.into_iter().any(|above| above == group.index())
+                && let Some(until) = self.holds.get_mut(&held)
+            {
+                *until = at.min(*until);
+            }
+        }
+    }
+
+    /// Whether a schema is another or below it.
+    pub(crate) fn is_of(&self, schema: usize, above: usize) -> bool {
+        let father = |schema: &usize| self.fathers[self.group_of[*schema]?];
+        std::iter::successors(Some(schema), father).any(|at| at == above)
+    }
+
     /// Whether it held authority at any instant from `from` to `to`.
     pub(crate) fn held_authority(&self, schema: usize, from: Nanos, to: Nanos) -> bool {
         let Some(spans) = self.spans.get(schema) else {
@@ -116,7 +135,7 @@ impl History {
             let mut members = self.members[group].iter();
             match members.find(|member| self.states[**member] == State::Winner) {
                 Some(winner) if *winner == schema => {}
-                Some(_) => standing = Standing::TakenOver,
+                Some(winner) => standing = Standing::TakenOver(*winner),
                 None if self.holds.get(&group).is_some_and(|until| *until >= now) => {
                     standing = Standing::Held
                 }

@@ -269,6 +269,7 @@ impl Known {
             | Event::Late { .. }
             | Event::Chatters { .. }
             | Event::Calmed { .. }
+            | Event::Stalled { .. }
             | Event::Ended { .. } => return,
         };
         self.signs.push(Sign { time, schema, what });

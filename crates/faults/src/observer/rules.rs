@@ -36,9 +36,7 @@ impl Witness for Rules {
         let lost = |effect: &Effect| matches!(effect, Effect::Withdrawn(_));
         let hides = seen.effects.iter().any(lost) && known.tampers(Tamper::Withdrawal);
         for effect in seen.effects {
-            // Whoever is let go on inside an iteration is granted again what it never lost by the rules.
-            let again = matches!(effect, Effect::Granted(id) if shadow.has_authority(*id));
-            if again || hides && lost(effect) {
+            if hides && lost(effect) {
                 continue;
             }
             if let Err(broken) = shadow.apply(spec, std::slice::from_ref(effect)) {
@@ -50,9 +48,11 @@ impl Witness for Rules {
                 Effect::Withdrawn(id) => history.withdrawn(*id, seen.done),
                 Effect::Changed { id, to, .. } => history.changed(*id, *to),
                 Effect::Hold { group, until } => history.holds(*group, *until),
+                Effect::TakesOver { group, .. } => history.taken_over(*group, seen.began),
                 Effect::Woken(_)
                 | Effect::Slept { .. }
                 | Effect::Promoted(_)
+                | Effect::Lapsed(_)
                 | Effect::Demoted(_)
                 | Effect::Ask { .. }
                 | Effect::Brake { .. }

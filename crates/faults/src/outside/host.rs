@@ -1,15 +1,19 @@
-//! The process that runs the application, and its tools: the real executable, in a folder of its own where nobody else's is found.
+//! The process that runs the application, and its tools: the real executable, in a folder of its own where nobody else's is found; with the
+//! terminal, the pipes and the disk that its fault is about.
 
 use std::collections::BTreeMap;
+use std::fs::OpenOptions;
 use std::os::unix::fs::PermissionsExt as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context as _, Result, bail};
+use jde_port::Pty;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::words_file;
 use crate::campaign::Campaign;
+use crate::plan::Kind;
 
 /// What the demonstration says of its simulated robot, and who drives beside it.
 const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
@@ -17,17 +21,49 @@ const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
 /// Never ready of itself: it is there to crash.
 const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";
 
+/// What is preloaded to be the disk of a recording.
+const DISK: &str = "crates/jde/tests/c/disk.c";
+/// Bytes that a small disk holds: some seconds of a drive.
+const ROOM: &str = "300000";
+
+/// What its words and its recording go to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Around {
+    /// Files.
+    Files,
+    /// Pipes that nobody reads, and it has much to say.
+    UnreadPipes,
+    /// A terminal of its own, on which it shows the oscilloscope.
+    Terminal,
+    /// Files, and it records on a disk that this setting spoils.
+    Disk(&'static str, &'static str),
+}
+
+impl Around {
+    pub(super) fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Unread => Self::UnreadPipes,
+            Kind::TerminalLost => Self::Terminal,
+            Kind::DiskFull => Self::Disk("DISK_ROOM", ROOM),
+            Kind::DiskFails => Self::Disk("DISK_BAD_SYNC", "2"),
+            _ => Self::Files,
+        }
+    }
+}
+
 /// The process.
 pub(super) struct Host {
     process: Child,
     program: PathBuf,
     plugins: std::ffi::OsString,
     folder: tempfile::TempDir,
+    /// The other end of its terminal, while there is one.
+    terminal: Option<Pty>,
 }
 
 impl Host {
     /// Starts the demonstration on a robot behind TCP: beside the line of its driver, only somebody who never drives is added.
-    pub(super) fn start(campaign: &Campaign, address: &str) -> Result<Self> {
+    pub(super) fn start(campaign: &Campaign, address: &str, around: Around) -> Result<Self> {
         let program = program(campaign)?;
         let folder = tempfile::tempdir().context("no folder for a process")?;
         std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(0o700))?;
@@ -48,10 +84,40 @@ impl Host {
         folders.extend(std::env::current_exe()?.parent().map(PathBuf::from));
         folders.extend(program.parent().map(PathBuf::from));
         let plugins = std::env::join_paths(folders).context("a folder of plugins has a colon in its name")?;
+        let mut terminal = None;
+        let application = file.display().to_string();
         let mut command = command(&program, &folder, &plugins);
-        command.args(["run", &file.display().to_string(), "--plain"]);
-        command.stdout(words_file(folder.path(), "said")?);
-        command.stderr(words_file(folder.path(), "complained")?);
+        match around {
+            Around::Files => {
+                command.args(["run", &application, "--plain"]);
+                said_to_files(&mut command, &folder)?;
+            }
+            Around::UnreadPipes => {
+                command.args(["run", &application, "--plain", "--log", "trace"]);
+                command.stdout(Stdio::piped()).stderr(Stdio::piped());
+            }
+            Around::Terminal => {
+                let pty = Pty::open().context("no terminal for a process")?;
+                // Of util-linux: the process leads a session of its own, whose terminal is its input.
+                command = self::command(&"setsid".into(), &folder, &plugins);
+                command.arg("--ctty").arg(&program).args(["run", &application]);
+                let slave = OpenOptions::new().read(true).write(true).open(pty.path())?;
+                command
+                    .stdin(slave.try_clone()?)
+                    .stdout(slave.try_clone()?)
+                    .stderr(slave);
+                command.env("TERM", "xterm");
+                // Nobody reads it: whoever did would keep it open.
+                terminal = Some(pty);
+            }
+            Around::Disk(setting, value) => {
+                command.args(["run", &application, "--plain", "--record"]);
+                command.arg(folder.path().join("drive.mcap"));
+                said_to_files(&mut command, &folder)?;
+                command.env("LD_PRELOAD", disk(campaign, folder.path())?);
+                command.env(setting, value);
+            }
+        }
         let process = command
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;
@@ -60,7 +126,13 @@ impl Host {
             program,
             plugins,
             folder,
+            terminal,
         })
+    }
+
+    /// Takes its terminal away, as a window that is closed does.
+    pub(super) fn hang_up(&mut self) {
+        self.terminal = None;
     }
 
     pub(super) fn signal(&self, signal: Signal) -> Result<()> {
@@ -95,10 +167,10 @@ impl Host {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Starts a verb that goes on.
-    pub(super) fn client(&self, words: &[&str]) -> Result<Child> {
+    /// Starts a verb that goes on, and says what it says to there.
+    pub(super) fn client(&self, words: &[&str], says: fn() -> Stdio) -> Result<Child> {
         let mut client = command(&self.program, &self.folder, &self.plugins);
-        client.args(words).stdout(Stdio::null()).stderr(Stdio::null());
+        client.args(words).stdout(says()).stderr(says());
         client.spawn().context("cannot start a client")
     }
 
@@ -144,6 +216,11 @@ impl Host {
         found
     }
 
+    /// Whether it complained of that.
+    pub(super) fn complained_of(&self, what: &str) -> bool {
+        std::fs::read_to_string(self.folder.path().join("complained")).is_ok_and(|words| words.contains(what))
+    }
+
     /// The end of what it said and complained of.
     pub(super) fn words(&self) -> String {
         let read = |name| std::fs::read_to_string(self.folder.path().join(name)).unwrap_or_default();
@@ -159,10 +236,33 @@ impl Drop for Host {
     }
 }
 
+fn said_to_files(command: &mut Command, folder: &tempfile::TempDir) -> Result<()> {
+    command.stdout(words_file(folder.path(), "said")?);
+    command.stderr(words_file(folder.path(), "complained")?);
+    Ok(())
+}
+
+/// Builds the disk; where it is.
+fn disk(campaign: &Campaign, folder: &Path) -> Result<PathBuf> {
+    let library = folder.join("disk.so");
+    let made = Command::new("cc")
+        .args(["-shared", "-fPIC", "-std=c11", "-o"])
+        .args([&library, &campaign.root.0.join(DISK)])
+        .output()
+        .context("no C compiler named cc")?;
+    if !made.status.success() {
+        bail!(
+            "{DISK} cannot be built: {}",
+            String::from_utf8_lossy(&made.stderr)
+        );
+    }
+    Ok(library)
+}
+
 fn command(program: &PathBuf, folder: &tempfile::TempDir, plugins: &std::ffi::OsStr) -> Command {
     let mut command = Command::new(program);
     command
-        .env("XDG_RUNTIME_DIR", folder.path())
+        .env("JDE_RUNTIME_DIR", folder.path().join("jde"))
         .env("JDE_PLUGIN_PATH", plugins)
         .stdin(Stdio::null());
     command

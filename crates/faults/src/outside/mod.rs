@@ -5,15 +5,16 @@ mod cable;
 mod host;
 mod robot;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
-use std::process::Child;
+use std::process::{Child, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal, kill_process};
 
 use crate::campaign::Campaign;
 use crate::case::{Case, Clock};
@@ -21,7 +22,7 @@ use crate::chance::Chance;
 use crate::plan::{Act, Fault, Kind, Whom};
 use crate::run::{Injected, Left, Report, is_full, within};
 use cable::Cable;
-use host::Host;
+use host::{Around, Host};
 use robot::Robot;
 
 /// How long an application may take until its robot moves, and moves again.
@@ -63,7 +64,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         .then(|| Cable::to(&robot.address))
         .transpose()?;
     let address = cable.as_ref().map_or(&robot.address, |cable| &cable.address);
-    let mut host = Host::start(campaign, address)?;
+    let mut host = Host::start(campaign, address, Around::of(kind))?;
     let mut broken = Vec::new();
     let begun = Instant::now();
     if !within(MOVES, || robot.speed() >= DRIVEN || stop.load(Ordering::Relaxed)) {
@@ -109,6 +110,16 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
                 stands(&robot, WATCHDOG, "the line was cut", &mut broken);
             }
             Kind::Client => hostile(&mut host, &robot, &mut chance, &mut broken)?,
+            Kind::Unread => unread(&mut host, &robot, &mut broken)?,
+            Kind::TerminalLost => {
+                host.hang_up();
+                stands(&robot, AT_ONCE, "the terminal was lost", &mut broken);
+                if !within(ENDS, || !host.lives()) {
+                    broken.push("the host goes on without its terminal".to_owned());
+                }
+            }
+            Kind::DiskFull => spoilt(&mut host, &robot, "No space left", &mut broken)?,
+            Kind::DiskFails => spoilt(&mut host, &robot, "Input/output error", &mut broken)?,
             Kind::Panic
             | Kind::Error
             | Kind::Hang
@@ -126,7 +137,9 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             | Kind::Freeze
             | Kind::Reload
             | Kind::Operator
-            | Kind::StopAll => unreachable!("faults of schemas are none of whole processes: see `fits`"),
+            | Kind::StopAll
+            | Kind::Contest
+            | Kind::AmidReload => unreachable!("faults of schemas are none of whole processes: see `fits`"),
         }
     }
     end(&mut host, kind, &mut broken);
@@ -195,7 +208,7 @@ fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec
     ];
     let mut clients: Vec<Child> = all
         .iter()
-        .map(|words| host.client(words))
+        .map(|words| host.client(words, Stdio::null))
         .collect::<Result<_>>()?;
     let until = Instant::now() + HOSTILE;
     while Instant::now() < until {
@@ -206,7 +219,7 @@ fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec
                 // It may have ended by itself: `top` without a terminal does.
                 let _ = clients[victim].kill();
                 let _ = clients[victim].wait();
-                clients[victim] = host.client(chance.pick(&all))?;
+                clients[victim] = host.client(chance.pick(&all), Stdio::null)?;
             }
             2 => drop(host.jde(&[
                 "set",
@@ -221,24 +234,93 @@ fn hostile(host: &mut Host, robot: &Robot, chance: &mut Chance, broken: &mut Vec
         let _ = client.kill();
         let _ = client.wait();
     }
+    if !full {
+        have_had_turns(host, &before, since, "hostile clients", broken)?;
+    }
+    goes_on(host, robot, "hostile clients", broken);
+    Ok(())
+}
+
+/// Nobody reads what the host says, nor what its clients say; nobody who drives may notice, and whoever stops it must be heard.
+fn unread(host: &mut Host, robot: &Robot, broken: &mut Vec<String>) -> Result<()> {
+    let full = is_full(LOOKS);
+    let before = host.turns()?;
+    let since = Instant::now();
+    let mut clients = [&["watch", "pioneer.laser"][..], &["events"]]
+        .iter()
+        .map(|words| host.client(words, Stdio::piped))
+        .collect::<Result<Vec<Child>>>()?;
+    std::thread::sleep(HOSTILE);
+    if !full {
+        have_had_turns(host, &before, since, "words that nobody reads", broken)?;
+    }
+    match host.jde(&["stop", "--all"]) {
+        Ok(_) => stands(robot, AT_ONCE, "everything was stopped", broken),
+        Err(error) => broken.push(format!("while nobody reads, nothing can be stopped: {error:#}")),
+    }
+    if let Err(error) = host.jde(&["release", "--all"]) {
+        broken.push(format!("while nobody reads, nothing can be let go on: {error:#}"));
+    }
+    for client in &mut clients {
+        let process = Pid::from_raw(client.id().cast_signed()).context("it has a number")?;
+        // It may have ended by itself.
+        let _ = kill_process(process, Signal::TERM);
+        if !within(ENDS, || !matches!(client.try_wait(), Ok(None))) {
+            broken.push("a client that nobody reads has not ended when it was asked to".to_owned());
+            drop((client.kill(), client.wait()));
+        }
+    }
+    goes_on(host, robot, "words that nobody read", broken);
+    Ok(())
+}
+
+/// The disk of its recording is spoilt: that is said, and nobody who drives may notice.
+fn spoilt(host: &mut Host, robot: &Robot, said: &str, broken: &mut Vec<String>) -> Result<()> {
+    let full = is_full(LOOKS);
+    let before = host.turns()?;
+    let since = Instant::now();
+    if !within(MOVES, || host.complained_of(said)) {
+        broken.push(format!(
+            "the recording's disk is spoilt, and nothing is said of `{said}`"
+        ));
+    }
+    if !full {
+        have_had_turns(host, &before, since, "a spoilt disk", broken)?;
+    }
+    goes_on(host, robot, "a spoilt disk", broken);
+    Ok(())
+}
+
+/// Schemas that iterate all the time have had their turns since.
+fn have_had_turns(
+    host: &Host,
+    before: &BTreeMap<String, (u64, u64)>,
+    since: Instant,
+    of: &str,
+    broken: &mut Vec<String>,
+) -> Result<()> {
     let after = host.turns()?;
     let seconds = since.elapsed().as_secs_f64();
     for (name, (had, period)) in &after {
         let before = before.get(name).map_or(0, |(had, _)| *had);
         let owed = seconds * 1e9 / *period as f64;
-        if !full && ((had - before) as f64) < owed * KEEPS {
+        if ((had - before) as f64) < owed * KEEPS {
             broken.push(format!(
-                "R11: `{name}` had {} turns in {seconds:.1} s of hostile clients, of {owed:.0}",
+                "R11: `{name}` had {} turns in {seconds:.1} s of {of}, of {owed:.0}",
                 had - before
             ));
         }
     }
-    if !host.lives() {
-        broken.push("clients of the link ended the host".to_owned());
-    } else if !within(MOVES, || robot.speed() >= DRIVEN) {
-        broken.push("after hostile clients the robot has not moved again".to_owned());
-    }
     Ok(())
+}
+
+/// It lives, and its robot drives.
+fn goes_on(host: &mut Host, robot: &Robot, after: &str, broken: &mut Vec<String>) {
+    if !host.lives() {
+        broken.push(format!("{after} ended the host"));
+    } else if !within(MOVES, || robot.speed() >= DRIVEN) {
+        broken.push(format!("after {after} the robot has not moved again"));
+    }
 }
 
 /// Bytes that mean nothing, to whatever listens in the folder of the link.
@@ -256,7 +338,7 @@ fn nonsense(host: &Host, chance: &mut Chance) {
 
 /// Ends what is left in order.
 fn end(host: &mut Host, kind: Kind, broken: &mut Vec<String>) {
-    if matches!(kind, Kind::HostKilled | Kind::HostCrashed) {
+    if matches!(kind, Kind::HostKilled | Kind::HostCrashed | Kind::TerminalLost) {
         host.reap();
         return;
     }

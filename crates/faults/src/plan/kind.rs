@@ -51,6 +51,18 @@ pub enum Kind {
     HostCrashed,
     /// The line to the robot is cut, and nobody is told.
     LineCut,
+    /// Two operators stop everything and let it go on, against each other.
+    Contest,
+    /// Somebody acts on a schema, or its process is killed, while another build takes over.
+    AmidReload,
+    /// Nobody reads what the host and its clients say.
+    Unread,
+    /// The terminal of the host is gone.
+    TerminalLost,
+    /// The disk on which the host records is full.
+    DiskFull,
+    /// That disk loses what it took.
+    DiskFails,
 }
 
 /// Who misbehaves.
@@ -66,7 +78,7 @@ pub enum Whom {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 29] = [
         Self::Panic,
         Self::Error,
         Self::Hang,
@@ -90,6 +102,12 @@ impl Kind {
         Self::HostStopped,
         Self::HostCrashed,
         Self::LineCut,
+        Self::Contest,
+        Self::AmidReload,
+        Self::Unread,
+        Self::TerminalLost,
+        Self::DiskFull,
+        Self::DiskFails,
     ];
 
     /// What people type and read.
@@ -119,6 +137,12 @@ impl Kind {
             Self::HostStopped => "host-stopped",
             Self::HostCrashed => "host-crashed",
             Self::LineCut => "line-cut",
+            Self::Contest => "contest",
+            Self::AmidReload => "amid-reload",
+            Self::Unread => "unread",
+            Self::TerminalLost => "terminal-lost",
+            Self::DiskFull => "disk-full",
+            Self::DiskFails => "disk-fails",
         }
     }
 
@@ -126,10 +150,16 @@ impl Kind {
     #[must_use]
     pub fn fits(self, clock: Clock) -> bool {
         match self {
-            Self::Client | Self::HostKilled | Self::HostStopped | Self::HostCrashed | Self::LineCut => {
-                clock == Clock::Outside
-            }
-            Self::Hang | Self::Dawdle | Self::Slow | Self::Freeze => clock == Clock::RealTime,
+            Self::Client
+            | Self::HostKilled
+            | Self::HostStopped
+            | Self::HostCrashed
+            | Self::LineCut
+            | Self::Unread
+            | Self::TerminalLost
+            | Self::DiskFull
+            | Self::DiskFails => clock == Clock::Outside,
+            Self::Hang | Self::Dawdle | Self::Slow | Self::Freeze | Self::Contest => clock == Clock::RealTime,
             Self::Panic
             | Self::Error
             | Self::Silence
@@ -143,7 +173,8 @@ impl Kind {
             | Self::Kill
             | Self::Reload
             | Self::Operator
-            | Self::StopAll => clock != Clock::Outside,
+            | Self::StopAll
+            | Self::AmidReload => clock != Clock::Outside,
         }
     }
 
@@ -177,7 +208,13 @@ impl Kind {
             | Self::HostKilled
             | Self::HostStopped
             | Self::HostCrashed
-            | Self::LineCut => &[Whom::Motor],
+            | Self::LineCut
+            | Self::Contest
+            | Self::AmidReload
+            | Self::Unread
+            | Self::TerminalLost
+            | Self::DiskFull
+            | Self::DiskFails => &[Whom::Motor],
         }
     }
 
@@ -207,7 +244,13 @@ impl Kind {
             | Self::HostKilled
             | Self::HostStopped
             | Self::HostCrashed
-            | Self::LineCut => &[],
+            | Self::LineCut
+            | Self::Contest
+            | Self::AmidReload
+            | Self::Unread
+            | Self::TerminalLost
+            | Self::DiskFull
+            | Self::DiskFails => &[],
         }
     }
 

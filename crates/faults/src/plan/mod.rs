@@ -60,6 +60,26 @@ pub enum Act {
     Signal(Signal),
     /// Somebody acts on it, and lets go at the end.
     Operate(Operation),
+    /// Two stop everything and let it go on, against each other, until the end.
+    Contest,
+    /// Another build takes over, and before it has, this happens.
+    Amid {
+        /// Which build.
+        build: usize,
+        /// What happens.
+        meanwhile: Meanwhile,
+    },
+}
+
+/// What happens while another build takes over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meanwhile {
+    /// Somebody acts on the schema, and lets go at the end.
+    Operate(Operation),
+    /// Somebody has a third build take over.
+    Reload,
+    /// The schema panics in each check and iteration.
+    Panic,
 }
 
 /// What a process is sent.
@@ -103,6 +123,8 @@ impl Fault {
             Act::Reload { trouble, place, .. } => format!("a build with {trouble} in {place}"),
             Act::Signal(signal) => format!("{signal:?} to its process").to_lowercase(),
             Act::Operate(operation) => format!("{operation:?} by an operator").to_lowercase(),
+            Act::Contest => String::from("two operators who stop and release everything"),
+            Act::Amid { meanwhile, .. } => format!("{meanwhile:?} while a build takes over").to_lowercase(),
         };
         let (at, lasts) = (self.at as f64 / 1e9, self.lasts as f64 / 1e6);
         let stays = if self.stays { " and until the end" } else { "" };
@@ -147,13 +169,17 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
         Kind::Kill => Act::Signal(Signal::Kill),
         Kind::Freeze => Act::Signal(Signal::Stop),
         Kind::StopAll => Act::Operate(Operation::StopAll),
-        Kind::Operator => Act::Operate(match chance.between(0, 4) {
-            0 => Operation::Stop,
-            1 => Operation::Force,
-            2 => Operation::Play,
-            3 => Operation::Retime(chance.between(1, 100) * MS),
-            _ => Operation::Unload,
-        }),
+        Kind::Operator => Act::Operate(operation(chance)),
+        Kind::Contest => Act::Contest,
+        Kind::AmidReload => Act::Amid {
+            build: chance.between(0, 2) as usize,
+            meanwhile: match chance.between(0, 3) {
+                0 => Meanwhile::Reload,
+                1 => Meanwhile::Panic,
+                2 => Meanwhile::Operate(Operation::StopAll),
+                _ => Meanwhile::Operate(operation(chance)),
+            },
+        },
         Kind::Reload => {
             let mut troubles = vec!["panic", "error", "none"];
             if case.clock == Clock::RealTime {
@@ -190,7 +216,15 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
             }
             Act::Tell { trouble, place }
         }
-        Kind::Client | Kind::HostKilled | Kind::HostStopped | Kind::HostCrashed | Kind::LineCut => {
+        Kind::Client
+        | Kind::HostKilled
+        | Kind::HostStopped
+        | Kind::HostCrashed
+        | Kind::LineCut
+        | Kind::Unread
+        | Kind::TerminalLost
+        | Kind::DiskFull
+        | Kind::DiskFails => {
             unreachable!("faults of whole processes are no faults of a schema's: see `fits`")
         }
     };
@@ -203,5 +237,16 @@ fn fault(kind: Kind, at: Nanos, case: Case, chance: &mut Chance) -> Fault {
         any: chance.once_in(4),
         stays: chance.once_in(6),
         act,
+    }
+}
+
+/// What somebody does to one schema.
+fn operation(chance: &mut Chance) -> Operation {
+    match chance.between(0, 4) {
+        0 => Operation::Stop,
+        1 => Operation::Force,
+        2 => Operation::Play,
+        3 => Operation::Retime(chance.between(1, 100) * MS),
+        _ => Operation::Unload,
     }
 }

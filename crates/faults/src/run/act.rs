@@ -1,5 +1,10 @@
 //! Doing what has a fault happen, and taking it back. What is refused is no fault of the campaign: it comes at odd times.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::plugin::Loaded;
@@ -7,11 +12,13 @@ use jde_host::reload::How;
 use jde_host::{Handle, Operating};
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
-use crate::plan::{Act, Fault, Operation, Signal};
+use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
 use crate::stage::Stage;
 
 /// Who acts.
 const BY: &str = "faults";
+/// Time between two orders of a rival: a person with a key held down is no quicker.
+const PACE: Duration = Duration::from_millis(1);
 /// How long a build is on trial: some faults come after it, some before.
 const TRIAL: u64 = 200_000_000;
 
@@ -23,6 +30,44 @@ pub(super) struct Under {
     misdeeds: u64,
     process: Option<Pid>,
     done: bool,
+    rivals: Option<Rivals>,
+}
+
+/// Two operators who stop everything and let it go on, each as fast as it is answered, until this is dropped.
+struct Rivals {
+    over: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Rivals {
+    fn start(handle: &Handle) -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        let stops = |by: &'static str, act: fn(&Operating) -> Result<(), String>| {
+            let (operator, over) = (handle.operator(by), Arc::clone(&over));
+            std::thread::spawn(move || {
+                while !over.load(Ordering::Relaxed) {
+                    // What one is refused the other has done already.
+                    drop(act(&operator));
+                    std::thread::sleep(PACE);
+                }
+            })
+        };
+        let threads = vec![
+            stops("ana", Operating::stop_all),
+            stops("ben", Operating::release_all),
+        ];
+        Self { over, threads }
+    }
+}
+
+impl Drop for Rivals {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // One that panicked shows as what it left undone.
+            drop(thread.join());
+        }
+    }
 }
 
 /// Who is to have a fault: mostly somebody who is about to make the call in question.
@@ -35,7 +80,7 @@ pub(super) fn victim(fault: &Fault, stage: &Stage, handle: &Handle) -> Option<us
         .collect();
     let call = match &fault.act {
         Act::Tell { place, .. } | Act::Reload { place, .. } => *place,
-        Act::Signal(_) | Act::Operate(_) => "check",
+        Act::Signal(_) | Act::Operate(_) | Act::Contest | Act::Amid { .. } => "check",
     };
     let is_about_to = |place: &&usize| {
         let schema = &snapshot.schemas[**place];
@@ -66,6 +111,7 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
         misdeeds: misdeeds(place, handle),
         process: None,
         done: false,
+        rivals: None,
     };
     match &fault.act {
         Act::Tell { trouble, place: call } => tell(&operator, place, trouble, call),
@@ -75,12 +121,7 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
             build,
         } => {
             tell(&operator, place, trouble, call);
-            let how = How {
-                probation: TRIAL,
-                fresh: false,
-            };
-            // Refused if another waits for its turn already.
-            let _ = operator.replace(place, &builds[*build], how);
+            reload(&operator, place, &builds[*build]);
         }
         Act::Signal(signal) => {
             let process = handle.snapshot().schemas[place].process;
@@ -93,23 +134,25 @@ pub(super) fn begin(fault: &Fault, place: usize, handle: &Handle, builds: &[Load
                 .process
                 .is_some_and(|process| kill_process(process, sent).is_ok());
         }
-        Act::Operate(operation) => {
-            let asked = match operation {
-                Operation::Stop => operator.hold_asleep(place),
-                Operation::Force => operator.force(place),
-                Operation::Play => operator.play(place),
-                Operation::Retime(period) => operator.set_period(place, *period),
-                Operation::Unload => operator.unload(place),
-                Operation::StopAll => operator.stop_all(),
-            };
-            under.done = asked.is_ok();
+        Act::Operate(operation) => under.done = operate(&operator, place, *operation),
+        Act::Contest => {
+            under.done = operator.stop_all().is_ok();
+            under.rivals = Some(Rivals::start(handle));
+        }
+        Act::Amid { build, meanwhile } => {
+            under.done = reload(&operator, place, &builds[*build]);
+            match meanwhile {
+                Meanwhile::Operate(operation) => under.done |= operate(&operator, place, *operation),
+                Meanwhile::Reload => drop(reload(&operator, place, &builds[(build + 1) % builds.len()])),
+                Meanwhile::Panic => tell(&operator, place, "panic", "check"),
+            }
         }
     }
     under
 }
 
 /// Takes it back; answers whether it is known to have taken effect.
-pub(super) fn end(fault: &Fault, handle: &Handle, under: &Under) -> bool {
+pub(super) fn end(fault: &Fault, handle: &Handle, under: &mut Under) -> bool {
     let place = under.place;
     let operator = handle.operator(BY);
     match &fault.act {
@@ -131,11 +174,55 @@ pub(super) fn end(fault: &Fault, handle: &Handle, under: &Under) -> bool {
                 let _ = kill_process(process, Posix::CONT);
             }
         }
-        Act::Operate(_) if fault.stays => {}
-        Act::Operate(Operation::StopAll) => drop(operator.release_all()),
-        Act::Operate(_) => drop(operator.release(place)),
+        Act::Operate(_) | Act::Amid { .. } if fault.stays => {}
+        Act::Contest => {
+            // Whoever of them was last: what follows is let go on.
+            under.rivals = None;
+            drop(operator.release_all());
+        }
+        Act::Amid {
+            meanwhile: Meanwhile::Panic | Meanwhile::Reload,
+            ..
+        } => tell(&operator, place, "", "iterate"),
+        Act::Operate(operation)
+        | Act::Amid {
+            meanwhile: Meanwhile::Operate(operation),
+            ..
+        } => let_go(&operator, place, *operation),
     }
     under.done || misdeeds(place, handle) > under.misdeeds
+}
+
+/// Has another build take over; whether that was accepted. It is refused if another waits for its turn already.
+fn reload(operator: &Operating, place: usize, build: &Loaded) -> bool {
+    let how = How {
+        probation: TRIAL,
+        fresh: false,
+    };
+    operator.replace(place, build, how).is_ok()
+}
+
+fn operate(operator: &Operating, place: usize, operation: Operation) -> bool {
+    let asked = match operation {
+        Operation::Stop => operator.hold_asleep(place),
+        Operation::Force => operator.force(place),
+        Operation::Play => operator.play(place),
+        Operation::Retime(period) => operator.set_period(place, period),
+        Operation::Unload => operator.unload(place),
+        Operation::StopAll => operator.stop_all(),
+    };
+    asked.is_ok()
+}
+
+fn let_go(operator: &Operating, place: usize, operation: Operation) {
+    let done = match operation {
+        Operation::StopAll => operator.release_all(),
+        Operation::Stop | Operation::Force | Operation::Play | Operation::Retime(_) | Operation::Unload => {
+            operator.release(place)
+        }
+    };
+    // Somebody else may have let go before.
+    drop(done);
 }
 
 fn tell(operator: &Operating, place: usize, trouble: &str, call: &str) {

@@ -179,7 +179,7 @@ pub fn run(
         }
         let fault = &plan[number];
         if !begins {
-            if let Some(under) = &under[number] {
+            if let Some(under) = &mut under[number] {
                 struck[number] = act::end(fault, &handle, under);
                 if !fault.stays {
                     observer.recovers(under.place, fault.ends() + SHOWS);

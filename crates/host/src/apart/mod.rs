@@ -30,8 +30,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use caller::{Apart, MOST_SENT};
-pub(crate) use process::Processes;
+pub(crate) use process::{Processes, end_in_words};
 pub use serve::{ServeError, serve};
+pub(crate) use wire::{Frame, Kind, Wire};
 
 use crate::app::Isolation;
 
@@ -67,18 +68,18 @@ pub(crate) enum Plugin {
 }
 
 /// Paths as they are: they need not be texts.
-mod as_bytes {
+pub(crate) mod as_bytes {
     use std::ffi::OsString;
     use std::os::unix::ffi::{OsStrExt, OsStringExt};
     use std::path::{Path, PathBuf};
 
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub(super) fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
         path.as_os_str().as_bytes().serialize(serializer)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
         Ok(OsString::from_vec(Vec::deserialize(deserializer)?).into())
     }
 }

@@ -281,6 +281,11 @@ impl Process {
     }
 }
 
+/// What became of a process without limits.
+pub(crate) fn end_in_words(end: ExitStatus) -> String {
+    words(end, Isolation::default())
+}
+
 /// What became of a process.
 fn words(end: ExitStatus, limits: Isolation) -> String {
     let Some(signal) = end.signal() else {

@@ -19,7 +19,7 @@ use super::table::{HOST, Present, Session};
 use super::wire::{Frame, Kind, READY, Wire};
 use super::{Code, Plugin};
 use crate::instance::{Here, Question, Remembered};
-use crate::plugin::{Loaded, Plugins};
+use crate::plugin::{Functions, Loaded, Plugins};
 
 /// Why a schema is not run.
 #[derive(Debug, thiserror::Error)]
@@ -91,7 +91,7 @@ fn meet() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     Ok((stream, files))
 }
 
-fn load(plugins: &Plugins, code: &Code) -> Result<&'static raw::Schema, String> {
+fn load(plugins: &Plugins, code: &Code) -> Result<Functions, String> {
     let loaded = match &code.plugin {
         Plugin::File(path) => Loaded::open_copy(path).map_err(|error| error.to_string()),
         Plugin::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
@@ -103,7 +103,7 @@ fn load(plugins: &Plugins, code: &Code) -> Result<&'static raw::Schema, String> 
 }
 
 /// Runs what it is called for, until there is nobody who calls.
-fn run(session: &mut Session, table: &'static raw::Schema, launch: &Launch) {
+fn run(session: &mut Session, table: Functions, launch: &Launch) {
     let mut instance: Option<Here> = None;
     while let Ok(frame) = session.wire.receive() {
         session.call = Present::of(&frame);

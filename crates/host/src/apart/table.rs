@@ -8,6 +8,7 @@ use std::ffi::{CString, c_char, c_void};
 use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
+use jde_abi::table;
 
 use super::caller::machine_time;
 use super::memory::Port;
@@ -60,8 +61,8 @@ pub(super) static HOST: Host = Host {
     log,
     fail,
     extension,
-    retract,
-    real_time,
+    retract: Some(retract),
+    real_time: Some(real_time),
 };
 
 impl Present {
@@ -241,12 +242,13 @@ unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::Chi
     unsafe {
         let answer = session(context).ask_about(Kind::Child, child);
         if answer.status == raw::OK {
-            out.write(raw::ChildStatus {
+            let status = raw::ChildStatus {
                 size: size_of::<raw::ChildStatus>() as u32,
                 state: answer.words[0] as u32,
                 faulted: answer.words[1] as u32,
                 reserved: 0,
-            });
+            };
+            table::write(out, &status);
         }
         answer.status
     }

@@ -14,7 +14,7 @@ const MOST: u64 = 256 << 20;
 
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     // From the host: calls. All are answered by `Done`.
     Start,
     Create,
@@ -83,23 +83,24 @@ pub(super) const CHANGES_NOTHING: u32 = 2;
 
 /// One message. What numbers and words mean is said where a kind is made.
 #[derive(Debug)]
-pub(super) struct Frame {
-    pub(super) kind: Kind,
-    pub(super) number: u32,
-    pub(super) status: i32,
-    pub(super) flags: u32,
-    pub(super) words: [u64; 4],
-    pub(super) bytes: Vec<u8>,
+pub(crate) struct Frame {
+    pub(crate) kind: Kind,
+    pub(crate) number: u32,
+    pub(crate) status: i32,
+    pub(crate) flags: u32,
+    pub(crate) words: [u64; 4],
+    pub(crate) bytes: Vec<u8>,
 }
 
 /// One end.
-pub(super) struct Wire {
+#[derive(Debug)]
+pub(crate) struct Wire {
     stream: BufReader<UnixStream>,
     out: Vec<u8>,
 }
 
 impl Frame {
-    pub(super) fn new(kind: Kind) -> Self {
+    pub(crate) fn new(kind: Kind) -> Self {
         Self {
             kind,
             number: 0,
@@ -112,7 +113,7 @@ impl Frame {
 }
 
 impl Wire {
-    pub(super) fn new(stream: UnixStream) -> Self {
+    pub(crate) fn new(stream: UnixStream) -> Self {
         Self {
             stream: BufReader::new(stream),
             out: Vec::new(),
@@ -120,7 +121,7 @@ impl Wire {
     }
 
     /// How long to wait for the other end, to say something or to take what it is told; for ever if nothing is said.
-    pub(super) fn set_patience(&self, patience: Option<Duration>) -> io::Result<()> {
+    pub(crate) fn set_patience(&self, patience: Option<Duration>) -> io::Result<()> {
         let stream = self.stream.get_ref();
         stream.set_read_timeout(patience)?;
         stream.set_write_timeout(patience)
@@ -132,7 +133,7 @@ impl Wire {
         drop(self.stream.get_ref().shutdown(Shutdown::Both));
     }
 
-    pub(super) fn send(&mut self, frame: &Frame) -> io::Result<()> {
+    pub(crate) fn send(&mut self, frame: &Frame) -> io::Result<()> {
         self.out.clear();
         for number in [frame.kind as u32, frame.number, frame.status as u32, frame.flags] {
             self.out.extend(number.to_ne_bytes());
@@ -148,7 +149,7 @@ impl Wire {
     ///
     /// # Errors
     /// Those of the system; `UnexpectedEof` when the other end is gone; `InvalidData` for what is no frame.
-    pub(super) fn receive(&mut self) -> io::Result<Frame> {
+    pub(crate) fn receive(&mut self) -> io::Result<Frame> {
         let mut head = [0; HEAD];
         self.stream.read_exact(&mut head)?;
         let number = |place: usize| u32::from_ne_bytes(part(&head, 4 * place));

@@ -41,6 +41,10 @@ pub(super) fn read<'a>(report: &mut Report, drafts: &Drafts<'a>, index: usize) -
         all.push(Kin { role, child, name });
     }
     let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
+    if roles.iter().any(|role| role.many) {
+        // The groups' members say the order of those whom no type names.
+        all.sort_by_key(|kin| kin.role);
+    }
     for role in roles.iter().filter(|role| !role.optional) {
         if !section.is_given("children", &role.name) {
             let kind = noun(if role.motor { Kind::Motor } else { Kind::Perceptive });

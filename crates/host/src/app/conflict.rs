@@ -8,6 +8,9 @@ use super::drafts::Drafts;
 use super::report::{Report, quote};
 use super::{Group, Instance};
 
+/// By father; none is above all roots.
+type Claims = HashMap<Option<usize>, Claim>;
+
 /// Who commands the actuator in question at a father, or below it.
 #[derive(Clone, Copy)]
 enum Claim {
@@ -18,7 +21,7 @@ enum Claim {
 /// Reports every pair of schemas that could command one actuator at the same time. Exclusive are different members of one
 /// group, and whatever is below them.
 pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>], groups: &[Group]) {
-    let mut claims: HashMap<(usize, usize), HashMap<usize, Claim>> = HashMap::new();
+    let mut claims: HashMap<(usize, usize), Claims> = HashMap::new();
     for (user, instance) in instances.iter().enumerate() {
         let Some(instance) = instance else { continue };
         for (port, binding) in instance.bindings.iter().enumerate() {
@@ -55,26 +58,26 @@ pub(super) fn refuse(report: &mut Report, drafts: &Drafts, instances: &[Option<I
 
 /// Enters a user of the actuator, at itself and at all its fathers; gives a rival that is not exclusive of it.
 fn claim(
-    claims: &mut HashMap<usize, Claim>,
+    claims: &mut Claims,
     drafts: &Drafts,
     instances: &[Option<Instance>],
     groups: &[Group],
     user: usize,
 ) -> Option<(usize, String)> {
     let above = |father: usize| format!("{} is above the other", drafts.quoted(father));
-    match claims.insert(user, Claim::Itself) {
+    match claims.insert(Some(user), Claim::Itself) {
         Some(Claim::Itself) => return Some((user, String::new())),
         Some(Claim::Below { user: below, .. }) => return Some((below, above(user))),
         None => {}
     }
     let mut child = user;
     while let Some(group) = instances[child].as_ref().and_then(|instance| instance.group) {
-        let father = groups[group].father?;
+        let father = groups[group].father;
         match claims.get(&father) {
             None => {
                 claims.insert(father, Claim::Below { group, user });
             }
-            Some(Claim::Itself) => return Some((father, above(father))),
+            Some(Claim::Itself) => return father.map(|father| (father, above(father))),
             Some(Claim::Below { group: other, .. }) if *other == group => return None,
             Some(Claim::Below {
                 group: other,
@@ -88,7 +91,7 @@ fn claim(
                 return Some((*rival, why));
             }
         }
-        child = father;
+        child = father?;
     }
     None
 }

@@ -5,13 +5,16 @@ use std::ops::Range;
 /// An edge: where it leads, and where the file says so.
 pub(super) type Edge = (usize, Range<usize>);
 
-/// For every edge that closes a way round: the nodes on the way, the first again at the end, and where that edge is written.
+/// Most ways that are told: each may be as long as the file, and who breaks some may have broken all.
+const MOST: usize = 20;
+
+/// For edges that close a way round, [`MOST`] of them: the nodes on the way, the first again at the end, and where that edge is written.
 pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
     let mut found = Vec::new();
     let mut done = vec![false; edges.len()];
     let mut on_path = vec![false; edges.len()];
     for start in 0..edges.len() {
-        if done[start] {
+        if done[start] || found.len() == MOST {
             continue;
         }
         // Each step of the path: a node and which of its edges is next.
@@ -29,7 +32,9 @@ pub(super) fn cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
             if on_path[*to] {
                 let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
                 let way = path[from..].iter().map(|(node, _)| *node).chain([*to]);
-                found.push((way.collect(), span.clone()));
+                if found.len() < MOST {
+                    found.push((way.collect(), span.clone()));
+                }
             } else if !done[*to] {
                 on_path[*to] = true;
                 path.push((*to, 0));

@@ -10,6 +10,8 @@ use toml::de::DeValue;
 use super::document::{Section, Text, wrong};
 use super::report::{Report, quote};
 
+/// Most schemas of one application. A thousand light ones take a processor of their own; who has more has a fault in what writes the file.
+const MOST_SCHEMAS: usize = 10_000;
 /// Longest name of a schema, as of everything that a plugin names.
 const LONGEST_NAME: usize = 64;
 
@@ -69,6 +71,12 @@ impl<'a> Drafts<'a> {
                 continue;
             };
             refuse_bad_name(report, &name);
+            if drafts.list.len() == MOST_SCHEMAS {
+                report.whole(format!(
+                    "it defines more than {MOST_SCHEMAS} schemas, which is as many as one application may have"
+                ));
+                break;
+            }
             drafts.places.insert(name.text, drafts.list.len());
             drafts.list.push(Draft {
                 name: name.text,

@@ -4,6 +4,7 @@ use jde_abi::describe::Kind;
 
 use super::children::{self, Kin};
 use super::cycle::{Edge, cycles};
+use super::document::Text;
 use super::drafts::Drafts;
 use super::outline::Roots;
 use super::report::{Report, quote};
@@ -12,8 +13,8 @@ use super::report::{Report, quote};
 pub(super) struct Family<'a> {
     /// The children of each instance, in the file's order.
     pub(super) kin: Vec<Vec<Kin<'a>>>,
-    /// The motor schemas of the top level, each with where it is named.
-    pub(super) roots: Vec<Edge>,
+    /// The motor schemas of each level at the top, each with where it is named.
+    pub(super) roots: Vec<Vec<Edge>>,
     /// Every name in `roots` and `children` is that of a schema. If not, whoever seems to have no father may just be
     /// misspelt there.
     complete: bool,
@@ -22,7 +23,8 @@ pub(super) struct Family<'a> {
 impl<'a> Family<'a> {
     /// Reads `roots`, and the `children` of every instance.
     pub(super) fn read(report: &mut Report, drafts: &Drafts<'a>, roots: &Roots<'a>) -> Self {
-        let mut complete = roots.complete && roots.names.iter().all(|root| drafts.place(root.text).is_some());
+        let mut names = roots.levels.iter().flat_map(|level| &level.members);
+        let mut complete = roots.complete && names.all(|root| drafts.place(root.text).is_some());
         let roots = self::roots(report, drafts, roots);
         let kin = (0..drafts.len())
             .map(|index| {
@@ -48,7 +50,7 @@ impl<'a> Family<'a> {
                 }
             }
         }
-        for (root, span) in &self.roots {
+        for (root, span) in self.roots.iter().flatten() {
             if let Some(father) = fathers[*root] {
                 let (root, father) = (drafts.quoted(*root), drafts.quoted(father));
                 report
@@ -83,7 +85,7 @@ impl<'a> Family<'a> {
         for index in self.kin.iter().flatten().map(|kin| kin.child) {
             woken[index] = true;
         }
-        for (root, _) in &self.roots {
+        for (root, _) in self.roots.iter().flatten() {
             woken[*root] = true;
         }
         for (index, draft) in drafts.iter().enumerate() {
@@ -99,14 +101,23 @@ impl<'a> Family<'a> {
     }
 }
 
-fn roots(report: &mut Report, drafts: &Drafts, written: &Roots) -> Vec<Edge> {
+fn roots(report: &mut Report, drafts: &Drafts, written: &Roots) -> Vec<Vec<Edge>> {
+    let mut known: Vec<usize> = Vec::new();
+    let levels = written.levels.iter();
+    levels
+        .map(|level| roots_of(report, drafts, &level.members, &mut known))
+        .collect()
+}
+
+/// The roots of one level; `known` are those that were named before, there or in another.
+fn roots_of(report: &mut Report, drafts: &Drafts, names: &[Text], known: &mut Vec<usize>) -> Vec<Edge> {
     let mut roots: Vec<Edge> = Vec::new();
-    for root in &written.names {
+    for root in names {
         let Some(index) = drafts.find(report, "`roots` of the application", root.text, &root.span) else {
             continue;
         };
         let name = quote(root.text);
-        if roots.iter().any(|(earlier, _)| *earlier == index) {
+        if known.contains(&index) {
             report
                 .fault(
                     &root.span,
@@ -126,6 +137,7 @@ fn roots(report: &mut Report, drafts: &Drafts, written: &Roots) -> Vec<Edge> {
                 .advise("take it out of `roots`; it is awake while a schema that needs it is");
             continue;
         }
+        known.push(index);
         roots.push((index, root.span.clone()));
     }
     roots

@@ -16,6 +16,8 @@ pub struct Fault {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
+    /// It is only counted, and nobody will read it.
+    pub(super) counted: bool,
 }
 
 /// Where a fault is.
@@ -38,25 +40,35 @@ pub enum Place {
     Option(String),
 }
 
-/// All that is wrong with an application: the file in its order, then the options. Never empty.
+/// What is wrong with an application: the file in its order, then the options. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Faults(Vec<Fault>);
+pub struct Faults {
+    list: Vec<Fault>,
+    /// Those that were found and are not in the list.
+    more: usize,
+}
 
 impl Faults {
     /// Puts them in order.
-    pub(super) fn new(mut faults: Vec<Fault>) -> Self {
-        faults.sort_by_key(|fault| match &fault.place {
+    pub(super) fn new(mut list: Vec<Fault>, more: usize) -> Self {
+        list.sort_by_key(|fault| match &fault.place {
             Place::File(_) => (0, 0),
             Place::Text { span, .. } => (1, span.start),
             Place::Option(_) => (2, 0),
         });
-        Self(faults)
+        Self { list, more }
     }
 
-    /// The faults, in order.
+    /// The faults, in order; of very many the first that were found.
     #[must_use]
     pub fn list(&self) -> &[Fault] {
-        &self.0
+        &self.list
+    }
+
+    /// How many there are in all.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.list.len() + self.more
     }
 }
 
@@ -100,13 +112,13 @@ impl fmt::Display for Fault {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, fault) in self.0.iter().take(MOST_SHOWN).enumerate() {
+        for (index, fault) in self.list.iter().take(MOST_SHOWN).enumerate() {
             if index > 0 {
                 f.write_str("\n")?;
             }
             write!(f, "{fault}")?;
         }
-        match self.0.len().saturating_sub(MOST_SHOWN) {
+        match self.count().saturating_sub(MOST_SHOWN) {
             0 => Ok(()),
             more => write!(f, "\nand {more} more"),
         }

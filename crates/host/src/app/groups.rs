@@ -5,28 +5,24 @@ use jde_abi::describe::Child;
 use super::Group;
 use super::children::Kin;
 use super::cycle::Edge;
-use super::document::Section;
 use super::drafts::Drafts;
+use super::outline::Level;
 use super::report::{Report, quote};
-use super::rules::Rules;
+use super::rules::{Among, Rules};
 
-/// The level of the roots, with what `[root]` says of it.
-pub(super) fn of_roots(
-    report: &mut Report,
-    drafts: &Drafts,
-    section: Option<&Section>,
-    roots: &[Edge],
-) -> Group {
+/// A level of roots, with what the file says of it.
+pub(super) fn of_roots(report: &mut Report, drafts: &Drafts, level: &Level, roots: &[Edge]) -> Group {
     let members: Vec<_> = roots.iter().map(|(root, _)| *root).collect();
     let names = members.iter().map(|root| (drafts.get(*root).name, *root));
-    let rules = Rules::read(
-        report,
-        section,
-        false,
-        "schemas in `roots`",
-        &names.collect::<Vec<_>>(),
-    );
-    rules.group("roots".to_owned(), None, members)
+    let lists = level.name != "roots";
+    let among = Among {
+        arbitrates: false,
+        lists,
+        members_are: if lists { "members" } else { "schemas in `roots`" },
+        members: &names.collect::<Vec<_>>(),
+    };
+    let rules = Rules::read(report, level.section.as_ref(), &among);
+    rules.group(level.name.clone(), None, members)
 }
 
 /// The groups of one father, in the order in which it names their first members.
@@ -36,6 +32,7 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
     };
     let section = &drafts.get(father).section;
     let settings = section.section(report, "groups", section.key("groups"));
+    let many = schema.children.iter().any(|child| child.many);
     let mut known: Vec<&str> = Vec::new();
     for role in schema.children.iter().filter(|role| role.motor) {
         if !known.contains(&role.group.as_str()) {
@@ -43,13 +40,20 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
         }
     }
     if let Some(settings) = &settings {
-        for (name, _) in settings.entries().filter(|(name, _)| !known.contains(&name.text)) {
-            report
-                .fault(
-                    &name.span,
-                    format!("{} has no group {}", section.what, quote(name.text)),
-                )
-                .suggest(name.text, "groups", known.iter().copied());
+        for (name, node) in settings.entries().filter(|(name, _)| !known.contains(&name.text)) {
+            if many && node.get_ref().get("members").is_some() {
+                // None of them is a child of it, which has been reported.
+                continue;
+            }
+            let fault = report.fault(
+                &name.span,
+                format!("{} has no group {}", section.what, quote(name.text)),
+            );
+            if many {
+                fault.advise("say whose it is: members = [...], of its `children`");
+            } else {
+                fault.suggest(name.text, "groups", known.iter().copied());
+            }
         }
     }
     let mut groups = Vec::new();
@@ -67,13 +71,13 @@ pub(super) fn of_father(report: &mut Report, drafts: &Drafts, father: usize, kin
         let rules = settings
             .as_ref()
             .and_then(|settings| settings.section(report, group, what));
-        let rules = Rules::read(
-            report,
-            rules.as_ref(),
-            schema.arbitrates,
-            "roles of this group",
-            &names,
-        );
+        let among = Among {
+            arbitrates: schema.arbitrates,
+            lists: many,
+            members_are: "roles of this group",
+            members: &names,
+        };
+        let rules = Rules::read(report, rules.as_ref(), &among);
         if !members.is_empty() {
             let name = format!("{}/{group}", drafts.get(father).name);
             let members = members.into_iter().map(|(_, child)| child).collect();

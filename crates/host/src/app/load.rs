@@ -13,9 +13,10 @@ use super::outline::Outline;
 use super::remote::Remotes;
 use super::report::Report;
 use super::settings::Settings;
+use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Instance, Override, conflict, file, groups, modulations, needs, syntax,
-    types, wiring,
+    Application, Catalogue, Faults, Instance, Override, conflict, file, groups, many, modulations, needs,
+    syntax, types, wiring,
 };
 
 /// Reads and checks an application file; paths in it are relative to its folder, paths in `overrides` to the working
@@ -24,10 +25,10 @@ use super::{
 /// # Errors
 /// Everything that is wrong with it.
 pub fn load(path: &Path, overrides: &[Override], catalogue: &dyn Catalogue) -> Result<Application, Faults> {
-    parse(&file::read(path)?, path, overrides, catalogue)
+    read(&file::read(path)?, path, overrides, catalogue, true)
 }
 
-/// Checks the text of an application file; `path` is where it stands, or would.
+/// Checks the text of an application file; `path` is where it stands, or would. The files that it names need not be there.
 ///
 /// # Errors
 /// Everything that is wrong with it.
@@ -36,6 +37,17 @@ pub fn parse(
     path: &Path,
     overrides: &[Override],
     catalogue: &dyn Catalogue,
+) -> Result<Application, Faults> {
+    read(text, path, overrides, catalogue, false)
+}
+
+/// With `look`, the files that have to be there are looked for.
+fn read(
+    text: &str,
+    path: &Path,
+    overrides: &[Override],
+    catalogue: &dyn Catalogue,
+    look: bool,
 ) -> Result<Application, Faults> {
     let mut report = Report::new(path, text);
     let (document, errors) = DeTable::parse_recoverable(text);
@@ -46,7 +58,9 @@ pub fn parse(
     }
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut outline = Outline::read(&mut report, document.get_ref(), &file);
+    outline.look = look;
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
+    many::name_children(&mut report, &mut outline.drafts);
     let checked = check(&mut report, outline, plugins, overrides, &file);
     report.finish()?;
     let application = checked.expect("an application without faults is complete");
@@ -72,8 +86,10 @@ fn check(
     modulations::refuse_strangers(report, drafts, overrides);
     let family = Family::read(report, drafts, &outline.roots);
     let fathers = family.fathers(report, drafts);
-    let root = outline.root.as_ref();
-    let mut groups = vec![groups::of_roots(report, drafts, root, &family.roots)];
+    let levels = outline.roots.levels.iter().zip(&family.roots);
+    let mut groups: Vec<_> = levels
+        .map(|(level, roots)| groups::of_roots(report, drafts, level, roots))
+        .collect();
     for (father, kin) in family.kin.iter().enumerate() {
         groups.extend(groups::of_father(report, drafts, father, kin));
     }
@@ -91,21 +107,25 @@ fn check(
         ));
     }
     let remotes = remotes.into_list();
+    let mut group_of = vec![None; drafts.len()];
+    for (place, group) in groups.iter().enumerate() {
+        for member in &group.members {
+            group_of[*member].get_or_insert(place);
+        }
+    }
     for (index, father) in fathers.iter().enumerate() {
         if let Some(instance) = &mut instances[index] {
             instance.father = *father;
-            instance.group = groups.iter().position(|group| group.members.contains(&index));
+            instance.group = group_of[index];
         }
     }
     for instance in instances.iter_mut().flatten() {
         for role in instance.child_order.clone() {
-            let child = instance.children[role];
-            instance.child_groups[role] = groups
-                .iter()
-                .position(|group| child.is_some_and(|child| group.members.contains(&child)));
+            instance.child_groups[role] = instance.children[role].and_then(|child| group_of[child]);
         }
     }
     needs::refuse_cycles(report, drafts, &instances);
+    needs::refuse_echoes(report, drafts, &instances);
     conflict::refuse(report, drafts, &instances, &groups);
     let mission = outline
         .mission
@@ -118,6 +138,7 @@ fn check(
         seed: outline.seed,
         executor: outline.executor,
         mission,
+        mission_stalls_ns: outline.mission_stalls_ns,
         plugins,
         instances: instances.into_iter().collect::<Option<_>>()?,
         groups,
@@ -148,12 +169,17 @@ fn instance(
         schema: &schema,
     };
     let mut bindings = wiring::unbound(&schema);
+    let look = outline.look;
     let folder = file.parent().unwrap_or(Path::new("/"));
-    modulations::from_file(report, section, &schema, folder, &mut bindings);
+    modulations::from_file(report, section, &schema, Paths { folder, look }, &mut bindings);
     let working = std::env::current_dir().unwrap_or_default();
+    let paths = Paths {
+        folder: &working,
+        look,
+    };
     for given in overrides.iter().filter(|given| given.schema == draft.name) {
         report.in_option(given.to_string(), |report| {
-            modulations::from_option(report, given, &here, &working, &mut settings, &mut bindings);
+            modulations::from_option(report, given, &here, paths, &mut settings, &mut bindings);
         });
     }
     wiring::imports(report, &here, remotes, &mut bindings);

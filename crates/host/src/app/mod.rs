@@ -7,10 +7,10 @@
 //! ```toml
 //! name     = "patrol"                 # the file's name if left out
 //! doc      = "Walks its round."
-//! roots    = ["teleop", "patrol"]     # the top level (R13); the first wins a collision
+//! roots    = ["teleop", "patrol"]     # the top level (R13); the first wins a collision. Several levels: [roots.NAME] with members
 //! plugins  = ["../target/release"]    # more folders to look for plugins in
 //! seed     = 7                        # 0 if left out
-//! mission  = "patrol.mission"         # an export of type jde_msgs/msg/Mission that says when it is done
+//! mission  = "patrol.mission"         # an export of type jde_msgs/msg/Mission that says when it is done; or { from, stalls = "60s" }
 //! executor = "threads"                # or "pool"
 //! root     = { policy = "priority" }  # as a group below
 //! link     = { listen = ["tls/0.0.0.0:7447"] } # see [`link`]; without it nobody but its own user reaches it
@@ -26,11 +26,12 @@
 //! triggers  = ["laser"]               # R12; the type's if left out
 //! actuators = { base = "robot.velocity" }     # commands of drivers
 //! children  = { brake = "stop", cruise = "goon" } # this order is the priority order
-//! restart   = { back-off = "500ms", limit = 5 }   # the default; or "on-fault", or "never"
+//! restart   = { back-off = "500ms", limit = 5, within = "60s" } # the default; or "on-fault", or "never"
 //! isolate   = "process"               # or with limits: { memory = "200 MB", cpu = "2s", network = false, files = "read-only" }
 //! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
 //! # policy: "priority", "urgency", "sticky" (dwell, hysteresis), "round-robin" (turn), "father";
 //! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
+//! # and members (roles), where the type leaves the children to the file
 //! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms", budget = "5ms" }
 //! ```
 
@@ -53,6 +54,7 @@ mod groups;
 mod isolation;
 pub mod link;
 mod load;
+mod many;
 mod modulations;
 mod needs;
 mod numbers;
@@ -60,6 +62,7 @@ mod option;
 mod outline;
 mod remote;
 mod report;
+mod roots;
 mod rules;
 mod settings;
 mod spec;
@@ -78,6 +81,7 @@ pub use link::Link;
 pub use load::{load, parse};
 pub use option::Override;
 pub use remote::Remote;
+pub use values::is_path;
 
 /// An application, complete and free of faults; instances and groups are named by their places in the lists.
 #[derive(Clone, Debug)]
@@ -94,6 +98,8 @@ pub struct Application {
     pub executor: Executor,
     /// The export of type `jde_msgs/msg/Mission` that says when it is done: instance and port.
     pub mission: Option<(usize, usize)>,
+    /// How long its mission may not come nearer to its target before that is an event, ns; never if nobody says.
+    pub mission_stalls_ns: Option<u64>,
     /// The plugins that its instances come from.
     pub plugins: Vec<Arc<Plugin>>,
     /// Its instances, in the file's order.
@@ -171,6 +177,8 @@ pub enum Binding {
     Modulation {
         /// Value at the start, as large as the port's type.
         initial: Vec<u8>,
+        /// The file or an option gives it, be it the default.
+        set: bool,
     },
     /// Is written by the motor schemas that have authority.
     Command,
@@ -207,7 +215,7 @@ pub enum ChildTarget {
 /// One competition among motor schemas: of the roots, or of some children of one father.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// `roots`, or father and group: `example/base`.
+    /// `roots`, or `roots/left`; or father and group: `example/base`.
     pub name: String,
     /// Its father; none for the roots.
     pub father: Option<usize>,

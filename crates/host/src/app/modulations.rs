@@ -1,18 +1,16 @@
 //! Initial values of modulations: the type's default, then the file's, then an option's.
 
-use std::path::Path;
-
-use jde_abi::describe::{Port, Role, Schema};
+use jde_abi::describe::{Limits, Role, Schema};
 use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
 use jde_types::Value as _;
 
-use super::document::{Node, Section, Text};
+use super::document::{Node, Section, Text, wrong};
 use super::drafts::{Drafts, Here};
 use super::given::node;
 use super::report::{Report, quote};
 use super::settings::Settings;
-use super::values::Target;
+use super::values::{Paths, Target};
 use super::{Binding, Override, time};
 
 /// The one key that is reserved and yet may be given as an option.
@@ -23,12 +21,12 @@ pub(super) fn from_file(
     report: &mut Report,
     section: &Section,
     schema: &Schema,
-    folder: &Path,
+    paths: Paths<'_>,
     bindings: &mut [Binding],
 ) {
     for (key, node) in section.entries().filter(|(key, _)| !RESERVED.contains(&key.text)) {
         match place(schema, key.text) {
-            Some(port) => set(report, section, schema, port, node, folder, &mut bindings[port]),
+            Some(port) => set(report, section, schema, port, node, paths, &mut bindings[port]),
             None => refuse(report, section, schema, &key),
         }
     }
@@ -39,7 +37,7 @@ pub(super) fn from_option(
     report: &mut Report,
     given: &Override,
     here: &Here,
-    folder: &Path,
+    paths: Paths<'_>,
     settings: &mut Settings,
     bindings: &mut [Binding],
 ) {
@@ -57,7 +55,7 @@ pub(super) fn from_option(
             .suggest(&given.variable, "modulations", known);
     };
     let node = node(&given.value, &schema.ports[port].value_type);
-    set(report, section, schema, port, &node, folder, &mut bindings[port]);
+    set(report, section, schema, port, &node, paths, &mut bindings[port]);
 }
 
 /// Reports options that name no schema of the application.
@@ -110,55 +108,65 @@ fn set(
     schema: &Schema,
     port: usize,
     node: &Node,
-    folder: &Path,
+    paths: Paths<'_>,
     binding: &mut Binding,
 ) {
-    let (port, Binding::Modulation { initial }) = (&schema.ports[port], binding) else {
+    let (port, Binding::Modulation { initial, set }) = (&schema.ports[port], binding) else {
         return;
     };
+    *set = true;
     let target = Target {
         name: port.name.clone(),
         owner: &section.what,
         unit: &port.unit,
-        folder,
+        folder: paths.folder,
     };
-    let Some(value) = target.value(report, &port.value_type, node) else {
+    let Role::Modulation { limits, .. } = &port.role else {
         return;
     };
-    if let Some(message) = out_of_range(port, &value) {
-        report.fault(&node.span(), format!("{} {message}", section.key(&port.name)));
-        return;
+    let value = if limits.choices.is_empty() {
+        target.value(report, &port.value_type, node)
+    } else {
+        choice(report, section, &port.name, limits, node)
+    };
+    let Some(value) = value else { return };
+    if let Some(path) = paths.absent(&port.unit, &value) {
+        let message = format!(
+            "{} is {}, and there is no such file",
+            section.key(&port.name),
+            quote(path)
+        );
+        report
+            .fault(&node.span(), message)
+            .advise("put it there, or write another path, absolute or relative to the application's folder");
     }
-    if let Err(error) = encode(&port.value_type, &value, initial) {
+    let mut bytes = initial.clone();
+    if let Err(error) = encode(&port.value_type, &value, &mut bytes) {
         report.fault(&node.span(), format!("{}: {error}", section.key(&port.name)));
+    } else if let Err(not_allowed) = limits.check(&port.value_type, &bytes) {
+        let message = format!("{} {}", section.key(&port.name), not_allowed.words(&port.unit));
+        report.fault(&node.span(), message);
+    } else {
+        *initial = bytes;
     }
 }
 
-/// Why a plain number is outside of what its port allows.
-fn out_of_range(port: &Port, value: &Value) -> Option<String> {
-    let Role::Modulation {
-        range: (least, most), ..
-    } = port.role
-    else {
+/// One of several, by its name.
+fn choice(report: &mut Report, section: &Section, name: &str, limits: &Limits, node: &Node) -> Option<Value> {
+    let choices = limits.choices.iter().map(String::as_str);
+    let Some(word) = node.get_ref().as_str() else {
+        let expected = format!("one of {}", limits.choices.join(", "));
+        wrong(report, &section.key(name), &expected, node);
         return None;
     };
-    port.value_type.as_number()?;
-    let Value::Map(fields) = value else { return None };
-    let number = match fields.first()?.1 {
-        Value::Float(number) => number,
-        Value::Int(number) => number as f64,
-        Value::UInt(number) => number as f64,
-        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => return None,
+    let Some(number) = limits.choice(word) else {
+        report
+            .fault(
+                &node.span(),
+                format!("{} is {}, which is no choice", section.key(name), quote(word)),
+            )
+            .suggest(word, "choices", choices);
+        return None;
     };
-    let unit = if port.unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {}", port.unit)
-    };
-    let bound = match (least, most) {
-        (Some(least), _) if number < least => format!("at least {least}{unit}"),
-        (_, Some(most)) if number > most => format!("at most {most}{unit}"),
-        _ => return None,
-    };
-    Some(format!("is {number}{unit}, and {bound} is allowed"))
+    Some(Value::UInt(number as u64))
 }

@@ -2,9 +2,11 @@
 
 use jde_abi::describe::{Kind, Role, Schema};
 
+use toml::Spanned;
+
 use super::cycle::{Edge, cycles};
 use super::drafts::Drafts;
-use super::report::Report;
+use super::report::{Report, quote};
 use super::{Binding, Instance, Source};
 
 /// Whether whoever is bound to this port of a schema keeps the schema awake. A motor schema is woken by its father alone,
@@ -36,6 +38,39 @@ pub(super) fn refuse_cycles(report: &mut Report, drafts: &Drafts, instances: &[O
                 ),
             )
             .advise("break the circle of `imports`");
+    }
+}
+
+/// Reports schemas that trigger themselves: each value would have them look again at once, and export the next. Who imports from each
+/// other in a circle is refused above already, triggered or not, unless a motor schema is among them; that one iterates at its period
+/// whatever triggers it (R12), so nothing goes round faster than that.
+pub(super) fn refuse_echoes(report: &mut Report, drafts: &Drafts, instances: &[Option<Instance>]) {
+    for (index, instance) in instances.iter().enumerate() {
+        let Some(instance) = instance else { continue };
+        for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
+            let Binding::Import {
+                source: Some(Source::Here(provider, number)),
+                trigger: true,
+            } = *binding
+            else {
+                continue;
+            };
+            if provider == index && instance.schema.ports[number].role == Role::Export {
+                let section = &drafts.get(index).section;
+                let written = section
+                    .get("imports")
+                    .and_then(|node| node.get_ref().get(port.name.as_str()));
+                let span = written.map_or_else(|| section.span.clone(), Spanned::span);
+                let message = format!(
+                    "{} would trigger itself without end: {} is its own export, and triggers it",
+                    section.what,
+                    quote(&port.name)
+                );
+                report
+                    .fault(&span, message)
+                    .advise("bind it to another schema's export, or leave it out of `triggers`");
+            }
+        }
     }
 }
 

@@ -6,9 +6,10 @@ use toml::de::DeTable;
 
 use super::Executor;
 use super::document::{Section, Text, whole};
-use super::drafts::Drafts;
+use super::drafts::{Drafts, is_legal_name};
 use super::link::{self, Link};
 use super::report::{Report, quote};
+use super::time;
 
 const KEYS: &[&str] = &[
     "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
@@ -22,17 +23,29 @@ pub(super) struct Outline<'a> {
     pub(super) plugin_dirs: Vec<PathBuf>,
     pub(super) seed: u64,
     pub(super) mission: Option<Text<'a>>,
+    pub(super) mission_stalls_ns: Option<u64>,
     pub(super) executor: Executor,
-    pub(super) root: Option<Section<'a>>,
     pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
+    /// Files that have to be there are looked for.
+    pub(super) look: bool,
 }
 
-/// The names of the top level.
+/// The top of the hierarchy.
 pub(super) struct Roots<'a> {
-    pub(super) names: Vec<Text<'a>>,
-    /// None was lost, as is one that is no text.
+    /// One, or as many as the file names.
+    pub(super) levels: Vec<Level<'a>>,
+    /// No name was lost, as is one that is no text.
     pub(super) complete: bool,
+}
+
+/// Roots that compete with each other, and with nobody else.
+pub(super) struct Level<'a> {
+    /// `roots`, or `roots/left`.
+    pub(super) name: String,
+    pub(super) members: Vec<Text<'a>>,
+    /// What else the file says of it.
+    pub(super) section: Option<Section<'a>>,
 }
 
 impl<'a> Outline<'a> {
@@ -45,6 +58,7 @@ impl<'a> Outline<'a> {
         let name = top
             .text(report, "name")
             .map_or_else(|| stem.into_owned(), |name| name.text.to_owned());
+        let (mission, mission_stalls_ns) = mission(report, &top);
         Self {
             link: link::read(report, &top, &name, folder),
             name,
@@ -60,26 +74,40 @@ impl<'a> Outline<'a> {
                 .map(|dir| folder.join(dir.text))
                 .collect(),
             seed: seed(report, &top),
-            mission: top.text(report, "mission"),
+            mission,
+            mission_stalls_ns,
             executor: executor(report, &top),
-            root: top.section(report, "root", "`root`"),
             drafts: Drafts::read(report, &top),
+            look: false,
         }
     }
 }
 
 fn roots<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
     const ADVICE: &str = "name the motor schemas of the top level, such as roots = [\"teleop\", \"example\"]; the first wins a collision";
-    let names = top.texts(report, "roots").unwrap_or_default();
-    let written = match top.get("roots") {
-        None => {
-            report
-                .whole("there is no `roots`, so nothing would ever start")
-                .advise(ADVICE);
-            None
-        }
-        Some(node) => node.get_ref().as_array().map(|list| list.len()),
+    let Some(node) = top.get("roots") else {
+        report
+            .whole("there is no `roots`, so nothing would ever start")
+            .advise(ADVICE);
+        return Roots {
+            levels: Vec::new(),
+            complete: false,
+        };
     };
+    let root = top.section(report, "root", "`root`");
+    if node.get_ref().is_table() {
+        if root.is_some() {
+            report
+                .fault(
+                    &top.key_span("root"),
+                    "`root` says how the one level of `roots = [...]` competes, and here are several",
+                )
+                .advise("say it in each of them, beside its `members`");
+        }
+        return levels(report, top);
+    }
+    let members = top.texts(report, "roots").unwrap_or_default();
+    let written = node.get_ref().as_array().map(|list| list.len());
     if written == Some(0) {
         report
             .fault(
@@ -89,9 +117,90 @@ fn roots<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
             .advise(ADVICE);
     }
     Roots {
-        complete: written == Some(names.len()),
-        names,
+        complete: written == Some(members.len()),
+        levels: vec![Level {
+            name: "roots".to_owned(),
+            members,
+            section: root,
+        }],
     }
+}
+
+/// The levels of `[roots.NAME]`, each of which has a winner of its own.
+fn levels<'a>(report: &mut Report, top: &Section<'a>) -> Roots<'a> {
+    const ADVICE: &str =
+        "name its motor schemas, such as members = [\"teleop\", \"example\"]; the first wins a collision";
+    let mut levels = Vec::new();
+    let mut complete = true;
+    let roots = top.section(report, "roots", "`roots`");
+    for (name, _) in roots.iter().flat_map(Section::entries) {
+        let what = format!("level {} of `roots`", quote(name.text));
+        if !is_legal_name(name.text) {
+            report
+                .fault(
+                    &name.span,
+                    format!("{} cannot be the name of a level", quote(name.text)),
+                )
+                .advise("use 1 to 64 letters, digits, `_` and `-`");
+        }
+        let Some(section) = roots
+            .as_ref()
+            .and_then(|roots| roots.section(report, name.text, what))
+        else {
+            complete = false;
+            continue;
+        };
+        let members = section.texts(report, "members").unwrap_or_default();
+        let written = section
+            .get("members")
+            .map(|node| node.get_ref().as_array().map(|list| list.len()));
+        match written {
+            None | Some(Some(0)) => {
+                let message = format!(
+                    "{} has no members, so nothing would ever start in it",
+                    section.what
+                );
+                report.fault(&section.key_span("members"), message).advise(ADVICE);
+            }
+            Some(_) => {}
+        }
+        complete &= written == Some(Some(members.len()));
+        levels.push(Level {
+            name: format!("roots/{}", name.text),
+            members,
+            section: Some(section),
+        });
+    }
+    if levels.is_empty() && complete {
+        report
+            .fault(
+                &top.key_span("roots"),
+                "`roots` is empty, so nothing would ever start",
+            )
+            .advise("write [roots.NAME] with members = [...], or just roots = [...]");
+    }
+    Roots { levels, complete }
+}
+
+/// The mission's export, and how long it may not come nearer before that is told.
+fn mission<'a>(report: &mut Report, top: &Section<'a>) -> (Option<Text<'a>>, Option<u64>) {
+    if top.get("mission").is_none_or(|node| !node.get_ref().is_table()) {
+        return (top.text(report, "mission"), None);
+    }
+    let Some(section) = top.section(report, "mission", "`mission`") else {
+        return (None, None);
+    };
+    section.refuse_unknown(report, &["from", "stalls"]);
+    let from = section.text(report, "from");
+    if section.get("from").is_none() {
+        report
+            .fault(&section.span, "`mission` does not say which export it is")
+            .advise("add from = \"SCHEMA.mission\"");
+    }
+    let stalls = section
+        .get("stalls")
+        .and_then(|node| time::time(report, &section.key("stalls"), node));
+    (from, stalls)
 }
 
 fn seed(report: &mut Report, top: &Section) -> u64 {

@@ -12,7 +12,7 @@ use super::document::{Node, Section, Text, wrong};
 use super::drafts::is_legal_name;
 use super::link::Link;
 use super::report::{Report, quote};
-use super::{time, units, variable};
+use super::{time, variable};
 
 /// A variable of another application that is imported here. On the board it is an export that the link writes, and that has no
 /// value while nobody vouches for it: before the first arrives, and when the last is too old or the other is gone.
@@ -246,7 +246,7 @@ impl Found {
         }
         if remote.unit.is_empty() {
             unit.clone_into(&mut remote.unit);
-        } else if !unit.is_empty() && !units::same(unit, &remote.unit) {
+        } else if !unit.is_empty() && !jde_abi::unit::same(unit, &remote.unit) {
             let (takes, other) = (quote(unit), quote(&remote.unit));
             report.fault(
                 span,

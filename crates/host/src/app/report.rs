@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::fault::{Fault, Faults, Place};
 
+/// Most faults that are kept, each with what was meant and where it is, which may take long to find out: nobody mends more at once. The
+/// others are counted.
+const MOST: usize = 200;
 /// Longest piece of a file that is repeated in a message, in characters.
 const LONGEST_QUOTE: usize = 60;
 
@@ -15,6 +18,9 @@ pub(super) struct Report<'a> {
     lines: Vec<usize>,
     option: Option<String>,
     faults: Vec<Fault>,
+    /// The last that was only counted.
+    spare: Option<Fault>,
+    more: usize,
 }
 
 impl<'a> Report<'a> {
@@ -26,12 +32,15 @@ impl<'a> Report<'a> {
             lines: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
             option: None,
             faults: Vec::new(),
+            spare: None,
+            more: 0,
         }
     }
 
     /// Adds a fault at a piece of the text, or at the option under examination.
     pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
         let place = match &self.option {
+            _ if self.faults.len() == MOST => Place::File(PathBuf::new()),
             Some(option) => Place::Option(option.clone()),
             None => self.place(span),
         };
@@ -70,7 +79,7 @@ impl<'a> Report<'a> {
             !self.faults.is_empty(),
             "faults are asked for where there are none"
         );
-        Faults::new(self.faults)
+        Faults::new(self.faults, self.more)
     }
 
     fn place(&self, span: &Range<usize>) -> Place {
@@ -88,12 +97,18 @@ impl<'a> Report<'a> {
     }
 
     fn push(&mut self, place: Place, message: String) -> &mut Fault {
-        self.faults.push(Fault {
+        let counted = self.faults.len() == MOST;
+        let fault = Fault {
             place,
             message,
             help: None,
-        });
-        self.faults.last_mut().expect("one was just pushed")
+            counted,
+        };
+        if counted {
+            self.more += 1;
+            return self.spare.insert(fault);
+        }
+        self.faults.push_mut(fault)
     }
 }
 

@@ -9,6 +9,7 @@ use super::report::{Report, quote};
 use super::time;
 
 const KEYS: &[&str] = &[
+    "members",
     "policy",
     "dwell",
     "hysteresis",
@@ -30,15 +31,22 @@ pub(super) struct Rules {
     budget_ns: Nanos,
 }
 
+/// Whom the rules are for.
+pub(super) struct Among<'n> {
+    /// Whether the father can arbitrate itself.
+    pub(super) arbitrates: bool,
+    /// Whether the file says who they are, as `members`.
+    pub(super) lists: bool,
+    /// What the names of the members are: "roles of this group".
+    pub(super) members_are: &'n str,
+    /// The names that a fallback may have.
+    pub(super) members: &'n [(&'n str, usize)],
+}
+
 impl Rules {
-    /// Reads them; `members` are the names that a fallback may have.
-    pub(super) fn read(
-        report: &mut Report,
-        section: Option<&Section>,
-        arbitrates: bool,
-        members_are: &str,
-        members: &[(&str, usize)],
-    ) -> Self {
+    /// Reads them.
+    pub(super) fn read(report: &mut Report, section: Option<&Section>, among: &Among) -> Self {
+        let arbitrates = among.arbitrates;
         let default = if arbitrates {
             Policy::Father
         } else {
@@ -52,14 +60,14 @@ impl Rules {
                 budget_ns: DEFAULT_BUDGET,
             };
         };
-        section.refuse_unknown(report, KEYS);
+        section.refuse_unknown(report, &KEYS[usize::from(!among.lists)..]);
         let time = |report: &mut Report, key: &str| {
             let node = section.get(key)?;
             time::time(report, &section.key(key), node)
         };
         Self {
             policy: policy(report, section, default, arbitrates, &time),
-            absence: absence(report, section, members_are, members, &time),
+            absence: absence(report, section, among, &time),
             patience_ns: time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
             budget_ns: time(report, "budget").unwrap_or(DEFAULT_BUDGET),
         }
@@ -139,8 +147,9 @@ fn policy(
 fn absence(
     report: &mut Report,
     section: &Section,
-    members_are: &str,
-    members: &[(&str, usize)],
+    &Among {
+        members_are, members, ..
+    }: &Among,
     time: &impl Fn(&mut Report, &str) -> Option<Nanos>,
 ) -> Absence {
     let written = section.text(report, "absence");

@@ -16,6 +16,8 @@ const BACK_OFF: Nanos = 500_000_000;
 /// Restarts that a schema gets if it states none: with a back-off that doubles, the fifth comes after 15 s, and what still
 /// fails then is broken.
 const LIMIT: u32 = 5;
+/// Time in which it gets them if it states none: what fails once in a while, on a robot that runs for days, is not broken.
+const WITHIN: Nanos = 60_000_000_000;
 
 /// What a schema's own keys say.
 pub(super) struct Settings {
@@ -31,7 +33,7 @@ impl Settings {
     /// Reads them; what is left out is the type's.
     pub(super) fn read(report: &mut Report, section: &Section, schema: Option<&Schema>) -> Self {
         let type_period = schema.map_or(0, |schema| schema.period_ns);
-        let type_budget = schema.map_or(0, |schema| schema.budget_ns);
+        let type_budget = schema.and_then(|schema| schema.budget_ns);
         let period_ns = section
             .get("period")
             .and_then(|node| time::period(report, &section.key("period"), node))
@@ -40,11 +42,7 @@ impl Settings {
             .get("budget")
             .and_then(|node| time::time(report, &section.key("budget"), node));
         // A type that states no budget has its period's, whatever the period is here.
-        let budget_ns = budget_ns.unwrap_or(if type_budget == type_period {
-            period_ns
-        } else {
-            type_budget
-        });
+        let budget_ns = budget_ns.or(type_budget).unwrap_or(period_ns);
         Self {
             doc: section
                 .text(report, "doc")
@@ -76,12 +74,16 @@ fn hang(report: &mut Report, section: &Section, budget_ns: Nanos) -> Option<Nano
     Some(hang_ns)
 }
 
-/// `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5 }`.
+/// `restart = "never"`, or `"on-fault"`, or `{ back-off = "200ms", limit = 5, within = "60s" }`.
 fn restart(report: &mut Report, section: &Section) -> Restart {
-    let on_fault = |backoff, limit| Restart::OnFault { backoff, limit };
+    let on_fault = |backoff, limit, within| Restart::OnFault {
+        backoff,
+        limit,
+        within,
+    };
     let what = section.key("restart");
     let Some(node) = section.get("restart") else {
-        return on_fault(BACK_OFF, LIMIT);
+        return on_fault(BACK_OFF, LIMIT, WITHIN);
     };
     match node.get_ref() {
         DeValue::Table(_) => {}
@@ -96,14 +98,14 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
                     )
                     .suggest(other, "ways", ["never", "on-fault"]),
             }
-            return on_fault(BACK_OFF, LIMIT);
+            return on_fault(BACK_OFF, LIMIT, WITHIN);
         }
         DeValue::Integer(_)
         | DeValue::Float(_)
         | DeValue::Boolean(_)
         | DeValue::Datetime(_)
         | DeValue::Array(_) => {
-            let expected = "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5 }";
+            let expected = "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5, within = \"60s\" }";
             wrong(report, &what, expected, node);
             return Restart::Never;
         }
@@ -111,7 +113,7 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
     let Some(table) = section.section(report, "restart", &what) else {
         return Restart::Never;
     };
-    table.refuse_unknown(report, &["back-off", "limit"]);
+    table.refuse_unknown(report, &["back-off", "limit", "within"]);
     let backoff = table
         .get("back-off")
         .and_then(|node| time::time(report, &table.key("back-off"), node))
@@ -130,5 +132,9 @@ fn restart(report: &mut Report, section: &Section) -> Restart {
         }
         limit
     });
-    on_fault(backoff, limit.unwrap_or(LIMIT))
+    let within = table
+        .get("within")
+        .and_then(|node| time::time(report, &table.key("within"), node))
+        .unwrap_or(WITHIN);
+    on_fault(backoff, limit.unwrap_or(LIMIT), within)
 }

@@ -28,6 +28,9 @@ pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
 impl Fault {
     /// Helps with the nearest known name or, where none is near and they are few, with all of them.
     pub(super) fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
+        if self.counted {
+            return;
+        }
         let known: Vec<_> = known.into_iter().collect();
         if let Some(near) = nearest(name, known.iter().copied()) {
             self.advise(format!("did you mean {}?", quote(near)));

@@ -1,5 +1,6 @@
 //! Finds the type that each instance names, in the catalogue of plugins.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,14 +25,15 @@ pub(super) fn resolve(
         dirs,
         plugins: Vec::new(),
         asked: HashMap::new(),
+        known: OnceCell::new(),
         found: HashMap::new(),
     };
     for draft in drafts.iter_mut() {
         if draft.section.get("type").is_none() {
             let message = format!("{} has no `type`", draft.section.what);
             let fault = report.fault(&draft.section.span, message);
-            let known = types.catalogue.known();
-            let like = known
+            let like = types
+                .known()
                 .iter()
                 .find(|known| known.rsplit('/').next() == Some(draft.name));
             fault.advise(match like {
@@ -52,6 +54,7 @@ struct Types<'c> {
     dirs: &'c [PathBuf],
     plugins: Vec<Arc<Plugin>>,
     asked: HashMap<String, Result<usize, String>>,
+    known: OnceCell<Vec<String>>,
     /// So that instances of one type share its description.
     found: HashMap<(usize, usize), Found>,
 }
@@ -67,7 +70,11 @@ impl Types<'_> {
             Err(reason) => {
                 let message = format!("{what}: plugin {} cannot be used: {reason}", quote(plugin));
                 let fault = report.fault(&written.span, message);
-                if let Some(near) = meant(&self.catalogue.known(), plugin, written.text) {
+                if let Some(near) = meant(
+                    self.known.get_or_init(|| self.catalogue.known()),
+                    plugin,
+                    written.text,
+                ) {
                     fault.advise(format!("did you mean {}?", quote(&near)));
                 }
                 return None;
@@ -81,6 +88,11 @@ impl Types<'_> {
             schema: Arc::new(plugins[index].schemas[number].clone()),
         });
         Some(found.clone())
+    }
+
+    /// What there is, for suggestions, and the catalogue asked once only.
+    fn known(&self) -> &[String] {
+        self.known.get_or_init(|| self.catalogue.known())
     }
 
     /// The plugin's place, and the catalogue asked once only.

@@ -10,8 +10,37 @@ use toml::de::{DeArray, DeTable, DeValue};
 use super::document::{Node, wrong};
 use super::report::{Report, quote};
 
-/// The unit of a text that is the path of a file.
+/// The unit of a text that is a path.
 const PATH: &str = "path";
+/// The unit of a text that is the path of a file which has to be there before the application starts.
+const FILE: &str = "file";
+
+/// Whether a text of that unit is a path.
+#[must_use]
+pub fn is_path(unit: &str) -> bool {
+    [PATH, FILE].contains(&unit)
+}
+
+/// Where the paths of a file begin, and what is looked for there.
+#[derive(Clone, Copy)]
+pub(super) struct Paths<'p> {
+    /// Where relative ones begin.
+    pub(super) folder: &'p Path,
+    /// Files that have to be there are looked for.
+    pub(super) look: bool,
+}
+
+impl Paths<'_> {
+    /// Whether a value names a file that has to be there and is not, and which.
+    pub(super) fn absent<'v>(self, unit: &str, value: &'v Value) -> Option<&'v str> {
+        let Value::Map(fields) = value else { return None };
+        let [(_, Value::Text(path))] = fields.as_slice() else {
+            return None;
+        };
+        let absent = self.look && unit == FILE && !path.is_empty() && !Path::new(path).is_file();
+        absent.then_some(path.as_str())
+    }
+}
 
 /// What a value is for.
 pub(super) struct Target<'t> {
@@ -185,7 +214,7 @@ impl Target<'_> {
             wrong(report, &self.what(), "a text", node);
             return None;
         };
-        let text = if unit == PATH && !text.is_empty() {
+        let text = if is_path(unit) && !text.is_empty() {
             self.folder.join(text).to_string_lossy().into_owned()
         } else {
             text.to_owned()

@@ -8,7 +8,6 @@ use jde_abi::describe::{Port, Role};
 use super::document::Text;
 use super::drafts::Drafts;
 use super::report::{Report, quote, quote_all};
-use super::units;
 
 /// What kind of variable is looked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -121,10 +120,11 @@ pub(super) fn fits(
     if !port.value_type.same_as(&other.value_type) {
         let (takes, has) = (quote(&port.value_type.name), quote(&other.value_type.name));
         if takes == has {
-            let message = format!("{what}: {full} is {takes} too, but of another layout");
+            let difference = port.value_type.difference(&other.value_type).unwrap_or_default();
+            let message = format!("{what}: {full} is {takes} too, but of another layout: {difference}");
             report
                 .fault(span, message)
-                .advise("build both plugins with the same definition of the type");
+                .advise("build both plugins with the same definition of the type, from a crate or a header that both use");
         } else {
             report.fault(span, format!("{what} is {takes}, and {full} is {has}"));
         }
@@ -134,7 +134,7 @@ pub(super) fn fits(
         return true;
     };
     // A port that names no unit takes any: a plotter, a filter.
-    if takes.is_empty() || units::same(takes, has) {
+    if takes.is_empty() || jde_abi::unit::same(takes, has) {
         return true;
     }
     let has = if has.is_empty() {

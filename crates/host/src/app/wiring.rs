@@ -34,6 +34,7 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
             Role::Export => Binding::Export,
             Role::Modulation { default, .. } => Binding::Modulation {
                 initial: default.clone(),
+                set: false,
             },
             Role::Command { .. } => Binding::Command,
             Role::Actuator => Binding::Actuator { target: None },

@@ -29,6 +29,9 @@ struct Fitting<'a> {
 /// # Errors
 /// Everything that keeps it from taking the place of the present build.
 pub(crate) fn fit(application: &Application, number: usize, new: &Schema) -> Result<Fit, Vec<String>> {
+    let children = application.instances[number].schema.children.iter();
+    let named = children.filter(|child| child.many);
+    let new = &new.with_children(named.map(|child| (&*child.name, &*child.group)));
     let mut fitting = Fitting {
         application,
         number,
@@ -79,9 +82,10 @@ impl<'a> Fitting<'a> {
                 ));
             }
         }
+        let budget = |schema: &Schema| schema.budget_ns.unwrap_or(schema.period_ns);
         for (what, then, now) in [
             ("period", old.period_ns, new.period_ns),
-            ("budget", old.budget_ns, new.budget_ns),
+            ("budget", budget(old), budget(new)),
         ] {
             if then != now {
                 self.notes.push(format!(
@@ -134,11 +138,9 @@ impl<'a> Fitting<'a> {
                 .reader(here)
                 .or_else(|| (self.application.mission == Some(here)).then(|| "it is the mission".to_owned())),
             Binding::Command => self.writer(here),
-            Binding::Modulation { initial } => {
-                let Role::Modulation { default, .. } = &self.old().ports[place].role else {
-                    unreachable!("a modulation is bound as one")
-                };
-                let set = || (initial != default).then(|| "the application sets it".to_owned());
+            Binding::Modulation { set, .. } => {
+                // Its next start would be refused, whatever the value is.
+                let set = || set.then(|| "the application sets it".to_owned());
                 self.writer(here).or_else(|| self.reader(here)).or_else(set)
             }
         }
@@ -270,11 +272,15 @@ impl<'a> Fitting<'a> {
                 ));
             }
             (
-                Role::Modulation { default, range, .. },
+                Role::Modulation {
+                    default,
+                    limits,
+                    fixed,
+                },
                 Role::Modulation {
                     default: new_default,
-                    range: new_range,
-                    ..
+                    limits: new_limits,
+                    fixed: new_fixed,
                 },
             ) => {
                 if default != new_default {
@@ -282,9 +288,15 @@ impl<'a> Fitting<'a> {
                         "{name} has another default now; the running value stays (`jde set`)"
                     ));
                 }
-                if range != new_range {
+                if fixed != new_fixed {
                     self.notes.push(format!(
-                        "{name} has another range now; the old one counts before the application starts anew"
+                        "{name} is {} on awakening now; it is so from when the application starts anew",
+                        if *new_fixed { "taken" } else { "no longer taken" }
+                    ));
+                }
+                if limits != new_limits {
+                    self.notes.push(format!(
+                        "{name} has other limits now; the old ones count before the application starts anew"
                     ));
                 }
             }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::history::Aligned;
 use crate::instance::memory_of;
-use crate::plugin::Loaded;
+use crate::plugin::{Functions, Loaded};
 pub(crate) use fit::{Fit, fit};
 pub(crate) use register::Register;
 
@@ -42,8 +42,8 @@ impl fmt::Display for BuildName {
 
 /// One build of the type of an instance.
 pub(crate) struct Build {
-    pub(crate) table: &'static raw::Schema,
-    pub(crate) state: Option<&'static raw::State>,
+    pub(crate) table: Functions,
+    pub(crate) state: Option<raw::State>,
     /// The place of the type in its plugin.
     pub(crate) number: usize,
     pub(crate) name: BuildName,
@@ -68,16 +68,15 @@ pub(crate) enum Way {
 }
 
 impl Build {
-    /// The one that the application was checked against.
-    pub(crate) fn original(plugin: Loaded, number: usize) -> Self {
-        let about = &plugin.description.schemas[number];
+    /// The one that the application was checked against; `about` is the type as the application has it.
+    pub(crate) fn original(plugin: Loaded, number: usize, about: &describe::Schema) -> Self {
         let fit = Fit {
             ports: (0..about.ports.len()).map(Way::Bound).collect(),
             roles: (0..about.children.len()).map(Some).collect(),
             notes: Vec::new(),
         };
         let table = plugin.schema(number);
-        let state = memory_of(table).unwrap_or_else(|wrong| {
+        let state = memory_of(&table).unwrap_or_else(|wrong| {
             tracing::warn!("`{}` remembers nothing from build to build: {wrong}", about.name);
             None
         });
@@ -85,7 +84,7 @@ impl Build {
     }
 
     /// Another, in the place that `fit` found for it.
-    pub(crate) fn new(plugin: Loaded, number: usize, state: Option<&'static raw::State>, fit: Fit) -> Self {
+    pub(crate) fn new(plugin: Loaded, number: usize, state: Option<raw::State>, fit: Fit) -> Self {
         Self {
             table: plugin.schema(number),
             state,

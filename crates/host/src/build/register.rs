@@ -30,7 +30,7 @@ enum Exchange {
     #[default]
     None,
     /// A build waits for its turn to take over.
-    Awaited,
+    Awaited(Swap),
     /// It is taking over.
     UnderWay { build: BuildName, order: Arc<Order> },
     /// It took over in the present turn.
@@ -55,22 +55,38 @@ impl Register {
         present.expect("an instance has a build before it has a runner")
     }
 
-    /// A build is about to take over; false if another is already.
-    pub(crate) fn await_turn(&self, instance: usize) -> bool {
+    /// A build is about to take over; false if another is already. It is kept here until it has its turn, so that a call that hangs
+    /// before then leaves it to whoever takes the next.
+    pub(crate) fn await_turn(&self, instance: usize, swap: Swap) -> bool {
         let exchange = &mut self.lock()[instance].exchange;
         let free = matches!(exchange, Exchange::None);
         if free {
-            *exchange = Exchange::Awaited;
+            *exchange = Exchange::Awaited(swap);
         }
         free
     }
 
-    /// It has its turn.
-    pub(crate) fn has_turn(&self, instance: usize, swap: &Swap) {
-        self.lock()[instance].exchange = Exchange::UnderWay {
-            build: swap.build.name.clone(),
-            order: Arc::clone(&swap.order),
-        };
+    /// Whether a build waits for its turn.
+    pub(crate) fn is_awaited(&self, instance: usize) -> bool {
+        matches!(self.lock()[instance].exchange, Exchange::Awaited(_))
+    }
+
+    /// It has its turn, if one waited for it.
+    pub(crate) fn has_turn(&self, instance: usize) -> Option<Swap> {
+        let exchange = &mut self.lock()[instance].exchange;
+        match std::mem::take(exchange) {
+            Exchange::Awaited(swap) => {
+                *exchange = Exchange::UnderWay {
+                    build: swap.build.name.clone(),
+                    order: Arc::clone(&swap.order),
+                };
+                Some(swap)
+            }
+            other @ (Exchange::None | Exchange::UnderWay { .. } | Exchange::Done { .. }) => {
+                *exchange = other;
+                None
+            }
+        }
     }
 
     /// It took over; that is answered when its turn is over.
@@ -78,7 +94,7 @@ impl Register {
         let exchange = &mut self.lock()[instance].exchange;
         *exchange = match std::mem::take(exchange) {
             Exchange::UnderWay { order, .. } => Exchange::Done { takeover, order },
-            other @ (Exchange::None | Exchange::Awaited | Exchange::Done { .. }) => other,
+            other @ (Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. }) => other,
         };
     }
 
@@ -98,7 +114,7 @@ impl Register {
     pub(crate) fn coming(&self, instance: usize) -> Option<BuildName> {
         match &self.lock()[instance].exchange {
             Exchange::UnderWay { build, .. } => Some(build.clone()),
-            Exchange::None | Exchange::Awaited | Exchange::Done { .. } => None,
+            Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. } => None,
         }
     }
 

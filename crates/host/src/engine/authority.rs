@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use jde_board::{Reader, Variable};
+use jde_board::{Access, Reader, Variable};
 use jde_core::Nanos;
 
 /// Every command of every driver.
@@ -18,8 +18,30 @@ pub(super) struct Command {
     pub(super) variable: Arc<Variable>,
     pub(super) newest: Reader,
     pub(super) neutral: Vec<u8>,
+    /// The number of the value that stands although its writer lost its authority, held or taken over; 0 if none does.
+    pub(super) alone: u64,
     /// The motor schemas that are bound to it.
     pub(super) commanders: Vec<usize>,
+}
+
+/// What becomes of the newest value of a command.
+enum Fate {
+    /// It is nobody's business.
+    Stays,
+    /// It stands without its writer, as written at that time and until then.
+    StandsAlone {
+        time: Nanos,
+        until: Nanos,
+    },
+    Neutral,
+}
+
+/// The newest value of a command.
+struct Last {
+    writer: u32,
+    sequence: u64,
+    time: Nanos,
+    valid_until: Nanos,
 }
 
 impl Commands {
@@ -47,16 +69,67 @@ impl Commands {
         }
     }
 
-    /// Sends the neutral value wherever one of `instances` commanded last; answers with the drivers concerned.
-    pub(super) fn brake(&mut self, instances: &[usize], now: Nanos) -> Vec<usize> {
-        let mut drivers = Vec::new();
-        for command in &mut self.commands {
-            if command.last_from(instances) {
-                command.put_neutral(now);
-                drivers.push(command.driver);
+    /// Somebody is about to gain authority in a level: what was commanded from there is its now, where one of `heirs` is bound to it,
+    /// and neutral elsewhere. Answers with the drivers that have something to carry out, as all of these do.
+    pub(super) fn take_over(&mut self, level: &[usize], heirs: &[usize], now: Nanos) -> Vec<usize> {
+        self.each(now, |command, last| {
+            if !command.belongs(last, level) {
+                Fate::Stays
+            } else if command.is_bound(heirs) {
+                // Not for as long as a loser that was slow by design, or a hold, would have it.
+                Fate::StandsAlone {
+                    time: last.time,
+                    until: last.valid_until.min(now.saturating_add(command.validity())),
+                }
+            } else {
+                Fate::Neutral
             }
-        }
-        drivers
+        })
+    }
+
+    /// This one has had its first iteration: what it took over, is bound to itself and did not write is neutral.
+    pub(super) fn lapse(&mut self, instance: usize, now: Nanos) -> Vec<usize> {
+        // Nobody else may command what it is bound to, so whatever stands alone there was taken over by it.
+        self.each(now, |command, last| {
+            if command.stands_alone(last) && command.is_bound(&[instance]) {
+                Fate::Neutral
+            } else {
+                Fate::Stays
+            }
+        })
+    }
+
+    /// Sends the neutral value wherever a command belongs to a level.
+    pub(super) fn brake(&mut self, level: &[usize], now: Nanos) -> Vec<usize> {
+        self.each(now, |command, last| {
+            if command.belongs(last, level) {
+                Fate::Neutral
+            } else {
+                Fate::Stays
+            }
+        })
+    }
+
+    /// Keeps the last command of a level in force until then; one whose validity is over stays over, and one that stands alone already
+    /// stands no longer for it. What was taken over from elsewhere is neutral.
+    pub(super) fn hold(&mut self, level: &[usize], now: Nanos, until: Nanos) -> Vec<usize> {
+        self.each(now, |command, last| {
+            if !command.belongs(last, level) || last.valid_until < now {
+                Fate::Stays
+            } else if !level.contains(&last.writer()) {
+                Fate::Neutral
+            } else {
+                let longest = if command.stands_alone(last) {
+                    last.valid_until
+                } else {
+                    Nanos::MAX
+                };
+                Fate::StandsAlone {
+                    time: now,
+                    until: until.min(longest),
+                }
+            }
+        })
     }
 
     /// Sends the neutral value everywhere.
@@ -72,37 +145,80 @@ impl Commands {
         drivers
     }
 
-    /// Keeps the last command of `instances` in force until then; one whose validity is over stays over.
-    pub(super) fn hold(&mut self, instances: &[usize], now: Nanos, until: Nanos) {
+    fn each(&mut self, now: Nanos, fate: impl Fn(&Command, &Last) -> Fate) -> Vec<usize> {
+        let mut drivers = Vec::new();
         for command in &mut self.commands {
-            if !command.last_from(instances) {
+            let Some(last) = command.last() else {
                 continue;
-            }
-            let last = command
-                .newest
-                .latch()
-                .filter(|last| last.stamp.valid_until >= now)
-                .map(|last| (last.stamp.writer, last.bytes.to_vec()));
-            command.newest.release();
-            if let Some((writer, bytes)) = last {
-                command
-                    .variable
-                    .put(writer, &bytes, now, until)
-                    .expect("it was published before");
+            };
+            match fate(command, &last) {
+                Fate::Stays => {}
+                Fate::StandsAlone { time, until } => command.stand_alone(&last, time, until),
+                Fate::Neutral => {
+                    command.put_neutral(now);
+                    drivers.push(command.driver);
+                }
             }
         }
+        drivers
+    }
+}
+
+impl Last {
+    fn writer(&self) -> usize {
+        self.writer as usize
     }
 }
 
 impl Command {
-    fn last_from(&mut self, instances: &[usize]) -> bool {
-        let last = self
-            .newest
-            .latch()
-            .filter(|last| last.stamp.sequence > 0)
-            .map(|last| last.stamp.writer);
+    fn is_bound(&self, instances: &[usize]) -> bool {
+        self.commanders
+            .iter()
+            .any(|commander| instances.contains(commander))
+    }
+
+    /// The newest value, if somebody wrote one.
+    fn last(&mut self) -> Option<Last> {
+        let last = self.newest.latch().filter(|last| last.stamp.sequence > 0);
+        let last = last.map(|last| Last {
+            writer: last.stamp.writer,
+            sequence: last.stamp.sequence,
+            time: last.stamp.time,
+            valid_until: last.stamp.valid_until,
+        });
         self.newest.release();
-        last.is_some_and(|writer| instances.contains(&(writer as usize)))
+        last
+    }
+
+    /// Whether its newest value is that of a level: of its writer's, and once it stands alone of those that are bound to it too.
+    fn belongs(&self, last: &Last, level: &[usize]) -> bool {
+        level.contains(&last.writer()) || self.stands_alone(last) && self.is_bound(level)
+    }
+
+    /// Whether that value is held or was taken over.
+    fn stands_alone(&self, last: &Last) -> bool {
+        self.alone == last.sequence
+    }
+
+    /// Lets the newest value stand although its writer lost its authority, until then.
+    fn stand_alone(&mut self, last: &Last, time: Nanos, until: Nanos) {
+        self.alone = last.sequence;
+        if until == last.valid_until {
+            return;
+        }
+        let bytes = self.newest.latch().map(|last| last.bytes.to_vec());
+        self.newest.release();
+        if let Some(bytes) = bytes {
+            let put = self.variable.put(last.writer, &bytes, time, until);
+            self.alone = put.expect("it was published before");
+        }
+    }
+
+    fn validity(&self) -> Nanos {
+        match self.variable.describe().access {
+            Access::Command { validity } => validity,
+            Access::Export | Access::Modulation => unreachable!("a command is declared as one"),
+        }
     }
 
     fn put_neutral(&self, now: Nanos) {

@@ -1,65 +1,88 @@
 //! Everything stopped at once by an operator, and let go on again (R14). Nothing is ended and nothing lost.
+//!
+//! Each is one transaction of the rules, so that whatever others do at the same time comes before it or after it.
 
-use jde_core::{Hierarchy, Operator, SchemaId, State};
+use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
 
-use super::{Engine, Signal, schema};
+use super::Engine;
+use crate::event::OperatorAction;
+use crate::turn::Turn;
 
 impl Engine {
-    /// Puts every root to sleep, and all that acts with it, takes all authority, and sends every command of every driver its neutral
-    /// value, also where an absence policy would hold the last one for a while (R9). Whoever is inside an iteration has lost its
-    /// authority when this returns, long before the group's patience ends (R1).
+    /// Puts every root to sleep with all below it. Whoever is inside an iteration has lost its authority when this returns, long before
+    /// the group's patience ends (R1), and what anybody commanded is neutral, also where an absence policy would hold it for a
+    /// while (R9).
     pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
-        // The winner last: nobody may take over from it on the way.
-        let roots = self.roots(|hierarchy, root| hierarchy.state(root) == State::Winner);
-        let done = self.operate_each(by, roots, Operator::Stop);
-        self.neutral();
-        done
+        let (done, moment) =
+            self.transact_told(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
+        let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
+        self.tell_turn(Turn::OPERATED, 0, way, moment);
+        self.all_operated(by, done, Operator::Stop).map(drop)
     }
 
     /// Releases every root that an operator keeps asleep.
     pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
-        let mut roots = self.roots(|_, _| false);
-        let rules = self.lock();
-        roots.retain(|root| rules.hierarchy.is_stopped(schema(*root)));
-        drop(rules);
-        self.operate_each(by, roots, Operator::Release)
-    }
-
-    /// Each of them, also if one before is refused.
-    fn operate_each(
-        &self,
-        by: &str,
-        roots: Vec<usize>,
-        operator: impl Fn(SchemaId) -> Operator,
-    ) -> Result<(), String> {
-        let done = roots
-            .into_iter()
-            .map(|root| self.operate(by, operator(schema(root))));
-        let refused: Vec<_> = done.filter_map(Result::err).collect();
-        if refused.is_empty() {
-            Ok(())
-        } else {
-            Err(refused.join("; "))
+        let (done, moment) =
+            self.transact_told(|hierarchy, now, out| self.release_roots(hierarchy, now, out));
+        let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
+        self.tell_turn(Turn::OPERATED, 0, way, moment);
+        for root in self.all_operated(by, done, Operator::Release)? {
+            self.give_back(root, |_| true);
         }
+        Ok(())
     }
 
-    /// The roots, those of whom `last` is true at the end.
-    fn roots(&self, last: impl Fn(&Hierarchy, SchemaId) -> bool) -> Vec<usize> {
+    /// Has an operator of the past stop everything again.
+    pub(crate) fn stop_all_again(&self) {
+        // What was refused then was told to whoever acted.
+        let _ = self.transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
+    }
+
+    /// Has an operator of the past let everything go on again.
+    pub(crate) fn release_all_again(&self) {
+        let _ = self.transact(|hierarchy, now, out| self.release_roots(hierarchy, now, out));
+    }
+
+    fn stop_roots(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+        by: &str,
+    ) -> Result<Vec<usize>, Refused> {
+        hierarchy.stop_all(now, out)?;
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
-        let mut roots: Vec<usize> = tops.flat_map(|group| group.members.iter().copied()).collect();
-        let rules = self.lock();
-        roots.sort_by_key(|root| last(&rules.hierarchy, schema(*root)));
-        roots
+        let roots: Vec<usize> = tops.flat_map(|group| group.members.iter().copied()).collect();
+        let mut held = self.held();
+        roots.iter().for_each(|root| held.hold_with_everything(*root, by));
+        Ok(roots)
     }
 
-    /// Sends every command its neutral value, which nobody may write over: also not whoever is still in an iteration.
-    fn neutral(&self) {
-        let mut rules = self.lock();
-        let now = self.clock.now();
-        for driver in rules.commands.brake_all(now) {
-            self.ring_within(&mut rules, driver, Signal::Triggered);
+    fn release_roots(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+    ) -> Result<Vec<usize>, Refused> {
+        let released = hierarchy.release_all(now, out)?;
+        let released: Vec<usize> = released.into_iter().map(SchemaId::index).collect();
+        let mut held = self.held();
+        released.iter().for_each(|root| held.let_go(*root));
+        Ok(released)
+    }
+
+    /// Tells of each schema on which an operator acted.
+    fn all_operated(
+        &self,
+        by: &str,
+        done: Result<Vec<usize>, Refused>,
+        operator: impl Fn(SchemaId) -> Operator,
+    ) -> Result<Vec<usize>, String> {
+        let schemas = done.map_err(|refused| refused.to_string())?;
+        for number in &schemas {
+            self.operated(by, OperatorAction::Hierarchy(operator(super::schema(*number))));
         }
-        self.unlock(rules);
+        Ok(schemas)
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use jde_core::{Health, Nanos};
 
-use super::{Engine, schema};
+use super::{Engine, Signal, schema};
 use crate::event::Event;
 use crate::footprint::Footprint;
 use crate::instance::Left;
@@ -51,6 +51,10 @@ impl Engine {
         // It may have faulted long before, and have published since.
         self.variables.retract_exports(instance);
         self.transact_end(None, instance);
+        if self.builds.is_awaited(instance) {
+            // The call may have taken up the signal for it, and hung before its turn.
+            self.ring(instance, Signal::Swapped);
+        }
         let process = Footprint::now();
         tracing::warn!(
             schema = self.name(instance),

@@ -26,7 +26,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use jde_abi::describe::Kind;
 use jde_board::{Board, Watch};
-use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId};
+use jde_core::{Answer, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
 
 use crate::apart::{Processes, Program};
 use crate::app::Application;
@@ -37,14 +37,13 @@ use crate::instance::Ports;
 use crate::meter::Meter;
 use crate::order::early;
 use crate::panels::Panels;
-use crate::reload::Swap;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
 use crate::witness::Witness;
 use authority::Commands;
 use observe::Groups;
 pub use observe::{decider_name, policy_name};
 use operate::Held;
-pub(crate) use services::Lead;
+pub(crate) use services::Led;
 pub(crate) use transact::Begun;
 pub(crate) use wiring::Variables;
 
@@ -91,8 +90,8 @@ pub(crate) enum Signal {
     Looked,
     /// Somebody did something to its panel.
     Touched,
-    /// Another build of it is to take over.
-    Swapped(Box<Swap>),
+    /// Another build of it awaits its turn to take over.
+    Swapped,
 }
 
 /// The shared part of a running application.
@@ -111,7 +110,7 @@ pub(crate) struct Engine {
     /// For those who want to know of turns.
     pub(crate) journal: Option<Arc<Journal>>,
     /// What fathers ask for is put off to here while it is `Some`, to be done when it was done first.
-    put_off: Mutex<Option<Vec<Lead>>>,
+    put_off: Mutex<Option<Vec<Led>>>,
     rules: Mutex<Rules>,
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
@@ -242,8 +241,26 @@ impl Engine {
 
     /// The rules' timers are due.
     pub(crate) fn tick(&self) {
-        let ((), moment) = self.transact_told(|hierarchy, now, out| hierarchy.tick(now, out));
+        let ((), moment) = self.transact_told(|hierarchy, now, out| {
+            self.excuse_the_idle(hierarchy, now);
+            hierarchy.tick(now, out);
+        });
         self.tell_turn(Turn::TICKED, 0, 0, moment);
+    }
+
+    /// A father whose time to arbitrate is over, and who is inside no call, has not begun: its thread was woken and did not run, or
+    /// found no worker. That is the machine's lateness and not its own.
+    fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
+        let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
+            Timer::Arbitration(group) if due <= now => Some(group),
+            _ => None,
+        });
+        for group in over.collect::<Vec<_>>() {
+            let father = self.application.groups[group.index()].father;
+            if father.is_some_and(|father| self.meters[father].running_since().is_none()) {
+                hierarchy.excuse(group);
+            }
+        }
     }
 
     pub(crate) fn next_timer(&self) -> Option<Nanos> {
@@ -369,14 +386,7 @@ impl Engine {
         let members = &self.application.groups[group.index()].members;
         members
             .iter()
-            .flat_map(|member| {
-                std::iter::once(*member).chain(
-                    hierarchy
-                        .subtree(schema(*member))
-                        .into_iter()
-                        .map(SchemaId::index),
-                )
-            })
+            .flat_map(|member| with_below(hierarchy, schema(*member)))
             .collect()
     }
 
@@ -434,6 +444,12 @@ impl Engine {
     fn lock(&self) -> MutexGuard<'_, Rules> {
         self.rules.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// A schema and all below it.
+fn with_below(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
+    let below = hierarchy.subtree(id).into_iter();
+    std::iter::once(id).chain(below).map(SchemaId::index).collect()
 }
 
 fn schema(instance: usize) -> SchemaId {

@@ -35,15 +35,15 @@ impl Groups {
             groups: vec![Group::default(); count],
             restless: Vec::new(),
         };
-        groups.agree(hierarchy);
+        for group in 0..count {
+            groups.agree(hierarchy, GroupId(group as u32));
+        }
         groups
     }
 
-    /// Takes over the contract with the periods and policies that are in force now.
-    pub(super) fn agree(&mut self, hierarchy: &Hierarchy) {
-        for contract in hierarchy.contract() {
-            self.groups[contract.group.index()].allowed = contract.total();
-        }
+    /// Takes over the contract of a group with the periods and policies that are in force now.
+    pub(super) fn agree(&mut self, hierarchy: &Hierarchy, group: GroupId) {
+        self.groups[group.index()].allowed = hierarchy.allowed(group).unwrap_or_default();
     }
 
     /// A selection; answers with what there is to tell of the group beyond that.
@@ -211,6 +211,7 @@ impl Engine {
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
+            restarts_left: rules.hierarchy.restarts_left(self.clock.now(), schema(number)),
             left: meter.left.load(Relaxed),
             operator: self.hold(&rules.hierarchy, number),
             panel: self.panels.has(number),

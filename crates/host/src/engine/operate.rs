@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, MutexGuard, PoisonError};
 
+use jde_abi::describe::Limits;
 use jde_board::value::{self, Value};
 use jde_board::{Refused as NotTaken, Stamp, Variable};
-use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, SchemaId};
+use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId};
 
 use super::{Engine, Rules, Signal};
 use crate::event::OperatorAction;
@@ -21,6 +22,8 @@ pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 pub(super) struct Held {
     /// Who was the last to play, stop or force a schema.
     hands: BTreeMap<usize, String>,
+    /// Roots that were stopped with everything else: no lease that ends lets them go on.
+    everything: BTreeSet<usize>,
     /// Schemas whose instances are gone.
     pub(super) unloaded: BTreeSet<usize>,
     values: Vec<Overwritten>,
@@ -37,6 +40,32 @@ struct Overwritten {
 struct Before {
     writer: u32,
     bytes: Vec<u8>,
+}
+
+impl Held {
+    /// Somebody plays, stops or forces a schema.
+    pub(super) fn hold(&mut self, instance: usize, by: &str) {
+        self.hands.insert(instance, by.to_owned());
+        self.everything.remove(&instance);
+    }
+
+    /// Somebody stops everything, this root among it.
+    pub(super) fn hold_with_everything(&mut self, instance: usize, by: &str) {
+        self.hold(instance, by);
+        self.everything.insert(instance);
+    }
+
+    /// Whether the end of a lease of this operator lets it go.
+    fn ends_with_lease(&self, instance: usize, by: &str) -> bool {
+        self.hands.get(&instance).is_some_and(|hand| hand == by) && !self.everything.contains(&instance)
+    }
+
+    /// Nobody does any more.
+    pub(super) fn let_go(&mut self, instance: usize) {
+        self.hands.remove(&instance);
+        self.everything.remove(&instance);
+        self.unloaded.remove(&instance);
+    }
 }
 
 impl Engine {
@@ -76,21 +105,10 @@ impl Engine {
         hierarchy
             .operator(now, operator, out)
             .map_err(|refused| refused.to_string())?;
-        // Who was stopped with everything else and goes on before its iteration has ended never lost its authority by the rules.
-        if let Operator::Play(_) | Operator::Release(_) = operator {
-            let all = (0..self.application.instances.len()).map(super::schema);
-            let goes_on = |id: &SchemaId| hierarchy.has_authority(*id) && !is_kept_asleep(hierarchy, *id);
-            out.extend(all.filter(goes_on).map(Effect::Granted));
-        }
         let mut held = self.held();
         match operator {
-            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => {
-                held.hands.insert(instance, by.to_owned());
-            }
-            Operator::Release(_) => {
-                held.hands.remove(&instance);
-                held.unloaded.remove(&instance);
-            }
+            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => held.hold(instance, by),
+            Operator::Release(_) => held.let_go(instance),
         }
         Ok(())
     }
@@ -106,7 +124,7 @@ impl Engine {
         self.known(instance)?;
         let release = Operator::Release(super::schema(instance));
         let (held, moment) = self.transact_told(|hierarchy, now, out| {
-            if self.held().hands.get(&instance).is_none_or(|hand| hand != by) {
+            if !self.held().ends_with_lease(instance, by) {
                 return Ok(false);
             }
             self.act(hierarchy, now, out, by, release).map(|()| true)
@@ -152,7 +170,15 @@ impl Engine {
             ));
         }
         let mut bytes = newest_bytes(&variable).unwrap_or_else(|| vec![0; declared.value_type.bytes]);
-        value::encode(&declared.value_type, new, &mut bytes).map_err(|error| error.to_string())?;
+        let numbered = number_of(&declared.limits, new);
+        let encoded = value::encode(&declared.value_type, numbered.as_ref().unwrap_or(new), &mut bytes);
+        encoded.map_err(|error| error.to_string())?;
+        if let Err(not_allowed) = declared.limits.check(&declared.value_type, &bytes)
+            && !not_allowed.number.is_nan()
+        {
+            let words = not_allowed.words(&declared.unit);
+            return Err(format!("`{}.{name}` {words}", self.name(instance)));
+        }
         if Arc::ptr_eq(&variable, self.variables.period(instance)) {
             let seconds = bytes.try_into().map_or(f64::NAN, f64::from_ne_bytes);
             let period = period::of_seconds(seconds).map_err(|error| error.to_string())?;
@@ -182,15 +208,22 @@ impl Engine {
             .period
             .store(period, std::sync::atomic::Ordering::Relaxed);
         self.transact(|hierarchy, _, _| hierarchy.set_period(super::schema(instance), period));
-        self.renew_contract();
+        if let Some(group) = self.application.instances[instance].group {
+            self.renew_contract(GroupId(group as u32));
+        }
     }
 
-    /// Works out the contract anew (R17), after a period or a policy changed.
-    pub(super) fn renew_contract(&self) {
+    /// Works out the contract of a group anew (R17), after a period of a member or a policy changed: its father's and its own.
+    pub(super) fn renew_contract(&self, group: GroupId) {
+        let father = self.application.groups[group.index()].father;
+        let above = father.and_then(|father| self.application.instances[father].group);
         let Rules {
             hierarchy, groups, ..
         } = &mut *self.lock();
-        groups.agree(hierarchy);
+        groups.agree(hierarchy, group);
+        if let Some(above) = above {
+            groups.agree(hierarchy, GroupId(above as u32));
+        }
     }
 
     /// What an operator holds a schema to, and who.
@@ -250,7 +283,7 @@ impl Engine {
 
     /// Undoes what these operators wrote over at an instance; what a father has written since stands. Answers whether there
     /// was anything to undo.
-    fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
+    pub(super) fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
         let mut held = self.held();
         let mut any = false;
         let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
@@ -333,12 +366,6 @@ impl Engine {
     }
 }
 
-/// Whether an operator stopped a schema or one of its fathers: it may be inside its last iteration still.
-fn is_kept_asleep(hierarchy: &Hierarchy, id: SchemaId) -> bool {
-    let mut path = std::iter::successors(Some(id), |id| hierarchy.father(*id));
-    path.any(|id| hierarchy.is_stopped(id))
-}
-
 /// What an operator did, as turns tell it.
 fn way(operator: Operator) -> u8 {
     match operator {
@@ -383,4 +410,17 @@ fn newest_bytes(variable: &Arc<Variable>) -> Option<Vec<u8>> {
 
 fn newest_writer(variable: &Arc<Variable>) -> u32 {
     newest(variable).map_or(Stamp::NOBODY, |newest| newest.writer)
+}
+
+/// The number of a choice that was named; none if that is no choice's name.
+fn number_of(limits: &Limits, new: &Value) -> Option<Value> {
+    match new {
+        Value::Text(name) => limits.choice(name).map(|number| Value::UInt(number as u64)),
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::UInt(_)
+        | Value::Float(_)
+        | Value::List(_)
+        | Value::Map(_) => None,
+    }
 }

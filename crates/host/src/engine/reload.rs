@@ -21,16 +21,10 @@ impl Engine {
         how: How,
     ) -> Result<Reload, Vec<String>> {
         let (build, notes) = self.fitting(instance, with)?;
-        if !self.builds.await_turn(instance) {
-            return Err(vec![
-                "another build of it waits for the end of its iteration already".to_owned(),
-            ]);
-        }
         let action = OperatorAction::Reload {
             schema: instance,
             build: build.name.clone(),
         };
-        self.operated(by, action);
         let order = Arc::new(Order::default());
         let swap = Swap {
             build: Arc::new(build),
@@ -38,7 +32,13 @@ impl Engine {
             notes,
             order: Arc::clone(&order),
         };
-        self.ring(instance, Signal::Swapped(Box::new(swap)));
+        if !self.builds.await_turn(instance, swap) {
+            return Err(vec![
+                "another build of it waits for the end of its iteration already".to_owned(),
+            ]);
+        }
+        self.operated(by, action);
+        self.ring(instance, Signal::Swapped);
         Ok(Reload::new(&order))
     }
 
@@ -81,7 +81,7 @@ impl Engine {
             return Err(wrong);
         };
         let table = with.schema(number);
-        let state = crate::instance::memory_of(table).unwrap_or_else(|error| {
+        let state = crate::instance::memory_of(&table).unwrap_or_else(|error| {
             wrong.push(error);
             None
         });

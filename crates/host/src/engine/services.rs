@@ -10,7 +10,7 @@ use jde_core::{Policy, State};
 
 use super::{Engine, schema};
 use crate::event::Event;
-use crate::turn::Turn;
+use crate::turn::{Moment, Turn};
 
 /// What a father asks for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +19,34 @@ pub(crate) struct Lead {
     pub(crate) role: usize,
     pub(crate) child: usize,
     pub(crate) awake: bool,
+}
+
+/// What a father does within a call.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Led {
+    /// It wakes a child or puts it to sleep.
+    Child(Lead),
+    /// It changes the policy of a group.
+    Policy {
+        father: usize,
+        group: usize,
+        policy: Policy,
+    },
+}
+
+impl Led {
+    /// As turns tell it: the way, and whom it is about.
+    pub(crate) fn told(&self) -> (u8, u64) {
+        match *self {
+            Self::Child(Lead {
+                child, awake: true, ..
+            }) => (Turn::WOKE, child as u64),
+            Self::Child(Lead {
+                child, awake: false, ..
+            }) => (Turn::LAID_DOWN, child as u64),
+            Self::Policy { group, .. } => (Turn::CHANGED_POLICY, group as u64),
+        }
+    }
 }
 
 impl Engine {
@@ -35,7 +63,7 @@ impl Engine {
             awake,
         };
         if let Some(later) = &mut *self.later() {
-            later.push(lead);
+            later.push(Led::Child(lead));
             let may = self.lock().hierarchy.has_authority(schema(father));
             return if may { raw::OK } else { raw::REFUSED };
         }
@@ -57,14 +85,7 @@ impl Engine {
                 hierarchy.sleep(now, schema(father), schema(child), out)
             }
         });
-        if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
-            journal.tell(&Turn {
-                way: if awake { Turn::WOKE } else { Turn::LAID_DOWN },
-                detail: child as u64,
-                checked: moment,
-                ..Turn::of(Turn::LED, father)
-            });
-        }
+        self.tell_led(father, &Led::Child(lead), moment);
         match result {
             Ok(()) => {
                 self.lock().unheard.remove(&(father, role));
@@ -84,7 +105,7 @@ impl Engine {
     }
 
     /// What was put off; from now on it is done at once again.
-    pub(crate) fn taken_on(&self) -> Vec<Lead> {
+    pub(crate) fn taken_on(&self) -> Vec<Led> {
         self.later().take().unwrap_or_default()
     }
 
@@ -94,7 +115,10 @@ impl Engine {
         let child = schema(number);
         let asked = self.later().as_ref().and_then(|later| {
             let mut asked = later.iter().rev();
-            asked.find(|lead| lead.child == number).map(|lead| lead.awake)
+            asked.find_map(|led| match led {
+                Led::Child(lead) if lead.child == number => Some(lead.awake),
+                Led::Child(_) | Led::Policy { .. } => None,
+            })
         });
         let rules = self.lock();
         let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
@@ -107,7 +131,7 @@ impl Engine {
         Ok((state, faulted))
     }
 
-    fn later(&self) -> MutexGuard<'_, Option<Vec<Lead>>> {
+    fn later(&self) -> MutexGuard<'_, Option<Vec<Led>>> {
         self.put_off.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -119,14 +143,50 @@ impl Engine {
         let Some(Some(group)) = self.application.instances[father].child_groups.get(role).copied() else {
             return raw::BAD_ARGUMENT;
         };
-        let changed = self.transact(|hierarchy, now, out| {
+        let led = Led::Policy {
+            father,
+            group,
+            policy,
+        };
+        if let Some(later) = &mut *self.later() {
+            later.push(led);
+            return raw::OK;
+        }
+        self.carry_on(led)
+    }
+
+    /// Does at once what a father does within a call; answers with a status of the ABI.
+    pub(crate) fn carry_on(&self, led: Led) -> i32 {
+        let (father, group, policy) = match led {
+            Led::Child(lead) => return self.lead(lead),
+            Led::Policy {
+                father,
+                group,
+                policy,
+            } => (father, group, policy),
+        };
+        let (changed, moment) = self.transact_if_any(|hierarchy, now, out| {
             hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
         });
+        self.tell_led(father, &led, moment);
         if changed.is_err() {
             return raw::BAD_ARGUMENT;
         }
-        self.renew_contract();
+        self.renew_contract(jde_core::GroupId(group as u32));
         raw::OK
+    }
+
+    /// Tells of what a father did within a call, if anything came of it.
+    fn tell_led(&self, father: usize, led: &Led, moment: Moment) {
+        if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
+            let (way, detail) = led.told();
+            journal.tell(&Turn {
+                way,
+                detail,
+                checked: moment,
+                ..Turn::of(Turn::LED, father)
+            });
+        }
     }
 
     /// A command was refused (R7), or a command or a child's modulation was not finite.

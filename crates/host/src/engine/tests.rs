@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock, Weak};
 
-use jde_core::{Check, Nanos};
+use jde_core::{Check, GroupId, Health, Nanos};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
-use super::{Bells, Engine, Signal};
+use super::{Bells, Engine, Signal, schema};
 use crate::app::parse;
 use crate::clock::Clock;
 use crate::plugin::{Plugins, SearchPath};
@@ -24,7 +24,32 @@ impl Schema for Act {
     }
 }
 
-static PLUGIN: raw::Plugin = jde_schema::plugin!("engine-tests", "Two that compete.", [Act]);
+/// Chooses between two children.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Lead {
+    #[child(group = "base")]
+    first: Child,
+    #[child(group = "base")]
+    second: Child,
+}
+
+impl Schema for Lead {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
+        self.first.wake(cx);
+        self.second.wake(cx);
+        Ok(())
+    }
+}
+
+impl Arbitrate for Lead {
+    fn arbitrate(&mut self, _: &Context, _: &Level) -> jde_schema::Result<Verdict> {
+        Ok(Verdict::choose(&self.second, "as ever"))
+    }
+}
+
+static PLUGIN: raw::Plugin =
+    jde_schema::plugin!("engine-tests", "Two that compete, and a father.", [Act, Lead]);
 
 const TWO: &str = r#"
     roots = ["first", "second"]
@@ -115,4 +140,50 @@ fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
     engine.clock.set(3_600_000_000_000);
     engine.tick();
     assert!(since()[0] > 0, "it is");
+}
+
+#[test]
+fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
+    const FAMILY: &str = r#"
+        roots = ["father"]
+        [schemas.father]
+        type = "engine-tests/lead"
+        children = { first = "left", second = "right" }
+        [schemas.left]
+        type = "engine-tests/act"
+        [schemas.right]
+        type = "engine-tests/act"
+    "#;
+    for begun in [false, true] {
+        let mut plugins = Plugins::new(SearchPath::default());
+        plugins.link(&PLUGIN).unwrap();
+        let application = parse(FAMILY, Path::new("family.toml"), &[], &plugins).unwrap();
+        let (engine, _ports) = Engine::new(application, Clock::standing(), vec![], None, None, None).unwrap();
+        let ears = Arc::new(Ears::default());
+        ears.engine.set(Arc::downgrade(&engine)).unwrap();
+        let bells: Arc<dyn Bells> = Arc::clone(&ears) as _;
+        engine.attach(&bells);
+        let check = Check {
+            ready: true,
+            urgency: 0.0,
+            cause: 0,
+        };
+        engine.start();
+        engine.checked(0, check);
+        for role in [0, 1] {
+            engine.child_wakes(0, role, true);
+        }
+        engine.checked(1, check);
+        engine.checked(2, check);
+        if begun {
+            engine.meters[0].enter(engine.clock.now());
+        }
+        engine.clock.set(5_000_000);
+        engine.tick();
+        let rules = engine.lock();
+        let decided = rules.hierarchy.winner(GroupId(1));
+        assert_eq!(decided, Some(schema(1)), "the priority order decides");
+        let blamed = matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_));
+        assert_eq!(blamed, begun);
+    }
 }

@@ -3,7 +3,7 @@
 use jde_abi::describe::Kind;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
 
-use super::{Engine, Rules, Signal, schema};
+use super::{Engine, Rules, Signal, schema, with_below};
 use crate::event::Event;
 use crate::turn::{Journal, Moment, Turn};
 use crate::witness::{Seen, Step};
@@ -178,6 +178,16 @@ impl Engine {
                 Some(order) => order.push(id.index()),
                 None => self.ring_within(rules, id.index(), Signal::Asleep),
             },
+            Effect::TakesOver { group, id } => {
+                let level = self.below(&rules.hierarchy, group);
+                let heirs = with_below(&rules.hierarchy, id);
+                let drivers = rules.commands.take_over(&level, &heirs, now);
+                self.carry_commands(rules, &drivers);
+            }
+            Effect::Lapsed(id) => {
+                let drivers = rules.commands.lapse(id.index(), now);
+                self.carry_commands(rules, &drivers);
+            }
             Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),
             Effect::Granted(_) => {}
             Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
@@ -189,14 +199,14 @@ impl Engine {
                 }
             }
             Effect::Brake { group } => {
-                for driver in rules.commands.brake(&self.below(&rules.hierarchy, group), now) {
-                    self.ring_within(rules, driver, Signal::Triggered);
-                }
+                let level = self.below(&rules.hierarchy, group);
+                let drivers = rules.commands.brake(&level, now);
+                self.carry_commands(rules, &drivers);
             }
             Effect::Hold { group, until } => {
-                rules
-                    .commands
-                    .hold(&self.below(&rules.hierarchy, group), now, until)
+                let level = self.below(&rules.hierarchy, group);
+                let drivers = rules.commands.hold(&level, now, until);
+                self.carry_commands(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
                 tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
@@ -233,6 +243,13 @@ impl Engine {
                 id,
                 latency,
             } => self.took(rules, now, group, record, id, latency),
+        }
+    }
+
+    /// Has drivers carry out at once what cannot wait for their periods.
+    fn carry_commands(&self, rules: &mut Rules, drivers: &[usize]) {
+        for driver in drivers {
+            self.ring_within(rules, *driver, Signal::Triggered);
         }
     }
 

@@ -4,7 +4,7 @@
 //! always be: its level selects again as if it slept, which it does.
 
 use jde_abi::describe::Kind;
-use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, State};
+use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
 
 use super::{Engine, Signal, schema};
 use crate::event::OperatorAction;
@@ -36,27 +36,28 @@ impl Engine {
         }
     }
 
-    /// Lets an unloaded schema go: it gets a fresh instance when it wakes up, which is at once if anybody wants it awake.
+    /// Lets an unloaded schema go, and has one that faulted try again, with all restarts that its policy grants: it gets a fresh
+    /// instance when it wakes up, which is at once if anybody wants it awake.
     pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
         self.known(instance)?;
-        let name = self.name(instance);
-        let release = Operator::Release(schema(instance));
-        let (done, moment) = self.transact_told(|hierarchy, now, out| {
-            if !self.is_unloaded(instance) {
-                return Err(format!(
-                    "`{name}` is not unloaded; unload it first to give it a fresh start"
-                ));
-            }
-            if hierarchy.state(schema(instance)) != State::Slept {
-                return Err(format!("`{name}` has not come to rest yet; try again"));
-            }
-            self.act(hierarchy, now, out, by, release)
-        });
-        let way = if done.is_ok() { Turn::RELEASED } else { 0 };
+        let (done, moment) =
+            self.transact_told(|hierarchy, now, out| self.put_back(hierarchy, now, out, by, instance));
+        let way = if done.is_ok() { Turn::LOADED } else { 0 };
         self.tell_turn(Turn::OPERATED, instance, way, moment);
         done?;
         self.operated(by, OperatorAction::Load { schema: instance });
         Ok(())
+    }
+
+    /// Has an operator of the past load again.
+    pub(crate) fn load_again(&self, instance: usize) {
+        // What was refused then was told to whoever acted.
+        let _ = self.transact(|hierarchy, now, out| self.put_back(hierarchy, now, out, "", instance));
+    }
+
+    /// Whether it faulted and was not restarted since.
+    pub(crate) fn is_faulted(&self, instance: usize) -> bool {
+        is_faulted(&self.lock().hierarchy, instance)
     }
 
     /// Whether an operator unloaded it.
@@ -79,6 +80,33 @@ impl Engine {
         Ok(self.leave(instance, Signal::Unloaded))
     }
 
+    fn put_back(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+        by: &str,
+        instance: usize,
+    ) -> Result<(), String> {
+        let name = self.name(instance);
+        let (unloaded, faulted) = (self.is_unloaded(instance), is_faulted(hierarchy, instance));
+        if !unloaded && !faulted {
+            return Err(format!(
+                "`{name}` is not unloaded and has not faulted; unload it first to give it a fresh start"
+            ));
+        }
+        if hierarchy.state(schema(instance)) != State::Slept {
+            return Err(format!("`{name}` has not come to rest yet; try again"));
+        }
+        if unloaded {
+            self.act(hierarchy, now, out, by, Operator::Release(schema(instance)))?;
+        }
+        if faulted {
+            hierarchy.restored(now, schema(instance), out);
+        }
+        Ok(())
+    }
+
     fn refuse_needed(&self, hierarchy: &Hierarchy, instance: usize) -> Result<(), String> {
         if self.application.instances[instance].schema.kind == Kind::Motor {
             return Ok(());
@@ -99,4 +127,8 @@ impl Engine {
             users.join(", ")
         ))
     }
+}
+
+fn is_faulted(hierarchy: &Hierarchy, instance: usize) -> bool {
+    matches!(hierarchy.health(schema(instance)), Health::Faulted(_))
 }

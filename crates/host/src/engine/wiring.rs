@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::Role;
+use jde_abi::describe::{Limits, Role};
 use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
 use jde_types::Value;
 
@@ -12,6 +12,7 @@ use crate::apart::MOST_SENT;
 use crate::app::{Application, Binding, ChildTarget, Source};
 use crate::history::Aligned;
 use crate::instance::{Port, Ports};
+use crate::period;
 
 /// Latches at once that a variable must bear beyond its importers: tools that look at it, and the host itself.
 const SPARE_READERS: usize = 8;
@@ -70,7 +71,7 @@ pub(super) fn wire(
             let writers = users.writers[number][place];
             let (access, initial, writers) = match (&port.role, &instance.bindings[place]) {
                 (Role::Export, _) => (Access::Export, None, 1),
-                (Role::Modulation { .. }, Binding::Modulation { initial }) => {
+                (Role::Modulation { .. }, Binding::Modulation { initial, .. }) => {
                     (Access::Modulation, Some(initial.clone()), writers + SPARE_WRITERS)
                 }
                 (Role::Command { validity_ns, neutral }, _) => (
@@ -99,6 +100,10 @@ pub(super) fn wire(
                     unit: port.unit.clone(),
                     value_type: Arc::clone(&port.value_type),
                     access,
+                    limits: match &port.role {
+                        Role::Modulation { limits, .. } => limits.clone(),
+                        _ => Limits::default(),
+                    },
                     initial,
                     writers,
                     readers: users.readers[number][place] + SPARE_READERS,
@@ -114,6 +119,11 @@ pub(super) fn wire(
             unit: String::from("s"),
             value_type: Arc::new(f64::describe()),
             access: Access::Modulation,
+            limits: Limits {
+                least: Some(period::SHORTEST as f64 / 1e9),
+                greatest: Some(period::LONGEST as f64 / 1e9),
+                ..Limits::default()
+            },
             initial: Some((instance.period_ns as f64 / 1e9).to_ne_bytes().to_vec()),
             writers: users.period_writers[number] + SPARE_WRITERS,
             readers: SPARE_READERS,
@@ -136,6 +146,7 @@ pub(super) fn wire(
                 unit: remote.unit.clone(),
                 value_type: Arc::clone(&remote.value_type),
                 access: Access::Export,
+                limits: Limits::default(),
                 initial: None,
                 writers: 1,
                 readers: readers + SPARE_READERS,
@@ -201,7 +212,13 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             Binding::Import {
                 source: Some(source), ..
             } => Port::Input(variables.source(*source).reader(&instance.name)),
-            Binding::Modulation { .. } => Port::Input(variable((number, place)).reader(&instance.name)),
+            Binding::Modulation { .. } => {
+                let reader = variable((number, place)).reader(&instance.name);
+                match instance.schema.ports[place].role {
+                    Role::Modulation { fixed: true, .. } => Port::Fixed(reader),
+                    _ => Port::Input(reader),
+                }
+            }
             Binding::Command => {
                 let Role::Command { neutral, .. } = &instance.schema.ports[place].role else {
                     unreachable!("a command is bound as one")
@@ -243,6 +260,7 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
                 newest: variable.reader("host"),
                 variable,
                 neutral: neutral.clone(),
+                alone: 0,
                 commanders: commanders
                     .filter(|(_, other)| other.bindings.contains(&target))
                     .map(|(i, _)| i)

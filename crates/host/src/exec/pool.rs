@@ -147,7 +147,11 @@ impl Pool {
         let worker = workers.hired;
         let engine = Arc::clone(engine);
         let thread = Builder::new().name(format!("worker-{worker}"));
-        let thread = thread.spawn(move || guarded(&engine, || own.run(&engine, worker)))?;
+        engine.clock.hire();
+        let thread = thread.spawn(move || {
+            guarded(&engine, || own.run(&engine, worker));
+            engine.clock.dismiss();
+        })?;
         workers.threads.insert(worker, thread);
         workers.hired += 1;
         Ok(())
@@ -174,6 +178,7 @@ impl Pool {
             }
             let now = engine.clock.now();
             if let Some(number) = desk.take(now) {
+                engine.clock.works();
                 desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
                 desk.turns[number].began = now;
@@ -188,7 +193,7 @@ impl Pool {
             desk = match desk.calendar.next() {
                 Some(due) if desk.keeper.is_none_or(|kept| due < kept) => {
                     desk.keeper = Some(due);
-                    let mut desk = self.wait(desk, engine.clock.until(due));
+                    let mut desk = engine.clock.wait(&self.work, desk, Some(due));
                     if desk.keeper == Some(due) {
                         desk.keeper = None;
                     }
@@ -197,18 +202,13 @@ impl Pool {
                 Some(due) if desk.deputy.is_none() => {
                     let late = due.saturating_add(GRACE);
                     desk.deputy = Some(late);
-                    let mut desk = self.wait(desk, engine.clock.until(late));
+                    let mut desk = engine.clock.wait(&self.work, desk, Some(late));
                     desk.deputy = None;
                     desk
                 }
-                Some(_) | None => self.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
+                Some(_) | None => engine.clock.wait(&self.work, desk, None),
             };
         }
-    }
-
-    fn wait<'a>(&self, desk: MutexGuard<'a, Desk>, at_most: Duration) -> MutexGuard<'a, Desk> {
-        let waited = self.work.wait_timeout(desk, at_most);
-        waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
     fn put_back(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {

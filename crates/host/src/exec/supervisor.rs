@@ -72,6 +72,7 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
             engine.conclude(Outcome::TimeUp);
         }
         if engine.next_timer().is_some_and(|timer| timer <= now) {
+            engine.clock.works();
             engine.tick();
         }
         look_for_hung(engine, crew, now, &mut reported);
@@ -85,13 +86,7 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
             .flatten()
             .min()
             .expect("the look is always there");
-        let wait = engine.clock.until(next);
-        drop(
-            alarm
-                .changed
-                .wait_timeout(state, wait)
-                .unwrap_or_else(PoisonError::into_inner),
-        );
+        drop(engine.clock.wait(&alarm.changed, state, Some(next)));
     }
 }
 

@@ -196,18 +196,12 @@ impl Seat {
             if mail.settling > 0 {
                 self.idle.notify_all();
             }
-            match due.map(|due| engine.clock.until(due)) {
-                Some(Duration::ZERO) => break,
-                Some(wait) => {
-                    mail = self
-                        .news
-                        .wait_timeout(mail, wait)
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .0
-                }
-                None => mail = self.news.wait(mail).unwrap_or_else(PoisonError::into_inner),
+            if due.is_some_and(|due| engine.clock.until(due).is_zero()) {
+                break;
             }
+            mail = engine.clock.wait(&self.news, mail, due);
         }
+        engine.clock.works();
         mail.busy = true;
         Some(std::mem::take(&mut mail.inbox))
     }
@@ -221,6 +215,7 @@ fn spawn(
     runner: impl FnOnce() -> Option<Arc<Mutex<Runner>>> + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
     let (engine, seat) = (Arc::clone(engine), Arc::clone(seat));
+    engine.clock.hire();
     // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
     let thread = Builder::new().name(engine.name(number).to_owned());
     thread.spawn(move || {
@@ -229,6 +224,7 @@ fn spawn(
                 seat.run(&engine, &runner);
             }
         });
+        engine.clock.dismiss();
     })
 }
 

@@ -97,7 +97,11 @@ impl Call<'_> {
                 if let PortError::Refused { why, first } = &error {
                     self.engine.write_refused(self.number, port, why, *first);
                 }
-                status(&error)
+                match status(&error) {
+                    // Who was built before it does not know that answer.
+                    raw::OUT_OF_RANGE if self.build.plugin.description.abi.1 < 4 => raw::NOT_FINITE,
+                    status => status,
+                }
             }
         }
     }
@@ -293,6 +297,10 @@ fn status(error: &PortError) -> i32 {
             why: jde_board::Refused::NotFinite,
             ..
         } => raw::NOT_FINITE,
+        PortError::Refused {
+            why: jde_board::Refused::OutOfRange,
+            ..
+        } => raw::OUT_OF_RANGE,
         PortError::Refused { .. } => raw::REFUSED,
     }
 }

@@ -67,6 +67,11 @@ impl Desk {
         }
     }
 
+    /// The schema awakes: what stays while it is awake is taken anew, too.
+    pub(super) fn renew(&self) {
+        self.ports(Ports::renew);
+    }
+
     /// Time of the newest value that calls have looked at since the last release; 0 if they looked at none.
     pub(super) fn newest(&self) -> Nanos {
         if !self.holds.load(Ordering::Acquire) {
@@ -119,6 +124,7 @@ mod tests {
             unit: String::new(),
             value_type: Arc::new(f64::describe()),
             access: Access::Export,
+            limits: jde_abi::describe::Limits::default(),
             initial: None,
             writers: 1,
             readers: 1,

@@ -9,17 +9,18 @@ use std::marker::PhantomData;
 use std::ptr::NonNull;
 
 use jde_abi::raw::{self, Context, Host};
-use jde_abi::state;
+use jde_abi::{state, table};
 use jde_panel::{Gesture, List};
 use serde::{Deserialize, Serialize};
 
 use super::memory::{Remembered, memory_of};
+use crate::plugin::Functions;
 
 /// An instance that was made in this process.
 pub(crate) struct Here {
-    table: &'static raw::Schema,
-    panel: Option<&'static raw::Panel>,
-    state: Option<&'static raw::State>,
+    table: Functions,
+    panel: Option<raw::Panel>,
+    state: Option<raw::State>,
     this: NonNull<c_void>,
 }
 
@@ -78,19 +79,15 @@ impl Here {
     ///
     /// # Safety
     /// `table` was checked.
-    pub(crate) unsafe fn create(
-        table: &'static raw::Schema,
-        host: &'static Host,
-        given: Given<'_>,
-    ) -> Option<Self> {
+    pub(crate) unsafe fn create(table: Functions, host: &'static Host, given: Given<'_>) -> Option<Self> {
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the table is the caller's word; what was given lives for the call and is for that host.
-        let this = unsafe { create(table, host, given.context) };
+        let this = unsafe { create(table.own, host, given.context) };
         Some(Self {
             table,
-            panel: panel_of(table),
+            panel: panel_of(&table),
             // Who made its build said it if that is of no use.
-            state: memory_of(table).unwrap_or_default(),
+            state: memory_of(&table).unwrap_or_default(),
             this: NonNull::new(this)?,
         })
     }
@@ -244,12 +241,9 @@ impl Candidate {
 }
 
 /// The panel of a type of schema, if it has one; that it can be drawn was looked at when its plugin was loaded.
-pub(crate) fn panel_of(table: &'static raw::Schema) -> Option<&'static raw::Panel> {
-    let ability = table.ability?;
-    let id = CString::new(raw::ABILITY_PANEL).expect("an id holds no NUL");
-    // SAFETY: the table was checked, and the id is a text; what a plugin gives for it is null or such a table, and lives as long
-    // as the process.
-    unsafe { ability(id.as_ptr()).cast::<raw::Panel>().as_ref() }
+pub(crate) fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
+    // SAFETY: the table was checked.
+    unsafe { table::ability(table, raw::ABILITY_PANEL) }.ok()?
 }
 
 /// The text before the first NUL, or all of it if there is none.

@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
+use jde_abi::table;
 
 use super::call::Call;
 
@@ -32,8 +33,8 @@ pub(super) static HOST: Host = Host {
     log,
     fail,
     extension,
-    retract,
-    real_time,
+    retract: Some(retract),
+    real_time: Some(real_time),
 };
 
 /// Runs `body` with the call behind `context`.
@@ -90,7 +91,7 @@ unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::Chi
         within(context, raw::FAILED, |call| match call.child(child) {
             Err(status) => status,
             Ok(status) => {
-                out.write(status);
+                table::write(out, &status);
                 raw::OK
             }
         })

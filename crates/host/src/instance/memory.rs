@@ -20,7 +20,7 @@ pub(crate) struct Remembered {
 ///
 /// # Errors
 /// What is wrong with that.
-pub(crate) fn memory_of(table: &'static raw::Schema) -> Result<Option<&'static raw::State>, String> {
+pub(crate) fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
     // SAFETY: the table was checked when its plugin was loaded.
     let state = unsafe { state::of(table) };
     state.map_err(|wrong| format!("its ability `{}` is of no use: {wrong}", raw::ABILITY_STATE))
@@ -60,7 +60,7 @@ impl Instance {
 
     /// Wakes it up in the place of another.
     pub(crate) fn rise(&mut self) -> Result<(), String> {
-        self.release();
+        self.desk.renew();
         let result = match self.table.awake {
             Some(_) => {
                 let (status, failure, _) = self.call_as(Leave::Exports, Body::awake);

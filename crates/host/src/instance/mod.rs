@@ -23,7 +23,8 @@ use jde_panel::{Gesture, List};
 
 use crate::build;
 use crate::engine::Engine;
-use crate::turn::{self, Turn};
+use crate::plugin::Functions;
+use crate::turn::{self, INPUTS, Turn};
 use body::Body;
 pub(crate) use call::Call;
 use call::Leave;
@@ -32,7 +33,7 @@ pub(crate) use here::{Candidate, Given, Here, Question, Verdict, panel_of};
 pub(crate) use host_table::text_of;
 pub(crate) use left::Left;
 pub(crate) use memory::{Remembered, memory_of};
-pub(crate) use ports::{Port, Ports, Shown};
+pub(crate) use ports::{Port, Ports, Shown, Wrote};
 use scratch::Scratch;
 
 /// An instance that was made, and the desk at which it finds its ports.
@@ -40,8 +41,8 @@ pub(crate) struct Instance {
     number: usize,
     name: CString,
     build: build::Shared,
-    table: &'static raw::Schema,
-    panel: Option<&'static raw::Panel>,
+    table: Functions,
+    panel: Option<raw::Panel>,
     /// Nothing before it is made and once it has ended.
     body: Option<Body>,
     desk: Arc<Desk>,
@@ -51,6 +52,15 @@ pub(crate) struct Instance {
     called: turn::Call,
     /// What it has looked at since the last release before it, likewise.
     inputs: Vec<u32>,
+}
+
+/// What there is to tell of a turn and has no room in it.
+#[derive(Default)]
+pub(crate) struct Beyond {
+    /// Its ports beyond [`INPUTS`].
+    pub(crate) ports: Vec<u32>,
+    /// What it wrote, when turns are taken again.
+    pub(crate) wrote: Vec<Wrote>,
 }
 
 /// The answer to a check.
@@ -78,7 +88,7 @@ impl Instance {
             name,
             build: Arc::clone(build),
             table,
-            panel: panel_of(table),
+            panel: panel_of(&table),
             body: None,
             desk: Arc::clone(desk),
             scratch: Scratch::default(),
@@ -94,7 +104,8 @@ impl Instance {
     }
 
     pub(crate) fn awake(&mut self) -> Result<(), String> {
-        self.release();
+        self.desk.renew();
+        self.begin();
         let result = match self.table.awake {
             Some(_) => self.result("awake", Body::awake),
             None => Ok(()),
@@ -105,7 +116,7 @@ impl Instance {
 
     /// Evaluates the precondition over fresh values, which stay for the iteration that follows (R8).
     pub(crate) fn check(&mut self) -> Result<Answer, String> {
-        self.release();
+        self.begin();
         let (mut ready, mut urgency) = (true, 0.0);
         if self.table.check.is_some() {
             self.result("check", |body, call| {
@@ -140,7 +151,7 @@ impl Instance {
         if self.panel.is_none_or(|panel| panel.touch.is_none()) {
             return Ok(());
         }
-        self.release();
+        self.begin();
         let result = self.result("touch", |body, call| body.touch(call, by, gesture));
         self.release();
         result
@@ -151,7 +162,7 @@ impl Instance {
         if self.table.arbitrate.is_none() {
             return Err(String::from("it has no arbitration of its own"));
         }
-        self.release();
+        self.begin();
         let question = self.question(level);
         let mut verdict = Verdict::default();
         let answer = self.result("arbitrate", |body, call| {
@@ -173,7 +184,7 @@ impl Instance {
     }
 
     pub(crate) fn sleep(&mut self) -> Result<(), String> {
-        self.release();
+        self.begin();
         let (_, failure) = match self.table.sleep {
             Some(_) => self.call(Body::sleep),
             None => ((), None),
@@ -192,16 +203,33 @@ impl Instance {
         self.body.as_ref().is_none_or(Body::is_to_tell)
     }
 
-    /// The last call; and what it looked at is told to `turn`. Nothing if nobody wants to know.
-    pub(crate) fn called(&self, turn: &mut Turn) -> turn::Call {
-        let told = turn.inputs.resize(self.inputs.len());
-        told.copy_from_slice(&self.inputs[..told.len()]);
+    /// The last call; and what it looked at and wrote is told to `turn`, and what has no room there to `beyond`. Nothing if nobody
+    /// wants to know.
+    pub(crate) fn called(&self, turn: &mut Turn, beyond: &mut Beyond) -> turn::Call {
+        let told = turn.inputs.resize(self.inputs.len().min(INPUTS));
+        let (first, rest) = self.inputs.split_at(told.len());
+        told.copy_from_slice(first);
+        beyond.ports.clear();
+        beyond.ports.extend_from_slice(rest);
+        if self.engine.clock.is_past() {
+            let wrote = self.desk.ports(Ports::take_wrote);
+            beyond.wrote.extend(wrote.into_iter().flatten());
+        }
         self.called
     }
 
     /// Lets go of the values it looked at: after its turn, so that its panel shows what its iteration saw.
     pub(crate) fn rest(&mut self) {
         self.release();
+    }
+
+    /// A turn begins: of calls before, nothing is told in it.
+    fn begin(&mut self) {
+        self.release();
+        self.inputs.fill(Turn::UNSEEN);
+        if self.engine.clock.is_past() {
+            self.desk.ports(Ports::take_wrote);
+        }
     }
 
     fn release(&mut self) {

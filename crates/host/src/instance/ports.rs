@@ -8,7 +8,7 @@ use jde_board::{Parted, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
 
 use crate::history::{Aligned, History, Old};
-use crate::turn::{INPUTS, Journal, Turn};
+use crate::turn::{Journal, Told, Turn};
 
 /// All ports of an instance, by number.
 #[derive(Default)]
@@ -16,6 +16,8 @@ pub(crate) struct Ports {
     pub(super) ports: Vec<Port>,
     /// Kept only for those who want to know of turns.
     looks: Option<Looks>,
+    /// What was written since it was asked for, kept only when turns are taken again.
+    wrote: Option<Vec<Wrote>>,
     /// Counts the releases: what was read in one is not looked at in the next.
     releases: u64,
     /// Something was looked at since the last release.
@@ -41,6 +43,8 @@ pub(crate) enum Port {
     Unbound,
     /// An import or a modulation.
     Input(Reader),
+    /// A modulation that keeps what it showed first since the schema awoke (R8).
+    Fixed(Reader),
     /// An import or a modulation that shows what it showed before.
     Again(Again),
     /// A driver's command, with the value that is in force when nobody's is.
@@ -67,6 +71,15 @@ pub(crate) struct Again {
     pub(super) wanted: u32,
     /// Its answer since the last release.
     pub(super) held: Option<Option<Arc<Old>>>,
+}
+
+/// What a port has written.
+pub(crate) struct Wrote {
+    pub(crate) port: usize,
+    /// The number of the value.
+    pub(crate) number: u64,
+    /// None if the value before was taken back.
+    pub(crate) bytes: Option<Vec<u8>>,
 }
 
 /// What an input has shown since the last release.
@@ -133,6 +146,7 @@ impl Ports {
         Self {
             ports,
             looks: None,
+            wrote: None,
             releases: 0,
             holds: false,
             lent: 0,
@@ -144,7 +158,7 @@ impl Ports {
     pub(crate) fn follow(&mut self, journal: &Arc<Journal>) {
         self.looks = Some(Looks {
             journal: Arc::clone(journal),
-            inputs: vec![Turn::UNSEEN; self.ports.len().min(INPUTS)],
+            inputs: vec![Turn::UNSEEN; self.ports.len()],
             last: None,
         });
     }
@@ -165,7 +179,9 @@ impl Ports {
     pub(crate) fn variable(&self, port: usize) -> Option<(&Arc<Variable>, bool)> {
         match self.ports.get(port)? {
             Port::Unbound | Port::Again(_) => None,
-            Port::Input(reader) | Port::Command { reader, .. } => Some((reader.variable(), false)),
+            Port::Input(reader) | Port::Fixed(reader) | Port::Command { reader, .. } => {
+                Some((reader.variable(), false))
+            }
             Port::Output(writer) | Port::Wish { writer, .. } => Some((writer.variable(), true)),
         }
     }
@@ -175,10 +191,16 @@ impl Ports {
         self.releases
     }
 
-    /// Lets its inputs show values of the past instead of the newest.
+    /// What was written since this was asked last, when turns are taken again.
+    pub(crate) fn take_wrote(&mut self) -> Vec<Wrote> {
+        self.wrote.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Lets its inputs show values of the past instead of the newest, and keeps what it writes.
     pub(crate) fn look_back(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
+        self.wrote = Some(Vec::new());
         for port in &mut self.ports {
-            if let Port::Input(reader) = port {
+            if let Port::Input(reader) | Port::Fixed(reader) = port {
                 *port = Port::Again(Again {
                     history: history(reader),
                     wanted: Turn::UNSEEN,
@@ -189,10 +211,10 @@ impl Ports {
     }
 
     /// Has its inputs show the values that they showed in that turn; the newest again if there is none.
-    pub(crate) fn recall(&mut self, turn: Option<&Turn>) {
+    pub(crate) fn recall(&mut self, turn: Option<&Told>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
             if let Port::Again(again) = port {
-                again.wanted = turn.map_or(Turn::UNSEEN, |turn| turn.input(number));
+                again.wanted = turn.map_or(Turn::UNSEEN, |turn| turn.port(number));
             }
         }
     }
@@ -201,9 +223,12 @@ impl Ports {
     pub(crate) fn shown(&self) -> Vec<Shown> {
         let shown = self.ports.iter().map(|port| match port {
             Port::Again(again) => again.held.clone().map_or(Shown::Unseen, Shown::from),
-            Port::Unbound | Port::Input(_) | Port::Command { .. } | Port::Output(_) | Port::Wish { .. } => {
-                Shown::Unseen
-            }
+            Port::Unbound
+            | Port::Input(_)
+            | Port::Fixed(_)
+            | Port::Command { .. }
+            | Port::Output(_)
+            | Port::Wish { .. } => Shown::Unseen,
         });
         shown.collect()
     }
@@ -214,7 +239,7 @@ impl Ports {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
             Port::Output(_) | Port::Wish { .. } => Err(PortError::WrongPort),
-            Port::Input(reader) => {
+            Port::Input(reader) | Port::Fixed(reader) => {
                 let latched = reader.latch();
                 if let Some(looks) = &mut self.looks {
                     looks.look(port, latched.map(|latched| latched.stamp.sequence), now());
@@ -261,7 +286,9 @@ impl Ports {
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             Port::Unbound => Err(PortError::Unbound),
-            Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
+            Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {
+                Err(PortError::WrongPort)
+            }
             Port::Output(writer) | Port::Wish { writer, .. } => {
                 self.lent += usize::from(!writer.is_lent());
                 Ok(writer.loan())
@@ -282,19 +309,26 @@ impl Ports {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
         };
+        let number = port;
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
-        if let Port::Output(writer) | Port::Wish { writer, .. } = port {
+        let mut bytes = None;
+        if let Port::Output(writer) | Port::Wish { writer, .. } = port
+            && writer.is_lent()
+        {
             // Whatever comes of it, nothing is loaned afterwards.
-            self.lent -= usize::from(writer.is_lent());
+            self.lent -= 1;
+            bytes = self.wrote.as_ref().map(|_| writer.loan().to_vec());
         }
-        match port {
-            Port::Unbound => Err(PortError::Unbound),
-            Port::Input(_) | Port::Again(_) | Port::Command { .. } => Err(PortError::WrongPort),
-            Port::Output(writer) => writer.publish(time, now).map(drop).map_err(failed),
+        let published = match port {
+            Port::Unbound => return Err(PortError::Unbound),
+            Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {
+                return Err(PortError::WrongPort);
+            }
+            Port::Output(writer) => writer.publish(time, now).map_err(failed),
             Port::Wish { writer, refused } => match writer.publish_for(time, now, period.saturating_mul(2)) {
-                Ok(_) => {
+                Ok(sequence) => {
                     *refused = false;
-                    Ok(())
+                    Ok(sequence)
                 }
                 Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
                 Err(why) => Err(PortError::Refused {
@@ -302,6 +336,29 @@ impl Ports {
                     first: !std::mem::replace(refused, true),
                 }),
             },
+        };
+        match &published {
+            Ok(sequence) => self.note(number, Some(*sequence), bytes),
+            Err(PortError::Refused {
+                why: Refused::NoAuthority,
+                ..
+            }) => self.note(number, None, None),
+            Err(_) => {}
+        }
+        published.map(drop)
+    }
+
+    /// A port has written a value of that number, for those who want to know; or tried to, and was not let or took it back.
+    fn note(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
+        if let Some(looks) = &mut self.looks
+            && let Some(told) = looks.inputs.get_mut(port)
+        {
+            *told = number.map_or(Turn::NOTHING, |number| number as u32);
+            // It is told of one turn, and forgotten with the next release.
+            self.holds = true;
+        }
+        if let (Some(wrote), Some(number)) = (&mut self.wrote, number) {
+            wrote.push(Wrote { port, number, bytes });
         }
     }
 
@@ -315,6 +372,12 @@ impl Ports {
         match self.ports.get_mut(port) {
             Some(Port::Output(writer)) => {
                 writer.retract();
+                let newest = writer.variable().newest();
+                if let Some(wrote) = &mut self.wrote {
+                    let (number, bytes) = (newest, None);
+                    wrote.push(Wrote { port, number, bytes });
+                }
+                self.note(port, None, None);
                 Ok(())
             }
             _ => Err(PortError::WrongPort),
@@ -333,13 +396,23 @@ impl Ports {
                     reader.release();
                     *in_force = None;
                 }
-                Port::Unbound | Port::Output(_) | Port::Wish { .. } => {}
+                Port::Unbound | Port::Fixed(_) | Port::Output(_) | Port::Wish { .. } => {}
             }
         }
         if let Some(looks) = &mut self.looks {
             looks.inputs.fill(Turn::UNSEEN);
             looks.last = None;
         }
+    }
+
+    /// The schema awakes: lets go of what stayed since it awoke before, too.
+    pub(crate) fn renew(&mut self) {
+        for port in &mut self.ports {
+            if let Port::Fixed(reader) = port {
+                reader.release();
+            }
+        }
+        self.release();
     }
 
     /// Whether something was looked at since the last release.
@@ -361,7 +434,7 @@ impl Ports {
         for port in &mut self.ports {
             match port {
                 Port::Output(writer) | Port::Wish { writer, .. } => writer.discard(),
-                Port::Unbound | Port::Input(_) | Port::Again(_) | Port::Command { .. } => {}
+                Port::Unbound | Port::Input(_) | Port::Fixed(_) | Port::Again(_) | Port::Command { .. } => {}
             }
         }
     }
@@ -373,7 +446,7 @@ impl Ports {
                 reader.latched().map(|latched| latched.stamp.time)
             }
             Port::Again(again) => again.held.as_ref()?.as_ref().map(|old| old.stamp.time),
-            Port::Unbound | Port::Output(_) | Port::Wish { .. } => None,
+            Port::Unbound | Port::Fixed(_) | Port::Output(_) | Port::Wish { .. } => None,
         });
         times.max().unwrap_or(0)
     }

@@ -86,6 +86,7 @@ impl Port {
                 };
                 (Self::Again(successor), Some(Self::Again(remains)))
             }
+            Self::Fixed(reader) => (Self::Fixed(reader.another()), Some(Self::Fixed(reader))),
             port @ (Self::Unbound | Self::Input(_) | Self::Output(_) | Self::Wish { .. }) => (port, None),
         }
     }
@@ -96,7 +97,7 @@ impl Remains {
     pub(crate) fn bytes(&self) -> usize {
         let loaned: usize = self.loaned.iter().map(Parted::bytes).sum();
         let looked_at = self.looked_at.iter().filter_map(|port| match port {
-            Port::Input(reader) | Port::Command { reader, .. } => {
+            Port::Input(reader) | Port::Fixed(reader) | Port::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.bytes.len())
             }
             Port::Unbound | Port::Again(_) | Port::Output(_) | Port::Wish { .. } => None,

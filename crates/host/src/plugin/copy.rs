@@ -25,6 +25,11 @@ pub(super) struct PrivateCopy {
 pub(super) fn of(original: &Path) -> Result<PrivateCopy, LoadError> {
     static SWEPT: Once = Once::new();
     SWEPT.call_once(|| sweep(&std::env::temp_dir()));
+    if original.is_dir() {
+        return Err(LoadError::Foreign(String::from(
+            "it is a directory; name the library in it",
+        )));
+    }
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
     let mut file = regular(original)?;

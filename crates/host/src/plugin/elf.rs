@@ -11,6 +11,9 @@ use object::read::{ReadCache, ReadRef};
 /// What is looked at of a file: a few of its parts, whatever its size.
 pub(super) type Parts = ReadCache<File>;
 
+/// Bytes of a symbol that are read: the mark of a plugin and its version.
+const HEAD: usize = 16;
+
 /// Checks that a file is a whole shared library for this machine.
 pub(super) fn check(parts: &Parts) -> Result<(), String> {
     let bad = |error: object::Error| format!("it is not a shared library that can be loaded ({error})");
@@ -58,23 +61,59 @@ pub(super) fn check(parts: &Parts) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes of an exported symbol as the file states them; `None` if there is no such symbol.
-pub(super) fn symbol_size(parts: &Parts, symbol: &str) -> Option<u64> {
+/// An exported symbol as the file has it.
+pub(super) struct Symbol {
+    /// Bytes that the file states for it.
+    pub(super) size: u64,
+    /// What it begins with, before anything is relocated or run; none if the file holds nothing there.
+    pub(super) head: Option<[u8; HEAD]>,
+}
+
+/// The exported symbol of that name, if there is one.
+pub(super) fn symbol(parts: &Parts, name: &str) -> Option<Symbol> {
     let header = FileHeader64::<Endianness>::parse(parts).ok()?;
     let endian = header.endian().ok()?;
     let sections = header.sections(endian, parts).ok()?;
     let symbols = sections.symbols(endian, parts, SHT_DYNSYM).ok()?;
-    symbols
-        .iter()
-        .find(|entry| {
-            !entry.is_undefined(endian) && entry.name(endian, symbols.strings()) == Ok(symbol.as_bytes())
-        })
-        .map(|entry| entry.st_size(endian))
+    let entry = symbols.iter().find(|entry| {
+        !entry.is_undefined(endian) && entry.name(endian, symbols.strings()) == Ok(name.as_bytes())
+    })?;
+    let address = entry.st_value(endian);
+    let segments = header.program_headers(endian, parts).ok()?;
+    let offset = segments.iter().find_map(|segment| {
+        let within = address.checked_sub(segment.p_vaddr(endian))?;
+        let held = within.checked_add(HEAD as u64)? <= segment.p_filesz(endian);
+        let here = segment.p_type(endian) == PT_LOAD && held;
+        here.then(|| segment.p_offset(endian).checked_add(within))?
+    });
+    let head = offset.and_then(|offset| parts.read_bytes_at(offset, HEAD as u64).ok());
+    Some(Symbol {
+        size: entry.st_size(endian),
+        head: head.and_then(|head| head.try_into().ok()),
+    })
+}
+
+/// Whether a library uses that of C++, by the names that it asks others for.
+pub(super) fn is_cpp(parts: &Parts) -> bool {
+    let asks = || {
+        let header = FileHeader64::<Endianness>::parse(parts).ok()?;
+        let endian = header.endian().ok()?;
+        let sections = header.sections(endian, parts).ok()?;
+        let symbols = sections.symbols(endian, parts, SHT_DYNSYM).ok()?;
+        let of_cpp = |name: &[u8]| {
+            name == b"__gxx_personality_v0" || name == b"__cxa_throw" || name.starts_with(b"_ZSt")
+        };
+        Some(symbols.iter().any(|entry| {
+            entry.is_undefined(endian) && entry.name(endian, symbols.strings()).is_ok_and(of_cpp)
+        }))
+    };
+    asks().unwrap_or(false)
 }
 
 /// Whether a file claims to be a plugin, for listings: no more than a look.
-pub(super) fn is_plugin(parts: &Parts, symbol: &str) -> bool {
-    check(parts).is_ok() && symbol_size(parts, symbol).is_some()
+pub(super) fn is_plugin(parts: &Parts, name: &str, mark: &[u8]) -> bool {
+    let claims = |symbol: Symbol| symbol.head.is_some_and(|head| head.starts_with(mark));
+    check(parts).is_ok() && symbol(parts, name).is_some_and(claims)
 }
 
 fn truncated(length: u64) -> String {

@@ -4,11 +4,14 @@
 
 #![allow(unsafe_code)]
 
+use std::fmt;
 use std::fs::File;
 use std::mem::offset_of;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use jde_abi::table::{self, Table as _};
 use jde_abi::{describe, raw, read};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
@@ -23,10 +26,27 @@ pub struct Loaded {
     pub description: Arc<describe::Plugin>,
     /// The file it came from; `None` if it is linked in.
     pub path: Option<PathBuf>,
-    table: &'static raw::Plugin,
+    table: *const raw::Plugin,
+    schemas: Arc<[Functions]>,
     /// The file that is really mapped.
     copy: Option<Arc<PrivateCopy>>,
 }
+
+/// The table of a type of schema as this ABI has it, and where the plugin's own is.
+#[derive(Clone, Copy)]
+pub(crate) struct Functions {
+    pub(crate) own: *const raw::Schema,
+    table: raw::Schema,
+}
+
+// SAFETY: a plugin's tables are immutable and live until the process ends; nothing in them belongs to a thread.
+unsafe impl Send for Loaded {}
+// SAFETY: as above.
+unsafe impl Sync for Loaded {}
+// SAFETY: as above.
+unsafe impl Send for Functions {}
+// SAFETY: as above.
+unsafe impl Sync for Functions {}
 
 /// Why a file could not be loaded as a plugin.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +79,14 @@ pub enum LoadError {
     /// Its tables were refused.
     #[error("{0}")]
     Refused(#[from] read::Refusal),
+    /// The process that looked at it died of it, or never came to an end.
+    #[error(
+        "it cannot be loaded: {0}; the file is damaged, or its constructors are wrong: build or copy it again"
+    )]
+    Deadly(String),
+    /// There is no process to look at it.
+    #[error("no process can be started to look at it: {0}")]
+    NoInspection(#[source] std::io::Error),
 }
 
 impl Loaded {
@@ -68,13 +96,7 @@ impl Loaded {
     /// [`LoadError::Refused`].
     pub fn linked_in(table: &'static raw::Plugin) -> Result<Self, LoadError> {
         // SAFETY: a reference to a whole table, made by the SDK's export macro in this program.
-        let description = unsafe { read::plugin(table) }?;
-        Ok(Self {
-            description: Arc::new(description),
-            path: None,
-            table,
-            copy: None,
-        })
+        unsafe { Self::read(table, None) }
     }
 
     /// Loads the library at `path`. No function of the plugin is called but `ability`; the system runs its constructors, if it has any.
@@ -82,11 +104,6 @@ impl Loaded {
     /// # Errors
     /// See [`LoadError`]; the process is as before, but for a refused library that stays mapped.
     pub fn open(path: &Path) -> Result<Self, LoadError> {
-        if path.is_dir() {
-            return Err(LoadError::Foreign(String::from(
-                "it is a directory; name the library in it",
-            )));
-        }
         Self::of(path, copy::of(path)?)
     }
 
@@ -108,7 +125,7 @@ impl Loaded {
     }
 
     /// Maps a library, of which people know the file `path`.
-    fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
+    pub(super) fn map(file: &Path, path: &Path) -> Result<Self, LoadError> {
         let held = held(file)?;
         // SAFETY: the file is a whole library for this machine; running its constructors is what loading a plugin means.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
@@ -129,19 +146,51 @@ impl Loaded {
             (&raw const (*table).magic).read() == raw::MAGIC
                 && (&raw const (*table).abi_major).read() == raw::ABI_MAJOR
         };
-        if ours && held < size_of::<raw::Plugin>() as u64 {
+        let mut needed = raw::Plugin::LEAST;
+        if ours && held >= needed as u64 {
+            // SAFETY: the symbol has the bytes that every table of this version has.
+            let stated = unsafe { (&raw const (*table).size).read() } as usize;
+            needed = stated.clamp(needed, size_of::<raw::Plugin>());
+        }
+        if ours && held < needed as u64 {
             return Err(LoadError::Foreign(format!(
-                "its symbol `{}` has {held} bytes, and a plugin's has {}: declare it as the structure of jde.h",
+                "its symbol `{}` has {held} bytes, and a plugin's has {needed}: declare it as the structure of jde.h",
                 raw::ENTRY_SYMBOL,
-                size_of::<raw::Plugin>()
             )));
         }
         // SAFETY: the symbol has the bytes of a table if it is of our version, else of its head; its library stays mapped.
-        let (description, table) = unsafe { (read::plugin(table)?, &*table) };
+        let mut loaded = unsafe { Self::read(table, Some(path.to_owned())) }?;
+        // SAFETY: as above, and it was read.
+        let catches = unsafe { (&raw const (*table).flags).read() } & raw::PLUGIN_CATCHES != 0;
+        if let Some(description) = Arc::get_mut(&mut loaded.description) {
+            description.throws = !catches && elf::is_cpp(&elf::Parts::new(File::open(file)?));
+        }
+        Ok(loaded)
+    }
+
+    /// # Safety
+    /// As [`read::plugin`].
+    unsafe fn read(own: *const raw::Plugin, path: Option<PathBuf>) -> Result<Self, LoadError> {
+        // SAFETY: the caller's.
+        let description = unsafe { read::plugin(own) }?;
+        // SAFETY: as above, and `read::plugin` walked these tables and found them right.
+        let schemas = unsafe {
+            let first = table::read(own).map_err(refused)?.schemas;
+            let stride = first.cast::<u32>().read() as usize;
+            let functions = |index| {
+                let own = first.byte_add(index * stride);
+                let table = table::read(own).map_err(refused)?;
+                Ok(Functions { own, table })
+            };
+            (0..description.schemas.len())
+                .map(functions)
+                .collect::<Result<_, LoadError>>()?
+        };
         Ok(Self {
             description: Arc::new(description),
-            path: Some(path.to_owned()),
-            table,
+            path,
+            table: own,
+            schemas,
             copy: None,
         })
     }
@@ -167,34 +216,53 @@ impl Loaded {
 
     /// Whether both are one library in memory.
     pub(crate) fn is_one_with(&self, other: &Self) -> bool {
-        std::ptr::eq(self.table, other.table)
+        self.table == other.table
     }
 
-    /// The table of one of its types, by its place in the description.
+    /// The functions of one of its types, by its place in the description.
     #[must_use]
-    pub(crate) fn schema(&self, index: usize) -> &'static raw::Schema {
-        assert!(
-            index < self.description.schemas.len(),
-            "the description and the table have the same schemas"
-        );
-        // SAFETY: `read::plugin` walked this array with this stride and found `schemas.len()` tables.
-        unsafe {
-            let stride = (*self.table.schemas).size as usize;
-            &*self
-                .table
-                .schemas
-                .cast::<u8>()
-                .add(index * stride)
-                .cast::<raw::Schema>()
-        }
+    pub(crate) fn schema(&self, index: usize) -> Functions {
+        self.schemas[index]
     }
 }
 
-/// Bytes of the symbol that is a plugin's table, of a library for this machine.
-fn held(file: &Path) -> Result<u64, LoadError> {
+impl Deref for Functions {
+    type Target = raw::Schema;
+
+    fn deref(&self) -> &raw::Schema {
+        &self.table
+    }
+}
+
+impl fmt::Debug for Functions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "functions at {:p}", self.own)
+    }
+}
+
+fn refused(unreadable: table::Unreadable) -> LoadError {
+    LoadError::Refused(read::Refusal::Table {
+        place: String::from("the plugin"),
+        wrong: unreadable.to_string(),
+    })
+}
+
+/// Bytes of the symbol that is a plugin's table, of a library for this machine that says it is a plugin of this version. Nothing of it
+/// has run when that is known.
+pub(super) fn held(file: &Path) -> Result<u64, LoadError> {
     let parts = elf::Parts::new(File::open(file)?);
     elf::check(&parts).map_err(LoadError::Foreign)?;
-    elf::symbol_size(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)
+    let symbol = elf::symbol(&parts, raw::ENTRY_SYMBOL).ok_or(LoadError::NoPlugin)?;
+    let head = symbol.head.unwrap_or_default();
+    let number = |at: usize| u32::from_ne_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
+    if !head.starts_with(&raw::MAGIC.to_ne_bytes()) {
+        return Err(read::Refusal::NotAPlugin.into());
+    }
+    let (plugin, host) = ((number(8), number(12)), (raw::ABI_MAJOR, raw::ABI_MINOR));
+    if plugin.0 != host.0 {
+        return Err(read::Refusal::Version { plugin, host }.into());
+    }
+    Ok(symbol.size)
 }
 
 /// The system's words, with the name of the private copy replaced by the name the user knows.

@@ -4,10 +4,13 @@
 
 mod copy;
 mod elf;
+mod inspect;
 mod load;
 mod search;
 mod store;
 
+pub use inspect::serve as serve_inspections;
+pub(crate) use load::Functions;
 pub use load::{LoadError, Loaded};
 pub use search::{Found, SearchPath};
-pub use store::{Builds, MOST_BUILDS, PluginError, Plugins, Renewed};
+pub use store::{Builds, Described, MOST_BUILDS, PluginError, Plugins, Renewed};

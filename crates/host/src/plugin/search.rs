@@ -113,7 +113,13 @@ impl SearchPath {
 }
 
 fn looks_like_one(path: &Path) -> bool {
-    copy::regular(path).is_ok_and(|file| elf::is_plugin(&elf::Parts::new(file), raw::ENTRY_SYMBOL))
+    copy::regular(path).is_ok_and(|file| {
+        elf::is_plugin(
+            &elf::Parts::new(file),
+            raw::ENTRY_SYMBOL,
+            &raw::MAGIC.to_ne_bytes(),
+        )
+    })
 }
 
 fn file_name(plugin: &str) -> String {

@@ -9,7 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::Catalogue;
 
+use super::copy::PrivateCopy;
+use super::inspect::Inspector;
 use super::{Found, LoadError, Loaded, SearchPath, copy};
+use crate::apart::Program;
 
 /// Most builds that one process loads in place of others. Each stays in memory, and so does its private copy on disk: at the
 /// 0.5 to 5 MB of a plugin this is what a day of editing takes, and less than a machine that runs robots can miss.
@@ -22,6 +25,18 @@ pub struct Plugins {
     /// All builds of each file, the newest last.
     loaded: Mutex<BTreeMap<PathBuf, Vec<Loaded>>>,
     linked_in: BTreeMap<String, Loaded>,
+    /// What was only looked at.
+    described: Mutex<BTreeMap<PathBuf, Described>>,
+    inspector: Option<Inspector>,
+}
+
+/// A plugin that was looked at, and need not be loaded.
+#[derive(Clone, Debug)]
+pub struct Described {
+    /// What it says of itself.
+    pub description: Arc<describe::Plugin>,
+    /// Its file; none if it is linked in.
+    pub path: Option<PathBuf>,
 }
 
 /// What a plugin's file holds now.
@@ -92,6 +107,21 @@ impl Plugins {
         }
     }
 
+    /// Has each file looked at in a process of its own before this one maps it, so that a damaged library ends that process and not
+    /// this one. The program is to call [`super::serve_inspections`] and nothing else.
+    #[must_use]
+    pub fn inspected_by(mut self, program: Program) -> Self {
+        self.inspector = Some(Inspector::new(program));
+        self
+    }
+
+    /// Ends the process that looks at files, if there is one; it is started again when it is needed.
+    pub fn dismiss_inspector(&self) {
+        if let Some(inspector) = &self.inspector {
+            inspector.dismiss();
+        }
+    }
+
     /// Adds a plugin that is linked into this program; it comes before any file of its name.
     ///
     /// # Errors
@@ -110,27 +140,62 @@ impl Plugins {
         if let Some(plugin) = self.linked_in.get(name) {
             return Ok(plugin.clone());
         }
-        let path = self.path_with(extra);
-        let Some(Found { path: file, .. }) = path.find(name) else {
-            let folders = path
-                .folders()
-                .map(|(folder, because)| format!("{} ({because})", folder.display()))
-                .collect();
-            return Err(PluginError::Missing {
-                name: name.to_owned(),
-                folders,
-            });
-        };
+        let file = self.file(name, extra)?;
         let plugin = self.open(&file)?;
-        let found = &plugin.description.name;
-        if found.replace('-', "_") != name.replace('-', "_") {
-            return Err(PluginError::OtherName {
-                path: file,
-                found: found.clone(),
-                name: name.to_owned(),
-            });
-        }
+        is_called(name, &plugin.description, &file)?;
         Ok(plugin)
+    }
+
+    /// What the plugin of that name says of itself, looked for as in [`Self::load`]. With a process that looks at files
+    /// ([`Self::inspected_by`]) nothing of it is mapped here; else it is loaded.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn describe(&self, name: &str, extra: &[PathBuf]) -> Result<Described, PluginError> {
+        if let Some(plugin) = self.linked_in.get(name) {
+            return Ok(plugin.clone().into());
+        }
+        let file = self.file(name, extra)?;
+        let plugin = self.describe_file(&file)?;
+        is_called(name, &plugin.description, &file)?;
+        Ok(plugin)
+    }
+
+    /// What the plugin in that file says of itself, as [`Self::describe`].
+    ///
+    /// # Errors
+    /// [`PluginError::Unusable`].
+    pub fn describe_file(&self, file: &Path) -> Result<Described, PluginError> {
+        let Some(inspector) = &self.inspector else {
+            return self.open(file).map(Described::from);
+        };
+        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let mut described = self.described.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(plugin) = described.get(&key) {
+            return Ok(plugin.clone());
+        }
+        let copy = copy::of(&key).map_err(unusable(file))?;
+        let description = inspector.look(copy.path(), &key).map_err(unusable(file))?;
+        let plugin = Described {
+            description: Arc::new(description),
+            path: Some(key.clone()),
+        };
+        described.insert(key, plugin.clone());
+        Ok(plugin)
+    }
+
+    /// The file of the plugin of that name.
+    fn file(&self, name: &str, extra: &[PathBuf]) -> Result<PathBuf, PluginError> {
+        let path = self.path_with(extra);
+        path.find(name)
+            .map(|found| found.path)
+            .ok_or_else(|| PluginError::Missing {
+                name: name.to_owned(),
+                folders: path
+                    .folders()
+                    .map(|(folder, because)| format!("{} ({because})", folder.display()))
+                    .collect(),
+            })
     }
 
     /// The plugin in that file, loaded at most once.
@@ -143,9 +208,20 @@ impl Plugins {
         if let Some(plugin) = loaded.get(&key).and_then(|builds| builds.last()) {
             return Ok(plugin.clone());
         }
-        let plugin = Loaded::open(&key).map_err(unusable(file))?;
+        let copy = copy::of(&key)
+            .and_then(|copy| self.inspect(&key, copy))
+            .map_err(unusable(file))?;
+        let plugin = Loaded::of(&key, copy).map_err(unusable(file))?;
         loaded.insert(key, vec![plugin.clone()]);
         Ok(plugin)
+    }
+
+    /// Has a copy looked at before it is mapped here, if somebody does that.
+    fn inspect(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
+        if let Some(inspector) = &self.inspector {
+            inspector.look(copy.path(), file)?;
+        }
+        Ok(copy)
     }
 
     /// The plugin in that file as it is now, beside those that were in it before. A build is loaded once: a file with the content of
@@ -156,18 +232,20 @@ impl Plugins {
     pub fn renew(&self, file: &Path) -> Result<Renewed, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let copy = copy::of(&key).map_err(unusable(file))?;
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = loaded
-            .get(&key)
-            .into_iter()
-            .flatten()
-            .find(|build| build.is(&copy));
-        if let Some(plugin) = known {
-            return Ok(Renewed {
-                plugin: plugin.clone(),
-                fresh: false,
-            });
+        let known = |loaded: &BTreeMap<PathBuf, Vec<Loaded>>| {
+            let mut builds = loaded.get(&key).into_iter().flatten();
+            let plugin = builds.find(|build| build.is(&copy))?.clone();
+            Some(Renewed { plugin, fresh: false })
+        };
+        // Nobody who asks what is loaded waits for a look at a file.
+        if let Some(known) = known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return Ok(known);
         }
+        let inspected = self.inspect(&key, copy);
+        // It would be idle until the next build.
+        self.dismiss_inspector();
+        let copy = inspected.map_err(unusable(file))?;
+        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let Builds { builds, bytes: all } = replacements(&loaded);
         if builds >= MOST_BUILDS {
             return Err(PluginError::TooMany { bytes: all });
@@ -192,6 +270,12 @@ impl Plugins {
             .chain(self.linked_in.values())
             .find(|plugin| Arc::ptr_eq(&plugin.description, description));
         found.cloned()
+    }
+
+    /// The file that a loaded plugin came from; none if it is linked in or not loaded.
+    #[must_use]
+    pub fn file_of(&self, description: &Arc<describe::Plugin>) -> Option<PathBuf> {
+        self.loaded(description)?.path
     }
 
     /// All there is along the search path and linked in, without loading any file.
@@ -245,6 +329,27 @@ impl Catalogue for Plugins {
         let files = found.into_iter().map(|found| found.name).chain(linked_in);
         files.chain(types).collect()
     }
+}
+
+impl From<Loaded> for Described {
+    fn from(plugin: Loaded) -> Self {
+        Self {
+            description: plugin.description,
+            path: plugin.path,
+        }
+    }
+}
+
+/// Whether a plugin has the name of its file.
+fn is_called(name: &str, about: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
+    if about.name.replace('-', "_") == name.replace('-', "_") {
+        return Ok(());
+    }
+    Err(PluginError::OtherName {
+        path: file.to_owned(),
+        found: about.name.clone(),
+        name: name.to_owned(),
+    })
 }
 
 /// All but the first of each file.

@@ -40,6 +40,8 @@ pub enum Became {
     Reloaded(Takeover),
     /// It runs what is in the file already.
     Unchanged,
+    /// It runs what is in the file already, but had faulted: it tries again, with a fresh instance and all its restarts.
+    Restarted,
     /// The build before goes on; why.
     Undone(String),
     /// It is inside a call and takes over at the end of that.
@@ -167,6 +169,9 @@ impl Reloader {
         let end = Instant::now() + TURN;
         let became = orders.into_iter().map(|(schema, order)| {
             let became = match order {
+                None if operator.is_faulted(schema) => operator
+                    .load(schema)
+                    .map_or_else(Became::Undone, |()| Became::Restarted),
                 None => Became::Unchanged,
                 Some(Err(reasons)) => Became::Undone(reasons.join("; ")),
                 Some(Ok(reload)) => match reload.wait(end.saturating_duration_since(Instant::now())) {
@@ -185,7 +190,12 @@ impl Reloaded {
     /// Whether every schema runs what is in the file.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        let done = |became: &Became| matches!(became, Became::Reloaded(_) | Became::Unchanged);
+        let done = |became: &Became| {
+            matches!(
+                became,
+                Became::Reloaded(_) | Became::Unchanged | Became::Restarted
+            )
+        };
         self.schemas.iter().all(|(_, became)| done(became))
     }
 }

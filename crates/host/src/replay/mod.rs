@@ -4,6 +4,7 @@
 //!
 //! A schema that is awake now and was not then takes its turns by its own period. Judges nothing: see `jde-log`.
 
+mod deeds;
 mod past;
 mod player;
 mod scenery;
@@ -22,6 +23,7 @@ use crate::event::Observer;
 use crate::plugin::Plugins;
 use crate::runner::Runner;
 use crate::running::{Handle, StartError, original};
+pub use deeds::{Deed, Done};
 pub use past::{Old, Part, Past, Step};
 use player::Player;
 
@@ -129,6 +131,11 @@ impl Replay {
     #[must_use]
     pub fn saw(&self, schema: usize) -> Vec<Sight> {
         self.player.saw(schema)
+    }
+
+    /// What schemas did since this was asked last, beside what they did then, in the order of their turns.
+    pub fn deeds(&mut self) -> Vec<Deed> {
+        self.player.deeds()
     }
 
     /// Values that were seen then and are not there now, by variable: the newest were shown instead. None of those that the

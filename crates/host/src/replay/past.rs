@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jde_core::Nanos;
 use jde_panel::Gesture;
 
-use crate::turn::{Call, Moment, Turn};
+use crate::turn::{Call, Moment, Told};
 
 /// Tells what happened, in the order in which it did.
 pub trait Past: Send {
@@ -18,7 +18,7 @@ pub trait Past: Send {
     /// The next value of a source whose number is at most that; it may have been published a little later than it was seen.
     fn value_up_to(&mut self, source: usize, number: u32) -> Option<Old>;
 
-    /// The bytes of a modulation's or period's value of that number.
+    /// The bytes of the value of that number of a variable that a schema or an operator writes.
     fn written(&mut self, variable: &str, number: u32) -> Option<Vec<u8>>;
 
     /// The gesture of that number, and whose it was.
@@ -46,7 +46,7 @@ pub struct Step {
     /// Whether it is the last of its turn.
     pub last: bool,
     /// The turn; schemas, groups and ports in it are those of the application that takes it again.
-    pub turn: Arc<Turn>,
+    pub turn: Arc<Told>,
     /// The transaction it was, or the last before it.
     pub order: u64,
     /// When it was.
@@ -73,7 +73,7 @@ pub enum Part {
 impl Step {
     /// The steps of a turn, in their order.
     #[must_use]
-    pub fn of(turn: &Arc<Turn>) -> Vec<Self> {
+    pub fn of(turn: &Arc<Told>) -> Vec<Self> {
         let call = |call: &Call| call.happened().then_some((call.after, call.time));
         let moment = |moment: &Moment| (moment.order > 0).then_some((moment.order, moment.time));
         let parts = [

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use jde_core::{Nanos, Operator, SchemaId};
 
+use super::deeds::{Deed, Deeds};
 use super::past::{Part, Past, Step};
 use super::scenery::Scenery;
 use super::seat::{Asked, Seat};
@@ -15,7 +16,7 @@ use crate::exec::lockstep::Queue;
 use crate::inbox::Inbox;
 use crate::instance::Shown;
 use crate::runner::Runner;
-use crate::turn::Turn;
+use crate::turn::{Told, Turn};
 
 /// Bytes of the largest value that is told in words.
 const SHORT: usize = 64;
@@ -30,6 +31,7 @@ pub(super) struct Player {
     slack: Nanos,
     scenery: Scenery,
     unknown: BTreeSet<String>,
+    deeds: Deeds,
     /// Its end has been told.
     over: bool,
     resting: bool,
@@ -56,6 +58,7 @@ impl Player {
             slack,
             scenery,
             unknown: BTreeSet::new(),
+            deeds: Deeds::default(),
             over: false,
             resting: false,
         })
@@ -76,8 +79,10 @@ impl Player {
                 self.scenery.publish(&mut *self.past, step.time);
                 self.engine.clock.put(step.clock());
                 self.take(&step);
+                self.done(&step);
             }
             self.settle();
+            self.deeds.told_of_none(&self.engine, &mut self.seats);
         } else {
             self.over = true;
         }
@@ -105,6 +110,11 @@ impl Player {
             })
         });
         sights.collect()
+    }
+
+    /// What schemas did since this was asked last, beside what they did then.
+    pub(super) fn deeds(&mut self) -> Vec<Deed> {
+        self.deeds.take()
     }
 
     pub(super) fn missed(&self) -> Vec<(String, u64)> {
@@ -174,7 +184,7 @@ impl Player {
                 Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
                 // Nobody can look at a replay or act in it.
-                Signal::Looked | Signal::Touched | Signal::Swapped(_) => {}
+                Signal::Looked | Signal::Touched | Signal::Swapped => {}
                 Signal::Asked { group, ticket, level } => {
                     let since = now;
                     seat.asked.push(Asked {
@@ -213,6 +223,23 @@ impl Player {
                     self.see_to(number, turn);
                 }
                 self.step_of(number, step);
+            }
+        }
+    }
+
+    /// A step was taken: at the last of a turn it is known what was done in it.
+    fn done(&mut self, step: &Step) {
+        let is_schemas = matches!(
+            step.turn.kind,
+            Turn::AWOKE | Turn::SLEPT | Turn::CYCLED | Turn::ARBITRATED | Turn::TOUCHED
+        );
+        let number = step.turn.schema as usize;
+        let seat = self.seats.get_mut(number).and_then(Option::as_mut);
+        if let Some(seat) = seat.filter(|_| is_schemas) {
+            seat.in_turn = !step.last;
+            if step.last {
+                self.deeds
+                    .told(&self.engine, number, seat, &step.turn, &mut *self.past);
             }
         }
     }
@@ -288,7 +315,7 @@ impl Player {
         }
     }
 
-    /// A father did something with a child in its iteration.
+    /// A father did something with a child or a group in its iteration.
     fn lead(&mut self, father: usize, turn: &Turn) {
         let under_way = self
             .seats
@@ -301,15 +328,16 @@ impl Player {
             return;
         };
         seat.act(&self.engine);
-        let awake = turn.way == Turn::WOKE;
         let mut leads = seat.leads.iter();
-        let same = leads.position(|lead| (lead.child as u64, lead.awake) == (turn.detail, awake));
-        if let Some(place) = same {
-            self.engine.lead(seat.leads.remove(place));
+        if let Some(place) = leads.position(|led| led.told() == (turn.way, turn.detail)) {
+            // Nothing came of those before it then.
+            for led in seat.leads.drain(..=place) {
+                self.engine.carry_on(led);
+            }
         }
     }
 
-    fn operate(&mut self, number: usize, turn: &Turn) {
+    fn operate(&mut self, number: usize, turn: &Told) {
         let id = SchemaId(turn.schema);
         match turn.way {
             Turn::PLAYED => self.engine.operate_again(Operator::Play(id)),
@@ -317,6 +345,9 @@ impl Player {
             Turn::FORCED => self.engine.operate_again(Operator::Force(id)),
             Turn::RELEASED => self.engine.operate_again(Operator::Release(id)),
             Turn::UNLOADED => self.engine.unload_again(number),
+            Turn::LOADED => self.engine.load_again(number),
+            Turn::ALL_STOPPED => self.engine.stop_all_again(),
+            Turn::ALL_RELEASED => self.engine.release_all_again(),
             Turn::WROTE => {
                 let Some(instance) = self.engine.application.instances.get(number) else {
                     return;
@@ -330,7 +361,7 @@ impl Player {
                 };
                 let name = variable.describe().full_name();
                 debug_assert!(name.starts_with(&instance.name));
-                match self.past.written(&name, turn.input(0)) {
+                match self.past.written(&name, turn.port(0)) {
                     Some(bytes) => self.engine.put_again(&variable, &bytes),
                     None => drop(self.unknown.insert(name)),
                 }
@@ -339,7 +370,7 @@ impl Player {
         }
     }
 
-    fn see_to(&mut self, number: usize, turn: &Turn) {
+    fn see_to(&mut self, number: usize, turn: &Told) {
         if let Some(instance) = self.engine.application.instances.get(number) {
             self.scenery.see_to(&mut *self.past, instance, turn);
         }

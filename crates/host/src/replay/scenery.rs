@@ -13,7 +13,7 @@ use super::seat::Seat;
 use crate::app::{Application, Binding, Instance, Remote, Source as Origin};
 use crate::engine::Engine;
 use crate::history::History;
-use crate::turn::{INPUTS, Turn};
+use crate::turn::{Told, Turn};
 
 /// The values that are there to be seen.
 pub(super) struct Scenery {
@@ -98,8 +98,8 @@ impl Scenery {
     }
 
     /// Has the values be there that an instance saw in a turn; they may have been published a little later than they were seen.
-    pub(super) fn see_to(&mut self, past: &mut dyn Past, instance: &Instance, turn: &Turn) {
-        for (port, binding) in instance.bindings.iter().enumerate().take(INPUTS) {
+    pub(super) fn see_to(&mut self, past: &mut dyn Past, instance: &Instance, turn: &Told) {
+        for (port, binding) in instance.bindings.iter().enumerate() {
             let Binding::Import {
                 source: Some(source), ..
             } = binding
@@ -110,7 +110,7 @@ impl Scenery {
             let Some((place, export)) = sources.find(|(_, export)| export.origin == *source) else {
                 continue;
             };
-            let wanted = turn.input(port);
+            let wanted = turn.port(port);
             if matches!(wanted, Turn::UNSEEN | Turn::NOTHING) || export.history.has(wanted) {
                 continue;
             }

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use jde_core::{Answer, GroupId, Level, Nanos};
 
 use super::past::Part;
-use crate::engine::{Engine, Lead};
+use crate::engine::{Engine, Led};
 use crate::instance::{self, Shown};
 use crate::runner::Runner;
-use crate::turn::Turn;
+use crate::turn::{Told, Turn};
 
 /// A schema that takes its turns again.
 pub(super) struct Seat {
@@ -27,9 +27,11 @@ pub(super) struct Seat {
     /// What the check of its present turn found.
     pub(super) checked: Option<Result<instance::Answer, String>>,
     /// The turn whose iteration it has leave for.
-    pub(super) leave: Option<Arc<Turn>>,
+    pub(super) leave: Option<Arc<Told>>,
+    /// A turn of the past has begun, and its last step is to come.
+    pub(super) in_turn: bool,
     /// What it asked for its children in that, and was not done yet.
-    pub(super) leads: Vec<Lead>,
+    pub(super) leads: Vec<Led>,
     /// How that ended.
     pub(super) acted: Option<Result<(), String>>,
     /// What it answered, and the rules have yet to be told.
@@ -59,6 +61,7 @@ impl Seat {
             due: None,
             checked: None,
             leave: None,
+            in_turn: false,
             leads: Vec::new(),
             acted: None,
             answer: None,
@@ -135,7 +138,7 @@ impl Seat {
     }
 
     /// One step of a period.
-    pub(super) fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Turn>) {
+    pub(super) fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Told>) {
         if !self.runner.is_awake() {
             return;
         }
@@ -183,8 +186,8 @@ impl Seat {
 
     /// Does what it asked for and the past has no step for.
     pub(super) fn lead_all(&mut self, engine: &Engine) {
-        for lead in std::mem::take(&mut self.leads) {
-            engine.lead(lead);
+        for led in std::mem::take(&mut self.leads) {
+            engine.carry_on(led);
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use jde_board::Reader;
+use jde_board::{Reader, Variable};
 use jde_core::{Answer, GroupId, Level, Nanos};
 use jde_panel::Gesture;
 
 use super::{Life, Runner};
 use crate::history::History;
-use crate::instance::{self, Shown};
-use crate::turn::Turn;
+use crate::instance::{self, Ports, Shown, Wrote};
+use crate::turn::{Told, Turn};
 
 impl Runner {
     /// Lets its inputs show values of the past.
@@ -18,7 +18,7 @@ impl Runner {
     }
 
     /// Has its inputs show what they showed in that turn; the newest if there is none.
-    pub(crate) fn recall(&mut self, turn: Option<&Turn>) {
+    pub(crate) fn recall(&mut self, turn: Option<&Told>) {
         self.desk.ports(|ports| ports.recall(turn));
     }
 
@@ -29,7 +29,11 @@ impl Runner {
     /// The check; none if it is not awake.
     pub(crate) fn look_again(&mut self) -> Option<Result<instance::Answer, String>> {
         match &mut self.life {
-            Life::Awake { instance, .. } => Some(instance.check()),
+            Life::Awake { instance, .. } => {
+                let checked = instance.check();
+                instance.called(&mut self.told, &mut self.beyond);
+                Some(checked)
+            }
             Life::Absent | Life::Slept(_) | Life::Changing => None,
         }
     }
@@ -37,6 +41,20 @@ impl Runner {
     /// What its inputs show.
     pub(crate) fn shown(&mut self) -> Vec<Shown> {
         self.desk.ports(|ports| ports.shown()).unwrap_or_default()
+    }
+
+    /// What it wrote since this was asked last, in calls of which turns tell.
+    pub(crate) fn wrote(&mut self) -> Vec<Wrote> {
+        std::mem::take(&mut self.beyond.wrote)
+    }
+
+    /// The variable that a port writes; none if it is bound to nothing.
+    pub(crate) fn written_by(&mut self, port: usize) -> Option<Arc<Variable>> {
+        let variable = |ports: &mut Ports| {
+            let written = ports.variable(port).filter(|(_, writes)| *writes);
+            written.map(|(variable, _)| Arc::clone(variable))
+        };
+        self.desk.ports(variable).flatten()
     }
 
     /// Tells the rules what that check found.
@@ -68,7 +86,11 @@ impl Runner {
     /// What somebody did to its panel.
     pub(crate) fn touch_again(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         match &mut self.life {
-            Life::Slept(instance) | Life::Awake { instance, .. } => instance.touch(by, gesture),
+            Life::Slept(instance) | Life::Awake { instance, .. } => {
+                let touched = instance.touch(by, gesture);
+                instance.called(&mut self.told, &mut self.beyond);
+                touched
+            }
             Life::Absent | Life::Changing => Ok(()),
         }
     }

@@ -22,7 +22,7 @@ impl Runner {
                 self.last_check = now;
                 self.told = Turn::of(Turn::AWOKE, self.number);
                 let result = instance.awake();
-                self.told.looked = instance.called(&mut self.told);
+                self.told.looked = instance.called(&mut self.told, &mut self.beyond);
                 self.life = Life::Awake { instance, due: now };
                 if let Err(reason) = result {
                     self.fault(reason);
@@ -57,6 +57,10 @@ impl Runner {
     pub(super) fn put_away(&mut self) {
         if self.unloading && !matches!(self.life, Life::Awake { .. }) {
             self.unloading = false;
+            if !self.engine.is_unloaded(self.number) {
+                // Somebody let go of it before it slept.
+                return;
+            }
             self.dismiss();
             // What it exported nobody vouches for any more.
             self.engine.variables.retract_exports(self.number);
@@ -68,7 +72,7 @@ impl Runner {
             Life::Awake { mut instance, .. } => {
                 let result = instance.sleep();
                 if self.told.kind == Turn::SLEPT {
-                    self.told.looked = instance.called(&mut self.told);
+                    self.told.looked = instance.called(&mut self.told, &mut self.beyond);
                 }
                 self.engine.meters[self.number].pause();
                 self.life = Life::Slept(instance);

@@ -22,7 +22,7 @@ impl Runner {
                 ..Turn::of(Turn::TOUCHED, self.number)
             };
             let result = instance.touch(&by, &gesture);
-            self.told.looked = instance.called(&mut self.told);
+            self.told.looked = instance.called(&mut self.told, &mut self.beyond);
             if let Err(reason) = result {
                 self.fault(reason);
             }

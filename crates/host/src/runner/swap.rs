@@ -46,7 +46,6 @@ impl Runner {
     pub(super) fn swap(&mut self, swap: &Swap) {
         // Whoever was on trial is what to go back to from now on.
         self.pass();
-        self.engine.builds.has_turn(self.number, swap);
         let start = Instant::now();
         let result = self.exchange(swap);
         let took = start.elapsed().as_nanos().try_into().unwrap_or(Nanos::MAX);

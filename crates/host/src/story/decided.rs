@@ -1,4 +1,7 @@
 //! Selections with their takeovers: a record comes first, and the time to the winner's first iteration a little later.
+//!
+//! It holds a selection back for no longer than that time can come, and for [`WAIT`] at most: what is decided is never kept from
+//! those who read because somebody does not begin.
 
 use std::collections::VecDeque;
 
@@ -9,34 +12,48 @@ use crate::app::Application;
 use crate::engine::decider_name;
 use crate::event::Event;
 
-/// Turns records into [`Decision`]s, in order, each once its takeover is known or can no longer come.
+#[cfg(test)]
+mod tests;
+
+/// How long a selection waits for the first iteration of its winner, ns. Takeovers are held to milliseconds (R17), and a call that
+/// hangs is given up after a second unless the application says otherwise; what takes longer is told as late, or as a fault.
+const WAIT: Nanos = 5_000_000_000;
+/// Selections of one group that wait behind such a one: a sibling of a winner that does not begin may change its mind at any rate.
+const BEHIND: usize = 256;
+
+/// Turns records into [`Decision`]s, in the order of each group, each once its takeover is known or can no longer come.
 pub struct Decided {
     names: Vec<String>,
-    groups: Vec<String>,
-    waiting: VecDeque<Waiting>,
+    /// The group in which each schema competes.
+    group_of: Vec<Option<usize>>,
+    groups: Vec<Group>,
+    /// Selections that began to wait, in the order of their times: the group, its record's number, and until when. Those that wait no
+    /// longer are passed over.
+    waiting: VecDeque<(usize, u64, Nanos)>,
 }
 
-struct Waiting {
-    record: Record,
-    takeover: Option<Nanos>,
-    complete: bool,
+struct Group {
+    name: String,
+    /// The selection whose winner has yet to begin.
+    open: Option<Record>,
+    /// Those after it.
+    behind: Vec<Record>,
 }
 
 impl Decided {
     /// Of an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
+        let group = |name: &String| Group {
+            name: name.clone(),
+            open: None,
+            behind: Vec::new(),
+        };
+        let instances = application.instances.iter();
         Self {
-            names: application
-                .instances
-                .iter()
-                .map(|instance| instance.name.clone())
-                .collect(),
-            groups: application
-                .groups
-                .iter()
-                .map(|group| group.name.clone())
-                .collect(),
+            names: instances.clone().map(|instance| instance.name.clone()).collect(),
+            group_of: instances.map(|instance| instance.group).collect(),
+            groups: application.groups.iter().map(|of| group(&of.name)).collect(),
             waiting: VecDeque::new(),
         }
     }
@@ -45,52 +62,113 @@ impl Decided {
     pub fn hear(&mut self, event: &Event) -> Vec<Decision> {
         match event {
             Event::Decided(record) => {
-                // A choice that was never carried out gets no takeover time.
-                for waiting in self
-                    .waiting
-                    .iter_mut()
-                    .filter(|waiting| waiting.record.group == record.group)
-                {
-                    waiting.complete |= record.changed;
-                }
-                let complete = !record.changed || record.choice.is_none();
-                self.waiting.push_back(Waiting {
-                    record: record.clone(),
-                    takeover: None,
-                    complete,
-                });
+                let mut told = self.overdue(record.time);
+                self.decided(record, &mut told);
+                told
             }
-            Event::Took { record, latency, .. } => {
-                if let Some(waiting) = self
-                    .waiting
-                    .iter_mut()
-                    .find(|waiting| waiting.record.number == *record)
-                {
-                    (waiting.takeover, waiting.complete) = (Some(*latency), true);
+            Event::Took {
+                time,
+                group,
+                record,
+                latency,
+                ..
+            } => {
+                let mut told = self.overdue(*time);
+                if self.awaits(*group, |open| open.number == *record) {
+                    self.close(*group, Some(*latency), &mut told);
                 }
+                told
             }
-            _ => return Vec::new(),
+            Event::Changed {
+                time,
+                schema,
+                from,
+                to,
+            } => {
+                let mut told = self.overdue(*time);
+                // It lost the place before it began, or fell asleep before it got it.
+                let is_lost = *from == State::Winner || *to == State::Slept;
+                if let Some(group) = self.group_of[*schema].filter(|_| is_lost)
+                    && self.awaits(group, |open| open.choice == Some(SchemaId(*schema as u32)))
+                {
+                    self.close(group, None, &mut told);
+                }
+                told
+            }
+            _ => Vec::new(),
         }
-        let mut complete = Vec::new();
-        while let Some(waiting) = self.waiting.pop_front_if(|waiting| waiting.complete) {
-            complete.push(self.decision(&waiting));
-        }
-        complete
     }
 
-    /// Selections whose takeover never came.
+    /// Selections whose takeover never came, in their order.
     pub fn rest(&mut self) -> Vec<Decision> {
-        let waiting = std::mem::take(&mut self.waiting);
-        waiting.iter().map(|waiting| self.decision(waiting)).collect()
+        let mut told = Vec::new();
+        for group in 0..self.groups.len() {
+            self.close(group, None, &mut told);
+        }
+        self.waiting.clear();
+        told.sort_by_key(|decision| decision.number);
+        told
     }
 
-    fn decision(&self, waiting: &Waiting) -> Decision {
-        let record = &waiting.record;
+    fn decided(&mut self, record: &Record, told: &mut Vec<Decision>) {
+        let number = record.group.index();
+        if record.changed || self.groups[number].behind.len() >= BEHIND {
+            // A choice that was never carried out gets no takeover time.
+            self.close(number, None, told);
+        }
+        // Who holds the place already is chosen again: it was to hand over, and does not.
+        let holds = |id| {
+            let mut candidates = record.candidates.iter();
+            candidates.any(|candidate| candidate.id == id && candidate.state == State::Winner)
+        };
+        let group = &mut self.groups[number];
+        if record.changed && record.choice.is_some_and(|choice| !holds(choice)) {
+            group.open = Some(record.clone());
+            let until = record.time.saturating_add(WAIT);
+            self.waiting.push_back((number, record.number, until));
+        } else if group.open.is_some() {
+            group.behind.push(record.clone());
+        } else {
+            told.push(self.decision(record, None));
+        }
+    }
+
+    fn awaits(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
+        self.groups[group].open.as_ref().is_some_and(which)
+    }
+
+    /// Tells the selection of a group that waits, and those behind it.
+    fn close(&mut self, number: usize, takeover: Option<Nanos>, told: &mut Vec<Decision>) {
+        let group = &mut self.groups[number];
+        let Some(open) = group.open.take() else {
+            return;
+        };
+        let behind = std::mem::take(&mut group.behind);
+        told.push(self.decision(&open, takeover));
+        told.extend(behind.iter().map(|record| self.decision(record, None)));
+        // Every selection that waited is passed over once.
+        while let Some((group, number, _)) = self.waiting.front()
+            && !self.awaits(*group, |open| open.number == *number)
+        {
+            self.waiting.pop_front();
+        }
+    }
+
+    /// Tells what has waited too long.
+    fn overdue(&mut self, now: Nanos) -> Vec<Decision> {
+        let mut told = Vec::new();
+        while let Some((group, _, _)) = self.waiting.front().filter(|(_, _, until)| *until <= now) {
+            self.close(*group, None, &mut told);
+        }
+        told
+    }
+
+    fn decision(&self, record: &Record, takeover: Option<Nanos>) -> Decision {
         let name = |id: SchemaId| self.names[id.index()].clone();
         Decision {
             number: record.number,
             time_s: seconds(record.time),
-            group: self.groups[record.group.index()].clone(),
+            group: self.groups[record.group.index()].name.clone(),
             case: case_name(record.case).to_owned(),
             candidates: record
                 .candidates
@@ -108,7 +186,7 @@ impl Decided {
             reason: record.reason.to_string(),
             cause: cause_words(record.cause, name),
             changed: record.changed,
-            takeover_us: waiting.takeover.map(|latency| latency as f64 / 1e3),
+            takeover_us: takeover.map(|latency| latency as f64 / 1e3),
         }
     }
 }

@@ -120,6 +120,19 @@ impl Story {
                 );
                 happening(*time, "calmed", None, text)
             }
+            Event::Stalled {
+                time,
+                schema,
+                since,
+                distance,
+                reached,
+            } => {
+                let text = format!(
+                    "the mission has come no nearer for {:.0} s: {distance:.2} m from its target, {reached} reached",
+                    seconds(time.saturating_sub(*since))
+                );
+                happening(*time, "stalled", name(schema), text)
+            }
             Event::Refused { time, schema, what } => happening(*time, "refused", name(schema), what.clone()),
             Event::Operator { time, by, action } => {
                 let touched = match action {

@@ -1,5 +1,6 @@
 //! What is left when it is over: nothing. Not after deaths and restarts, not after the end, and not when the host is killed.
 
+use jde_watchdog::Watchdog;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -66,6 +67,7 @@ const HOSTED: &str = "JDE_TEST_HOSTED";
 
 #[test]
 fn a_host_that_is_killed_leaves_no_process_behind() {
+    let _watchdog = Watchdog::of_a_test();
     let mut host = Command::new(std::env::current_exe().expect("this program has a file"))
         .args([BY_NAME, "hosted", "--nocapture"])
         .env(HOSTED, "yes")

@@ -6,7 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use jde_abi::describe::{Child, Field, FieldKind, Form, Kind, Plugin, Port, Role, Scalar, Schema, Type};
+use jde_abi::describe::{
+    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
+};
 use jde_host::app::{Application, Catalogue, Faults, Override, parse};
 
 /// An application without faults.
@@ -139,6 +141,16 @@ fn plugins() -> Vec<Plugin> {
         plugin("odd", vec![odd()]),
         plugin("boss", vec![boss()]),
         plugin(
+            "crew",
+            vec![Schema {
+                children: vec![Child {
+                    many: true,
+                    ..child("children", "all", true)
+                }],
+                ..schema("crew", Kind::Motor, vec![])
+            }],
+        ),
+        plugin(
             "example",
             vec![Schema {
                 children: vec![
@@ -249,7 +261,7 @@ fn goon() -> Schema {
 fn look() -> Schema {
     let bearing = Port {
         unit: "rad".to_owned(),
-        ..port("bearing", "std_msgs/msg/Float64", Role::Import { trigger: false })
+        ..port("bearing", "std_msgs/msg/Float64", Role::Import { trigger: true })
     };
     let tilt = Port {
         unit: "rad".to_owned(),
@@ -276,6 +288,7 @@ fn export_heading() -> Port {
 
 fn plugin(name: &str, schemas: Vec<Schema>) -> Plugin {
     Plugin {
+        throws: false,
         name: name.to_owned(),
         version: "1".to_owned(),
         doc: String::new(),
@@ -290,7 +303,7 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         doc: String::new(),
         kind,
         period_ns: 100_000_000,
-        budget_ns: 100_000_000,
+        budget_ns: None,
         ports,
         children: Vec::new(),
         arbitrates: false,
@@ -305,6 +318,7 @@ fn child(name: &str, group: &str, optional: bool) -> Child {
         motor: true,
         group: group.to_owned(),
         optional,
+        many: false,
     }
 }
 
@@ -319,14 +333,18 @@ fn port(name: &str, ty: &str, role: Role) -> Port {
     }
 }
 
-fn modulation(name: &str, ty: &str, range: (Option<f64>, Option<f64>)) -> Port {
+fn modulation(name: &str, ty: &str, (least, greatest): (Option<f64>, Option<f64>)) -> Port {
     let default = vec![0; value_type(ty).bytes];
     port(
         name,
         ty,
         Role::Modulation {
             default,
-            range,
+            limits: Limits {
+                least,
+                greatest,
+                ..Limits::default()
+            },
             fixed: false,
         },
     )

@@ -43,7 +43,7 @@ static int32_t iterate(void *instance, jde_context *cx)
     const jde_uint32 *told = jde_get(host, cx, TOLD, sizeof *told, NULL);
     const jde_float64 *input = jde_get(host, cx, INPUT, sizeof *input, NULL);
     jde_twist twist = {0};
-    jde_child_status status;
+    jde_child_status status = {(uint32_t)sizeof(jde_child_status), 0u, 0u, 0u};
     jde_sample sample;
     jde_float64 before;
     void *room;

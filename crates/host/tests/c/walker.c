@@ -41,6 +41,9 @@ static int32_t iterate(void *instance, jde_context *context)
     walker *self = instance;
     jde_twist twist = {0};
     int32_t code;
+    if (speed < 0) {
+        return jde_failed(self->host, context, "it does not walk backwards");
+    }
     twist.linear.x = speed;
     code = jde_put(self->host, context, BASE, &twist, sizeof twist);
     if (code != JDE_OK) {

@@ -9,6 +9,7 @@ use jde_host::event::{Event, Observer, Outcome};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::snapshot::{GroupView, SchemaView};
 use jde_host::{Handle, Lockstep, Operating, Options, Running, StartError};
+use jde_watchdog::{HANGS, Watchdog};
 
 use super::MS;
 use super::easel::Easel;
@@ -37,6 +38,7 @@ pub(crate) struct Rig {
     pub(crate) stage: Arc<Stage>,
     pub(crate) handle: Handle,
     run: Run,
+    _watchdog: Watchdog,
 }
 
 enum Run {
@@ -90,6 +92,7 @@ impl Rig {
     }
 
     /// The same, where it may not start.
+    #[track_caller]
     pub(crate) fn try_start(
         executor: Executor,
         stage: &Arc<Stage>,
@@ -108,6 +111,7 @@ impl Rig {
     }
 
     /// Starts an application that was read before.
+    #[track_caller]
     pub(crate) fn run(
         executor: Executor,
         stage: &Arc<Stage>,
@@ -115,6 +119,8 @@ impl Rig {
         plugins: &Plugins,
         mut options: Options,
     ) -> Result<Self, StartError> {
+        let watched = Arc::clone(stage);
+        let watchdog = Watchdog::new(HANGS, move || watched.report());
         let hears = Arc::clone(stage);
         let observer: Box<dyn Observer> = Box::new(move |event: &Event| hears.hear(event));
         options.observers.push(observer);
@@ -135,6 +141,7 @@ impl Rig {
             stage: Arc::clone(stage),
             handle,
             run,
+            _watchdog: watchdog,
         })
     }
 
@@ -185,7 +192,8 @@ impl Rig {
 
     /// Goes on until it ends by itself, and brings it to rest.
     pub(crate) fn wait(self) -> Outcome {
-        match self.run {
+        let Self { run, _watchdog, .. } = self;
+        match run {
             Run::Real(running) => running.wait(),
             Run::Lockstep(lockstep) => lockstep.run(),
         }

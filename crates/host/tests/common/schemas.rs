@@ -373,8 +373,9 @@ impl<'a> Io<'a> {
             }
             Call::Check | Call::Drop => {}
         }
-        let result = match self.stage.part(self.name) {
-            Some(part) => lock(&part)(call, self),
+        let (stage, name) = (self.stage, self.name);
+        let result = match stage.part(name) {
+            Some(part) => stage.within(name, call, || lock(&part)(call, self)),
             None => Ok(()),
         };
         if let Some(then) = self.then.take() {

@@ -1,6 +1,6 @@
 //! The stage of one test: who plays which part, and what was done, in the order in which it was done.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -21,6 +21,8 @@ pub(crate) struct Stage {
     quiet: bool,
     parts: Mutex<HashMap<String, Arc<Mutex<Part>>>>,
     brushes: Mutex<HashMap<String, Brush>>,
+    /// The call that each instance is in, if it is in one.
+    inside: Mutex<BTreeMap<String, Call>>,
     log: Mutex<Log>,
     news: Condvar,
     handle: Mutex<Option<Handle>>,
@@ -33,6 +35,9 @@ struct Log {
     lines: Vec<String>,
     events: Vec<Event>,
 }
+
+/// How many lines a report shows.
+const LAST: usize = 30;
 
 static STAGES: Mutex<Vec<Arc<Stage>>> = Mutex::new(Vec::new());
 
@@ -209,6 +214,34 @@ impl Stage {
                     .unwrap_or_else(PoisonError::into_inner),
             );
         }
+    }
+
+    /// Runs an instance's call, which [`Self::report`] shows while it runs.
+    pub(crate) fn within<R>(&self, name: &str, call: Call, run: impl FnOnce() -> R) -> R {
+        struct Leaves<'a>(&'a Stage, &'a str);
+        impl Drop for Leaves<'_> {
+            fn drop(&mut self) {
+                lock(&self.0.inside).remove(self.1);
+            }
+        }
+        lock(&self.inside).insert(name.to_owned(), call);
+        let _leaves = Leaves(self, name);
+        run()
+    }
+
+    /// Where everybody is, for a watchdog: the calls that run, what was done last, and the state of each schema.
+    pub(crate) fn report(&self) -> String {
+        let inside = lock(&self.inside).clone();
+        let lines = self.lines();
+        let last = &lines[lines.len().saturating_sub(LAST)..];
+        // Last, for it needs the rules' lock, which whoever hangs may have.
+        eprintln!("calls that run: {inside:?}\nwhat was done last: {last:#?}");
+        let Some(handle) = self.handle() else {
+            return String::from("nothing runs");
+        };
+        let views = handle.snapshot().schemas.into_iter();
+        let states = views.map(|view| format!("{} {:?} {:?}", view.name, view.state, view.health));
+        format!("schemas: {:#?}", states.collect::<Vec<_>>())
     }
 
     /// Forgets the stage, so that what its parts hold is let go.

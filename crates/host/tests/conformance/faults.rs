@@ -21,6 +21,9 @@ on_every_executor!(
     a_faulted_winner_is_replaced_at_once_and_its_commands_end,
     a_restart_makes_a_fresh_instance,
     restarts_end_at_their_limit,
+    restarts_that_are_long_ago_count_no_more,
+    who_has_used_up_its_restarts_is_played_or_loaded_back,
+    r15_a_fault_without_a_successor_is_a_switch,
     a_schema_that_never_restarts_stays_faulted,
     a_driver_that_cannot_start_ends_the_application,
     a_driver_that_worked_before_is_restarted,
@@ -239,6 +242,81 @@ fn restarts_end_at_their_limit(executor: Executor) {
     assert_eq!((view.state, view.faults), (State::Slept, 3));
     assert_eq!(view.health, Health::Faulted("always".into()));
     assert_eq!(rig.stage.count("high awake"), 3);
+    rig.stop();
+}
+
+fn restarts_that_are_long_ago_count_no_more(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("high", |call, io| match call {
+        Call::Check => {
+            io.ready(true);
+            Ok(())
+        }
+        // An instance that has run for a while fails.
+        Call::Iterate if io.memory > 40 => Err("again".into()),
+        Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
+    });
+    let body = PAIR.replace(
+        "restart = { back-off = \"5ms\", limit = 2 }",
+        "restart = { back-off = \"1ms\", limit = 1, within = \"50ms\" }",
+    );
+    let mut rig = Rig::start(executor, &stage, &body);
+    assert_eq!(rig.see("high").restarts_left, Some(1));
+    rig.until(|rig| rig.see("high").faults == 5);
+    rig.stop();
+}
+
+fn who_has_used_up_its_restarts_is_played_or_loaded_back(executor: Executor) {
+    let mut rig = start(executor, Call::Iterate, |_| Err("always".into()));
+    let high = rig.place("high");
+    for (round, back) in ["play", "load", "unload and load"].into_iter().enumerate() {
+        rig.until(|rig| {
+            let view = rig.see("high");
+            view.faults == 3 * (round as u64 + 1) && matches!(view.health, Health::Faulted(_))
+        });
+        let down = rig.see("high");
+        assert_eq!(
+            (down.state, down.restarts_left),
+            (State::Slept, Some(0)),
+            "{back}"
+        );
+        let refused = rig.operator().force(high).expect_err("it is faulted");
+        assert!(
+            refused.contains("when it is played, loaded or reloaded"),
+            "{refused}"
+        );
+        match back {
+            "play" => rig.operator().play(high),
+            "load" => rig.operator().load(high),
+            _ => rig
+                .operator()
+                .unload(high)
+                .and_then(|()| rig.operator().load(high)),
+        }
+        .unwrap_or_else(|refused| panic!("{back}: {refused}"));
+    }
+    rig.until(|rig| rig.see("high").faults == 12);
+    rig.stop();
+}
+
+fn r15_a_fault_without_a_successor_is_a_switch(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("high", |call, io| match call {
+        Call::Check => {
+            io.ready(true);
+            Ok(())
+        }
+        Call::Iterate => Err("it broke".into()),
+        Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
+    });
+    let body = PAIR.replace(
+        "restart = { back-off = \"5ms\", limit = 2 }",
+        "restart = \"never\"",
+    );
+    let mut rig = Rig::start(executor, &stage, &body);
+    rig.until(|rig| rig.see("high").faults == 1 && rig.group("roots").switches == 2);
+    let last = rig.group("roots").last.expect("there was one");
+    assert_eq!((last.from, last.to), (Some(rig.place("high")), None));
     rig.stop();
 }
 

@@ -2,11 +2,9 @@
 //!
 //! In lockstep there is one thread and no time to miss, so these are for the executors of real time.
 
-use std::fs::File;
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, mpsc};
 
 use jde_core::{Health, State};
-use jde_host::Footprint;
 use jde_host::event::{Event, Outcome};
 
 use crate::common::{Call, Executor, Rig, Stage, in_real_time};
@@ -16,7 +14,6 @@ in_real_time!(
     a_winner_that_hangs_is_faulted_and_its_sibling_takes_over,
     a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs,
     nobody_sees_what_a_call_publishes_that_was_given_up,
-    who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that,
     many_that_hang_leave_the_others_running,
     a_driver_that_hangs_while_it_starts_ends_the_application,
     r5_a_father_that_hangs_takes_its_children_with_it,
@@ -236,72 +233,6 @@ fn nobody_sees_what_a_call_publishes_that_was_given_up(executor: Executor) {
     rig.until(|rig| rig.stage.count("eye iterate") > before + 3);
     assert!(stage.did("eye back"));
     assert!(!stage.did("low saw Some(99.0)"));
-    rig.stop();
-}
-
-fn who_always_hangs_is_left_behind_four_times_and_costs_no_more_than_that(executor: Executor) {
-    /// Opened by each: many more than all other tests of this process.
-    const FILES: usize = 120;
-    /// One after the other, for it looks at the whole process.
-    static ALONE: Mutex<()> = Mutex::new(());
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let stage = Stage::new();
-    let (release, held) = mpsc::channel::<()>();
-    let held = Arc::new(Mutex::new(held));
-    stage.play("low", move |call, io| {
-        match call {
-            Call::Check => io.ready(true),
-            Call::Iterate => {
-                let held = Arc::clone(&held);
-                io.then(move |_| {
-                    let files: Vec<_> = (0..FILES).map(|_| File::open("/dev/null").unwrap()).collect();
-                    // An error says that the other end was dropped.
-                    let _ = held.lock().unwrap().recv();
-                    drop(files);
-                });
-            }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
-        }
-        Ok(())
-    });
-    let ready = Arc::new(true.into());
-    let body = PAIR
-        .replace("limit = 5 }", "limit = 5 }\nhang = \"100ms\"")
-        .replace("[\"high\", \"low\"]", "[\"low\", \"high\"]");
-    stage.drives("high", &ready, 0.3);
-    let mut rig = Rig::start(executor, &stage, &body);
-    let low = rig.place("low");
-    let down = "4 calls of it were given up and never returned; it gets no other instance until one does";
-    rig.until(|rig| matches!(rig.see("low").health, Health::Faulted(reason) if reason == down));
-    // Four hangs, and two restarts for which no instance was made.
-    rig.until(|rig| rig.see("low").faults == 6);
-    assert_eq!(rig.see("low").left, 4);
-    assert_eq!(stage.count("low iterate"), 4);
-    let told = stage.events().into_iter().filter_map(|event| match event {
-        Event::LeftBehind {
-            schema,
-            left,
-            process,
-            ..
-        } if schema == low => Some((left, process.files)),
-        _ => None,
-    });
-    let (left, files): (Vec<_>, Vec<_>) = told.unzip();
-    assert_eq!(left, [1, 2, 3, 4]);
-    assert!(
-        files[3] >= files[0] + 2 * FILES as u64,
-        "it is told what they hold: {files:?}"
-    );
-    assert!(
-        Footprint::now().files < files[3] + FILES as u64,
-        "no fifth opened any"
-    );
-    let before = stage.count("high iterate");
-    rig.until(|rig| rig.stage.count("high iterate") > before + 3);
-    drop(release);
-    rig.until(|rig| rig.see("low").left == 0);
-    assert_eq!(stage.count("low drop"), 4);
-    rig.until(|_| Footprint::now().files + 2 * (FILES as u64) < files[3]);
     rig.stop();
 }
 

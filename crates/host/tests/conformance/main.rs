@@ -5,6 +5,7 @@ mod common;
 
 mod arbitration;
 mod chattering;
+mod contracts;
 mod faults;
 mod gestures;
 mod hangs;
@@ -19,6 +20,7 @@ mod remote;
 mod selection;
 mod shutdown;
 mod stopping;
+mod takeover;
 mod time;
 mod unload;
 mod values;

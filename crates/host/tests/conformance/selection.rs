@@ -15,6 +15,7 @@ on_every_executor!(
     r3_one_alone_wins_without_anybody_being_asked,
     r3_r13_the_first_root_wins_a_collision,
     r13_the_roots_have_a_policy_like_any_group,
+    r13_levels_of_roots_have_a_winner_each,
     r5_children_sleep_before_the_new_winner_acts,
     r5_awake_siblings_are_left_alone,
     r6_a_driver_sleeps_when_nobody_needs_it,
@@ -200,6 +201,38 @@ fn r13_the_roots_have_a_policy_like_any_group(executor: Executor) {
     rig.until(|rig| rig.winner("roots").as_deref() == Some("low") && rig.see("high").state == State::Ready);
     rig.until_did("low iterate");
     rig.stop();
+}
+
+fn r13_levels_of_roots_have_a_winner_each(executor: Executor) {
+    let stage = Stage::new();
+    let (high, low) = (switch(false), switch(true));
+    stage.drives("high", &high, 0.1);
+    stage.drives("low", &low, 0.2);
+    stage.drives("other", &switch(true), 0.3);
+    let levels = r#"
+        roots.one = { members = ["high", "low"], policy = "priority" }
+        roots.two = { members = ["other"] }
+        [schemas.legs]
+        type = "test/robot"
+        [schemas.other]
+        type = "test/motor"
+        actuators = { base = "legs.velocity" }"#;
+    let body = PAIR.replace(r#"roots = ["high", "low"]"#, levels);
+    let mut rig = Rig::start(executor, &stage, &body);
+    let wins = |rig: &Rig, one: &str| {
+        rig.winner("roots/one").as_deref() == Some(one) && rig.winner("roots/two").as_deref() == Some("other")
+    };
+    rig.until(|rig| wins(rig, "low") && rig.see("low").authority && rig.see("other").authority);
+    high.store(true, SeqCst);
+    stage.stir();
+    rig.until(|rig| wins(rig, "high"));
+    assert_eq!(
+        rig.group("roots/two").switches,
+        1,
+        "the other level has nothing to do with it"
+    );
+    rig.stop();
+    assert_eq!(stage.count("other sleep"), 1, "it was awake all the time");
 }
 
 fn r5_children_sleep_before_the_new_winner_acts(executor: Executor) {

@@ -1,23 +1,63 @@
 //! Everything stopped at once by an operator, and let go on (R14).
 
-use std::sync::{Arc, mpsc};
+use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::time::Duration;
 
-use jde_core::State;
+use jde_core::{SchemaId, State};
 use jde_host::snapshot::HoldKind;
+use jde_host::witness::{Seen, Witness};
+use jde_host::{Handle, Options};
 use jde_types::Twist;
 
 use crate::common::{Call, Executor, Rig, Stage, in_real_time, on_every_executor};
 
-on_every_executor!(r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way);
+on_every_executor!(
+    r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way,
+    r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything,
+);
 
 mod hanging {
     use super::*;
 
     in_real_time!(
         r14_who_is_inside_an_iteration_commands_nothing_more_when_everything_is_stopped,
-        r14_who_is_let_go_on_inside_an_iteration_commands_again,
+        r14_who_is_let_go_on_inside_an_iteration_commands_again_in_the_next,
         r14_who_stays_stopped_inside_an_iteration_commands_nothing_when_another_is_let_go_on,
+        r14_operators_who_stop_and_release_against_each_other_leave_the_board_as_the_rules_have_it,
     );
+}
+
+fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(executor: Executor) {
+    let stage = Stage::new();
+    stage.drives("high", &Arc::new(true.into()), 0.3);
+    let body = r#"
+        roots = ["high"]
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.high]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("robot velocity 0.3");
+    let high = rig.place("high");
+    let operator = rig.operator();
+    operator.force(high).expect("it is awake");
+    operator.stop_all().expect("nothing keeps it from that");
+    // What the end of the lease of `force` does.
+    operator.let_go(high).expect("nothing keeps it from that");
+    rig.until_did("robot sleep");
+    let hold = rig.see("high").operator.map(|hold| hold.kind);
+    assert_eq!(
+        (rig.see("high").state, hold),
+        (State::Slept, Some(HoldKind::Stopped))
+    );
+    let before = stage.count("high iterate");
+    // Stopped anew by itself, it is the lease's again.
+    operator.hold_asleep(high).expect("nothing keeps it from that");
+    operator.let_go(high).expect("nothing keeps it from that");
+    rig.until(|rig| rig.stage.count("high iterate") > before);
+    rig.stop();
 }
 
 fn r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way(executor: Executor) {
@@ -119,12 +159,14 @@ fn r14_who_is_inside_an_iteration_commands_nothing_more_when_everything_is_stopp
     rig.stop();
 }
 
-fn r14_who_is_let_go_on_inside_an_iteration_commands_again(executor: Executor) {
+fn r14_who_is_let_go_on_inside_an_iteration_commands_again_in_the_next(executor: Executor) {
     let (mut rig, release) = slow(executor);
     rig.operator().stop_all().expect("nothing keeps it from that");
     rig.operator().release_all().expect("nothing keeps it from that");
     drop(release);
+    rig.until_did("high then Refused");
     rig.until_did("high then Accepted");
+    assert!(rig.stage.first("high then Refused") < rig.stage.first("high then Accepted"));
     rig.until_did("robot velocity 0.4");
     rig.stop();
 }
@@ -138,5 +180,87 @@ fn r14_who_stays_stopped_inside_an_iteration_commands_nothing_when_another_is_le
     rig.until_did("high then Refused");
     rig.until_did("high sleep");
     assert_eq!(velocity(&rig), Some(Twist::ZERO));
+    rig.stop();
+}
+
+/// Compares, after each transaction, who may command by the rules and by the board.
+struct Agreement {
+    handle: Arc<OnceLock<Handle>>,
+    broken: Arc<Mutex<Option<String>>>,
+}
+
+impl Witness for Agreement {
+    fn see(&mut self, seen: &Seen<'_>) {
+        let Some(handle) = self.handle.get() else { return };
+        let command = handle.board().get("robot.velocity").expect("a command");
+        for name in ["high", "low"] {
+            let place = handle.application().instance(name).expect("it is there") as u32;
+            let rules = seen.hierarchy.has_authority(SchemaId(place));
+            if rules != command.holds_grant(place) {
+                let broken = format!("{name}: {rules} by the rules alone, after {:?}", seen.effects);
+                self.broken.lock().unwrap().get_or_insert(broken);
+            }
+        }
+    }
+}
+
+fn r14_operators_who_stop_and_release_against_each_other_leave_the_board_as_the_rules_have_it(
+    executor: Executor,
+) {
+    /// Of each operator: enough that they meet in every order.
+    const ORDERS: usize = 300;
+    let stage = Stage::quiet();
+    stage.drives("high", &Arc::new(true.into()), 0.3);
+    stage.drives("low", &Arc::new(true.into()), 0.2);
+    let (handle, broken) = (Arc::new(OnceLock::new()), Arc::new(Mutex::new(None)));
+    let options = Options {
+        witness: Some(Box::new(Agreement {
+            handle: Arc::clone(&handle),
+            broken: Arc::clone(&broken),
+        })),
+        ..Options::default()
+    };
+    let body = r#"
+        roots = ["high", "low"]
+        root = { absence = "hold", hold = "1000s" }
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.high]
+        type = "test/motor"
+        period = "1ms"
+        actuators = { base = "robot.velocity" }
+        [schemas.low]
+        type = "test/motor"
+        period = "1ms"
+        actuators = { base = "robot.velocity" }
+    "#;
+    let rig = Rig::start_with(executor, &stage, body, options);
+    assert!(handle.set(rig.handle.clone()).is_ok());
+    let [high, low] = ["high", "low"].map(|name| rig.place(name));
+    std::thread::scope(|scope| {
+        for act in 0..4 {
+            let operator = rig.handle.operator(&format!("operator {act}"));
+            scope.spawn(move || {
+                for _ in 0..ORDERS {
+                    let done = match act {
+                        0 => operator.stop_all(),
+                        1 => operator.release_all(),
+                        2 => operator.play(high),
+                        _ => operator.release(low),
+                    };
+                    done.expect("nothing keeps it from that");
+                }
+            });
+        }
+    });
+    assert_eq!(*broken.lock().unwrap(), None);
+    // Whatever came last, it can be let go on, and then commands.
+    rig.operator().release_all().expect("nothing keeps it from that");
+    let command = rig.handle.board().get("robot.velocity").expect("a command");
+    while rig.winner("roots").as_deref() != Some("high") || command.status(0).last_writer != Some(high as u32)
+    {
+        command.wait_newer(command.newest(), Duration::from_millis(10));
+    }
+    assert_eq!(*broken.lock().unwrap(), None);
     rig.stop();
 }

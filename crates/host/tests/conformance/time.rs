@@ -329,8 +329,8 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     rig.until_did("low iterate");
     ready.store(true, SeqCst);
     rig.until_did("high iterate");
-    // A period, an iteration within its budget, and the patience with the loser.
-    let contract = (10 + 10 + 5) * MS;
+    // Two periods, since a turn may take a whole one; a check, the patience with the loser, and a look before it acts.
+    let contract = (2 * 10 + 10 + 5 + 10) * MS;
     let high = rig.place("high");
     let took = |event: &Event| match event {
         Event::Took {
@@ -362,7 +362,7 @@ fn r17_the_contract_follows_the_period(executor: Executor) {
     rig.operator()
         .set_period(rig.place("high"), 500 * MS)
         .expect("a period");
-    rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5) * MS);
+    rig.until(|rig| rig.group("roots").allowed == (500 + 10 + 5 + 10) * MS);
     rig.stop();
 }
 

@@ -61,10 +61,10 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         State::Slept => ("SLEPT", FAINT),
     };
     let (health, of_health) = match &view.health {
-        Health::Ok => ("ok", FAINT),
-        Health::Overrun => ("overrun", WARN),
-        Health::ArbitrationFailed(_) => ("arbitration failed", WARN),
-        Health::Faulted(_) => ("faulted", BAD),
+        Health::Ok => ("ok".to_owned(), FAINT),
+        Health::Overrun => ("overrun".to_owned(), WARN),
+        Health::ArbitrationFailed(_) => ("arbitration failed".to_owned(), WARN),
+        Health::Faulted(_) => (format!("faulted, {}", restarts(view.restarts_left)), BAD),
     };
     let health = match view.left {
         0 => Cell::from(health).styled(of_health),
@@ -94,6 +94,16 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
             Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
         }),
     ]
+}
+
+/// What follows a fault.
+fn restarts(left: Option<u32>) -> String {
+    match left {
+        None => "never restarted".to_owned(),
+        Some(0) => "no restart left".to_owned(),
+        Some(1) => "1 restart left".to_owned(),
+        Some(left) => format!("{left} restarts left"),
+    }
 }
 
 /// Which build took over; of one that was given up `jde ps --json` has the reason.

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use anstyle::Style;
 
 use crate::terminal::FAINT;
+use crate::visible::visible;
 
 /// Where a column's text stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +40,8 @@ impl Cell {
 impl<T: ToString> From<T> for Cell {
     fn from(text: T) -> Self {
         Self {
-            text: text.to_string(),
+            // As wide as it is shown.
+            text: visible(&text.to_string()),
             style: Style::new(),
         }
     }

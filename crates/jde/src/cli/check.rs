@@ -28,9 +28,9 @@ pub(super) struct Check {
 impl Check {
     /// Checks it.
     pub(super) fn run(self) -> Result<(), Failure> {
-        let loaded = load::application(&self.application, &self.set)?;
+        let application = load::check(&self.application, &self.set)?;
         let mut out = terminal::out();
-        inspect::application(&loaded.application, &mut out)?;
+        inspect::application(&application, &mut out)?;
         out.flush()?;
         Ok(())
     }

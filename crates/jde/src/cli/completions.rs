@@ -7,6 +7,7 @@ use clap_complete::Shell;
 use clap_complete::env::Shells;
 
 use crate::failure::Failure;
+use crate::terminal;
 
 /// The variable by which a shell asks for completions.
 const ASKED_BY: &str = "COMPLETE";
@@ -36,7 +37,7 @@ impl Completions {
         // Made whole first: a pipe may be closed.
         let mut script = Vec::new();
         shell.write_registration(ASKED_BY, "jde", "jde", "jde", &mut script)?;
-        std::io::stdout().write_all(&script)?;
+        terminal::raw_out().write_all(&script)?;
         Ok(())
     }
 }

@@ -4,15 +4,15 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Args, ValueHint};
-use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::plugin::SearchPath;
 
 use super::print_json;
 use crate::failure::Failure;
-use crate::{inspect, terminal};
+use crate::{inspect, load, terminal};
 
 /// Describe a plugin: its types of schemas with their inputs, outputs, modulations and children.
 ///
-/// Loads it, and starts nothing of it.
+/// Starts nothing of it.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde describe vff
@@ -29,14 +29,14 @@ pub(super) struct Describe {
 impl Describe {
     /// Describes it.
     pub(super) fn run(self) -> Result<(), Failure> {
-        let plugins = Plugins::new(SearchPath::usual(None));
+        let plugins = load::plugins(SearchPath::usual(None));
         let path = Path::new(&self.plugin);
         let is_a_file = path.is_file() || self.plugin.ends_with(".so") || self.plugin.starts_with(['.', '/']);
         let plugin = if is_a_file {
-            plugins.open(path)?
+            plugins.describe_file(path)?
         } else {
             // The full name of a type will do: its plugin is the first half.
-            plugins.load(self.plugin.split('/').next().unwrap_or_default(), &[])?
+            plugins.describe(self.plugin.split('/').next().unwrap_or_default(), &[])?
         };
         if self.json {
             return print_json(&inspect::PluginData::of(

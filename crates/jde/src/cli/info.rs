@@ -1,7 +1,7 @@
 //! `jde info`: what a recording is.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
 use clap::{Args, ValueHint};
@@ -17,9 +17,13 @@ use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
 /// What a recording that began with its application may lack of the beginning, ns.
 const LATE: u64 = 100_000_000;
 
+/// Most files of a recording that are listed.
+const MOST_LISTED: usize = 6;
+
 /// Tell what a recording is: of which application, from when, what is on which topic, who decided how often, and what went wrong.
 ///
-/// Reads all of the file, any MCAP file, also of others. One that is damaged is read up to the damage, which is said.
+/// Reads all of the file, any MCAP file, also of others. One that is damaged is read up to the damage, which is said. Of a recording in
+/// parts (`--split`) any part, or a folder with nothing else in it, stands for all of it; so it is wherever a recording is read.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde info drive.mcap
@@ -63,6 +67,17 @@ impl Info {
 
 fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     headline(file, survey, out)?;
+    if let Some(parts) = &survey.parts {
+        writeln!(
+            out,
+            "in {}: {}",
+            counted(parts.files.len() as u64, "file"),
+            listed(&parts.files)
+        )?;
+        if let Some(lacks) = parts.lacks() {
+            writeln!(out, "{WARN}{lacks}{WARN:#}")?;
+        }
+    }
     for cause in &survey.triggers {
         writeln!(out, "{} at {:.3} s", cause.reason, cause.time_s)?;
     }
@@ -71,11 +86,11 @@ fn tell(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
             Some(seconds) => format!("up to {seconds:.3} s"),
             None => "up to there, which is nothing".to_owned(),
         };
-        writeln!(
-            out,
-            "{BAD}damaged at byte {} of {}{BAD:#}: {}; it can be read {until}",
-            damage.offset, survey.bytes, damage.reason
-        )?;
+        write!(out, "{BAD}damaged at byte {}", damage.offset)?;
+        if survey.parts.is_none() {
+            write!(out, " of {}", survey.bytes)?;
+        }
+        writeln!(out, "{BAD:#}: {}; it can be read {until}", damage.reason)?;
     }
     if !survey.topics.is_empty() {
         writeln!(out)?;
@@ -141,6 +156,15 @@ fn headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> 
         write!(out, ", with {name}")?;
     }
     writeln!(out)
+}
+
+/// The names of files, or the first and the last of many.
+fn listed(files: &[String]) -> String {
+    let files: Vec<_> = files.iter().map(|file| shown(Path::new(file))).collect();
+    match files.as_slice() {
+        [first, .., last] if files.len() > MOST_LISTED => format!("{first} to {last}"),
+        files => files.join(", "),
+    }
 }
 
 fn topics(survey: &Survey) -> Table {

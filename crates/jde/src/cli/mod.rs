@@ -32,9 +32,10 @@ use self::client::{Client, Context};
 use crate::failure::Failure;
 use crate::load::Loaded;
 use crate::log::{Filter, Log};
-use crate::session::Finished;
+use crate::session::{Finished, Recorded};
 use crate::summary::{self, Summary};
 use crate::terminal::{self, Color};
+use crate::visible::visible_json;
 
 /// Runs robots by schemas: small periodical tasks that compete to act, arranged in a hierarchy.
 #[derive(Parser)]
@@ -119,17 +120,37 @@ pub(crate) fn main() -> ExitCode {
         #[cfg(feature = "view")]
         Verb::View(view) => view.run(&Context::default(), common.log),
     };
-    match done {
+    end(done)
+}
+
+/// What was printed is written before the process ends, as far as somebody reads it.
+fn end(done: Result<(), Failure>) -> ExitCode {
+    let told = terminal::settle();
+    let status = match done.and(told.map_err(Failure::from)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
-    }
+    };
+    // What has just been reported; if that cannot be, nobody wants to hear of it.
+    let _ = terminal::settle();
+    status
 }
 
 /// Help and version go to standard output with status 0, wrong use to standard error with status 2.
 fn refuse(error: &clap::Error) -> ExitCode {
-    // Whoever closed the pipe does not want to read it.
-    let _ = error.print();
+    print_help(error);
+    let _ = terminal::settle();
     ExitCode::from(u8::from(error.use_stderr()) * 2)
+}
+
+/// Prints what the command line answers by itself: help, the version, or what is wrong with it.
+fn print_help(error: &clap::Error) {
+    let mut words = if error.use_stderr() {
+        terminal::err()
+    } else {
+        terminal::out()
+    };
+    // Whoever closed the pipe does not want to read it.
+    let _ = write!(words, "{}", error.render().ansi());
 }
 
 /// The log of a run, once the schemas that its filter names are known.
@@ -160,17 +181,15 @@ fn conclude(
     if json {
         print_json(&summary)?;
     }
-    if fulfilled(&summary) {
-        Ok(())
-    } else {
-        Err(Failure::Mission)
+    if !fulfilled(&summary) {
+        return Err(Failure::Mission);
     }
+    summary.recording.map_or(Ok(()), Recorded::whole)
 }
 
 /// Prints a value as one line of JSON on standard output.
 pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    serde_json::to_writer(&mut out, value).map_err(std::io::Error::from)?;
-    writeln!(out)?;
+    let json = serde_json::to_string(value).map_err(std::io::Error::from)?;
+    writeln!(terminal::raw_out(), "{}", visible_json(&json))?;
     Ok(())
 }

@@ -46,8 +46,8 @@ pub(super) struct Plot {
 
 impl Plot {
     pub(super) fn run(self) -> Result<(), Failure> {
-        let output = Output::of(self.output, &self.file, "png", "picture")?;
         let recording = Recording::open(&self.file)?;
+        let output = Output::of(self.output, &recording, "png", "picture")?;
         let wanted = Wanted {
             columns: self.size.columns(),
             series: recorded::series(&recording, &self.variables)?,

@@ -1,6 +1,7 @@
 //! Times, speeds and sizes as people write them on a command line.
 
 use jde_core::Nanos;
+use jde_log::Every;
 use jde_report::{SIDES, Size};
 
 /// Units of time and their nanoseconds.
@@ -10,6 +11,9 @@ const SIZES: [(&str, f64); 3] = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9)];
 /// Least and most memory that can be asked for, bytes.
 const LEAST_SIZE: f64 = 100e3;
 const MOST_SIZE: f64 = 1e12;
+/// Least of a file of a recording in parts, in bytes and ns: it holds a few chunks, or what two flushes bring.
+const LEAST_PART: u64 = 1_000_000;
+const SHORTEST_PART: Nanos = 1_000_000_000;
 /// Longest time that can be asked for, s: a year.
 const LONGEST_S: f64 = 366.0 * 86_400.0;
 
@@ -83,6 +87,23 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Reads "1GB" or "10min": how much goes into one file of a recording.
+pub(super) fn every(text: &str) -> Result<Every, String> {
+    if text.ends_with('B') {
+        let bytes = size(text)? as u64;
+        return match bytes {
+            LEAST_PART.. => Ok(Every::Bytes(bytes)),
+            _ => Err(format!("`{text}` is too small for a file; give 1 MB or more")),
+        };
+    }
+    let time = time(text)
+        .map_err(|_| format!("`{text}` is neither a size nor a time; write one such as 1GB or 10min"))?;
+    if time < SHORTEST_PART {
+        return Err(format!("`{text}` is too short for a file; give 1 s or more"));
+    }
+    Ok(Every::Time(time))
+}
+
 /// Reads "1200x800", in pixels.
 pub(super) fn pixels(text: &str) -> Result<Size, String> {
     let (least, most) = (SIDES.start(), SIDES.end());
@@ -101,7 +122,7 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Size, pixels, place, rate, size, speed, time};
+    use super::{Every, Size, every, pixels, place, rate, size, speed, time};
 
     #[test]
     fn pixels_are_wide_and_high() {
@@ -130,6 +151,26 @@ mod tests {
         assert_eq!(size("100kB"), Ok(100_000));
         for text in ["", "256", "MB", "99kB", "-1MB", "nanMB", "1e9GB", "5 s"] {
             assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn files_are_split_by_size_or_by_time() {
+        assert_eq!(every("1GB"), Ok(Every::Bytes(1_000_000_000)));
+        assert_eq!(every("10min"), Ok(Every::Time(600_000_000_000)));
+        for text in [
+            "",
+            "GB",
+            "0GB",
+            "999kB",
+            "0",
+            "0.5s",
+            "-1min",
+            "5 parsecs",
+            "nan",
+            "2 files",
+        ] {
+            assert!(every(text).is_err(), "{text}");
         }
     }
 

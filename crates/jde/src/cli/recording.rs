@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
+use jde_log::{Every, Split};
 
 use super::quantity;
+use crate::failure::Failure;
 use crate::session::{Around, Panels, Record};
 
 /// What is recorded.
@@ -24,6 +26,8 @@ pub(super) struct Recording {
     panels: RecordedPanels,
     #[command(flatten)]
     waiting: Waiting,
+    #[command(flatten)]
+    splitting: Splitting,
 }
 
 /// Panels in a recording. Of a verb whose `file` is where it is recorded to.
@@ -57,18 +61,53 @@ pub(super) struct Waiting {
     memory: usize,
 }
 
+/// Recording for ever. Of a verb whose `file` is where it is recorded to.
+#[derive(Args)]
+pub(super) struct Splitting {
+    /// Write one file after the other, FILE-001, FILE-002 and so on, each of this size or time, such as 1GB or 10min. Each can be
+    /// read alone, and what reads recordings reads all of them as one.
+    #[arg(long, value_name = "SIZE|TIME", value_parser = quantity::every, requires = "file", conflicts_with = "when")]
+    split: Option<Every>,
+    /// Delete the oldest of these files when all together are larger, also those that earlier recordings to FILE have left.
+    #[arg(long, value_name = "SIZE", value_parser = quantity::size, requires = "split")]
+    keep: Option<usize>,
+}
+
 impl Recording {
     /// What is asked for, if anything is.
-    pub(super) fn wanted(self) -> Option<Record> {
+    ///
+    /// # Errors
+    /// It is nonsense.
+    pub(super) fn wanted(self) -> Result<Option<Record>, Failure> {
         let (panels, around) = (self.panels.wanted(), self.waiting.wanted());
-        let (only, overwrite) = (self.only, self.overwrite);
-        self.file.map(|file| Record {
+        let (only, overwrite, split) = (self.only, self.overwrite, self.splitting.wanted()?);
+        Ok(self.file.map(|file| Record {
             file,
             only,
             overwrite,
             panels,
             around,
-        })
+            split,
+        }))
+    }
+}
+
+impl Splitting {
+    /// Which files are asked for, if one is not enough.
+    ///
+    /// # Errors
+    /// Less is to be kept than two of them are.
+    pub(super) fn wanted(self) -> Result<Option<Split>, Failure> {
+        let keep = self.keep.map(|keep| keep as u64);
+        if let (Some(Every::Bytes(each)), Some(keep)) = (self.split, keep)
+            && keep < each.saturating_mul(2)
+        {
+            return Err(Failure::usage(
+                "--keep is less than two files of --split",
+                "keep more, or split into smaller files: the one that is written counts as well",
+            ));
+        }
+        Ok(self.split.map(|every| Split { every, keep }))
     }
 }
 

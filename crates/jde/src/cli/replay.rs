@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use jde_core::Nanos;
 use jde_host::app::Override;
-use jde_log::replay::Span;
+use jde_log::replay::{Allowed, Span};
 
 use super::{log, quantity};
 use crate::failure::Failure;
+use crate::load::Trust;
 use crate::log::Filter;
 use crate::playback;
 use crate::replay::{self, How};
@@ -20,10 +21,11 @@ use crate::replay::{self, How};
 /// `replay` do so from elsewhere.
 ///
 /// With --decide every schema but the drivers takes the turns it took then, in the order of then, and sees the values it saw then; what the
-/// drivers exported comes from the recording, and commands reach nobody. So what is decided otherwise is the doing of what has
-/// changed: a new build of a plugin, a constant, a policy. Drives in real time are compared as exactly as those in lockstep.
+/// drivers exported comes from the recording, and commands reach nobody. Every selection is compared, and every value that schemas
+/// export, command or write to their children. So what is otherwise is the doing of what has changed: a new build of a plugin, a
+/// constant, a policy. Drives in real time are compared as exactly as those in lockstep.
 ///
-/// The exit status is 0 if every selection is as it was, 1 if not, 2 if the recording cannot be read or lacks something, 3 if a
+/// The exit status is 0 if all is as it was, 1 if not, 2 if the recording cannot be read or lacks something, 3 if a
 /// plugin is missing.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -32,7 +34,9 @@ use crate::replay::{self, How};
   jde replay drive.mcap --plain --loop &
   jde replay --decide drive.mcap                          the application as it was, with the plugins as they are
   jde replay --decide drive.mcap --set stop.ahead=0.9     what if?
-  jde replay --decide drive.mcap --app new.toml --json")]
+  jde replay --decide drive.mcap --tolerance geometry_msgs/msg/Twist=1e-9
+  jde replay --decide drive.mcap --app new.toml --json
+  jde replay --decide drive.mcap --trust                  with the plugins that stand beside its application")]
 pub(super) struct Replay {
     /// The recording; to decide again, a whole run from its start on.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -43,9 +47,17 @@ pub(super) struct Replay {
     /// The application's file, or the name of one in apps, instead of the one in the recording.
     #[arg(long = "app", value_name = "APP", value_hint = ValueHint::FilePath, requires = "decide")]
     application: Option<PathBuf>,
+    /// Look for plugins also where the recording says: beside its application's file, and in the folders which that names. What is there
+    /// runs with your rights, so trust whoever made the recording.
+    #[arg(long, requires = "decide", conflicts_with = "application")]
+    trust: bool,
     /// Give a modulation another value at the start (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE", requires = "decide")]
     set: Vec<Override>,
+    /// Take numbers of values for one that are no further apart than this, in their own unit: all, or those in values of one type
+    /// (repeatable). Without it they are compared to the bit.
+    #[arg(long, value_name = "[TYPE=]NUMBER", requires = "decide")]
+    tolerance: Vec<Allowed>,
     /// Begin at this time of the drive; to decide again, compare from there on.
     #[arg(long, value_name = "TIME", value_parser = quantity::place)]
     from: Option<Nanos>,
@@ -114,8 +126,10 @@ impl Replay {
         let how = How {
             file: self.file,
             application: self.application,
+            trust: if self.trust { Trust::Given } else { Trust::Withheld },
             sets: self.set,
             span,
+            tolerance: self.tolerance,
             json: self.json,
         };
         replay::decide(how, |loaded| log(filter, loaded))

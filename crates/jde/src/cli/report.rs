@@ -37,8 +37,8 @@ pub(super) struct Report {
 
 impl Report {
     pub(super) fn run(self) -> Result<(), Failure> {
-        let output = Output::of(self.output, &self.file, "html", "page")?;
         let recording = Recording::open(&self.file)?;
+        let output = Output::of(self.output, &recording, "html", "page")?;
         let schemas = Cast::of_recording(&recording).map_or(0, |cast| cast.schemas.len());
         let wanted = Wanted {
             columns: jde_report::columns(schemas),

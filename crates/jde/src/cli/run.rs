@@ -147,7 +147,7 @@ impl Run {
             },
             decisions: self.decisions,
             picture: self.picture,
-            record: self.record.wanted(),
+            record: self.record.wanted()?,
             link: self.link.into(),
             watch: self.watch,
         };

@@ -15,8 +15,10 @@ use reedline::{
 };
 
 use ratatui::crossterm::terminal::disable_raw_mode;
+use signal_hook::consts::SIGHUP;
 
 use super::client::{Client, Context, Target};
+use super::print_help;
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::{Interrupts, end_by};
@@ -108,11 +110,13 @@ fn piped(context: &Context) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Signals of a whole shell: a verb that runs ends by itself, and between two verbs the shell does.
+/// Signals of a whole shell, and the loss of its terminal: a verb that runs ends by itself, and between two verbs the shell does.
 struct Signals {
     busy: Arc<AtomicBool>,
     /// One was heard while a verb ran.
     heard: Arc<AtomicBool>,
+    /// The terminal is gone.
+    gone: Arc<AtomicBool>,
     _interrupts: Interrupts,
 }
 
@@ -132,20 +136,41 @@ impl Signals {
         Ok(Self {
             busy,
             heard,
+            gone: Arc::default(),
             _interrupts: interrupts,
         })
     }
 
+    /// Ends the shell with its terminal: the line editor would look for keys for ever, and a verb has to end by itself.
+    fn mind_terminal(&self) -> Result<(), Failure> {
+        let (busy, gone) = (Arc::clone(&self.busy), Arc::clone(&self.gone));
+        terminal::on_hang_up(move || {
+            gone.store(true, Ordering::SeqCst);
+            terminal::let_go();
+            if !busy.load(Ordering::SeqCst) {
+                end_by(SIGHUP);
+            }
+        })?;
+        Ok(())
+    }
+
     fn during<T>(&self, verb: impl FnOnce() -> T) -> T {
-        self.busy.store(true, Ordering::Relaxed);
+        self.busy.store(true, Ordering::SeqCst);
+        terminal::wait_again();
         let done = verb();
-        self.busy.store(false, Ordering::Relaxed);
+        // Before the line editor has the terminal again.
+        let _ = terminal::settle();
+        self.busy.store(false, Ordering::SeqCst);
+        if self.gone.load(Ordering::SeqCst) {
+            end_by(SIGHUP);
+        }
         done
     }
 }
 
 fn interactive(context: &Context) -> Result<(), Failure> {
     let signals = Signals::mind()?;
+    signals.mind_terminal()?;
     let mut keys = default_emacs_keybindings();
     keys.add_binding(
         KeyModifiers::NONE,
@@ -180,6 +205,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
         terminal::out(),
         "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-X stops everything, Ctrl-D leaves{FAINT:#}"
     )?;
+    terminal::settle()?;
     loop {
         let prompt = Application(context.target.borrow().app.clone());
         match editor.read_line(&prompt) {
@@ -191,6 +217,7 @@ fn interactive(context: &Context) -> Result<(), Failure> {
                     Err(failure) if failure.is_closed_pipe() => return Ok(()),
                     Err(failure) => {
                         failure.report();
+                        let _ = terminal::settle();
                     }
                 }
             }
@@ -234,7 +261,7 @@ fn obey(line: &str, context: &Context) -> Result<Then, Failure> {
             "`help` lists what there is, `help VERB` says more",
         )),
         Err(error) => {
-            let _ = error.print();
+            print_help(&error);
             Ok(Then::GoOn)
         }
     }

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::{print_json, quantity};
 use crate::failure::Failure;
-use crate::interrupt::Interrupts;
+use crate::interrupt::{self, Interrupts};
 use crate::places;
 use crate::summary::counted;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, WARN, Words};
@@ -114,6 +114,8 @@ impl Sim {
         let called = Arc::clone(&stop);
         let _interrupts = Interrupts::call(move || called.store(true, Ordering::Relaxed))?;
         let limit = self.limit.map(Duration::from_nanos);
+        // The world goes on, whether anybody reads what is told of it or not.
+        let no_waiting = terminal::wait_for_nobody();
         let mut told = Ok(());
         server
             .run(&stop, limit, |event| {
@@ -126,6 +128,7 @@ impl Sim {
                 }
             })
             .map_err(refused)?;
+        drop(no_waiting);
         told?;
         let tally = server.tally();
         writeln!(words)?;
@@ -148,8 +151,9 @@ impl Sim {
         let name = server.world().name();
         writeln!(
             words,
-            "{TITLE}{name}{TITLE:#} {FAINT}(seed {}){FAINT:#}: its robots wait for clients of the Pioneer protocol, Ctrl-C ends it",
-            self.seed
+            "{TITLE}{name}{TITLE:#} {FAINT}(seed {}){FAINT:#}: its robots wait for clients of the Pioneer protocol, {}",
+            self.seed,
+            interrupt::how_to_end()
         )?;
         for (robot, place) in server.places() {
             writeln!(words, "  {robot:<12} {GOOD}{place}{GOOD:#}")?;

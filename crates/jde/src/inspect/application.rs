@@ -6,7 +6,9 @@ use std::path::Path;
 use jde_abi::describe::{Kind, Port, Role};
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
-use jde_host::app::{Application, Binding, ChildTarget, Executor, Group, Instance, Isolation, Source};
+use jde_host::app::{
+    Application, Binding, ChildTarget, Executor, Group, Instance, Isolation, Source, is_path,
+};
 use jde_host::policy_name;
 
 use super::value::{plain, shown};
@@ -67,9 +69,16 @@ pub(crate) fn tell(application: &Application, words: &mut dyn Write) -> io::Resu
             "\n{TITLE}contracts{TITLE:#}: the longest from a situation to the first iteration of who answers it"
         )?;
     }
-    contracts
+    for contract in contracts {
+        writeln!(words, "  {contract}")?;
+    }
+    let warnings = application.warnings();
+    if !warnings.is_empty() {
+        writeln!(words)?;
+    }
+    warnings
         .iter()
-        .try_for_each(|contract| writeln!(words, "  {contract}"))
+        .try_for_each(|warning| writeln!(words, "{WARN}{warning}{WARN:#}"))
 }
 
 fn tell_group(
@@ -79,7 +88,8 @@ fn tell_group(
     words: &mut dyn Write,
 ) -> io::Result<()> {
     let indent = "  ".repeat(depth);
-    let short = group.name.rsplit('/').next().unwrap_or(&group.name);
+    let short = group.father.and_then(|_| group.name.rsplit('/').next());
+    let short = short.unwrap_or(&group.name);
     let newline = if depth == 0 { "\n" } else { "" };
     writeln!(
         words,
@@ -171,7 +181,7 @@ fn isolated(isolation: Isolation) -> String {
 /// Whether it names a file that is not on this machine; the application may be meant for another.
 fn is_missing(port: &Port, value: &[u8]) -> bool {
     let path = match plain(&port.value_type, value) {
-        Value::Text(path) if port.unit == "path" && !path.is_empty() => path,
+        Value::Text(path) if is_path(&port.unit) && !path.is_empty() => path,
         _ => return false,
     };
     !Path::new(&path).exists()
@@ -188,7 +198,7 @@ fn bound(application: &Application, instance: &Instance, port: &Port, binding: &
             let trigger = if *trigger { ", which triggers" } else { "" };
             Some(format!("{name} <- {source}{trigger}"))
         }
-        Binding::Modulation { initial } => {
+        Binding::Modulation { initial, .. } => {
             let Role::Modulation { default, .. } = &port.role else {
                 return None;
             };

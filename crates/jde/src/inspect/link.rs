@@ -23,7 +23,7 @@ pub(super) fn tell(settings: &Settings, words: &mut dyn Write) -> io::Result<()>
         settings.discover.then(|| "finds others by multicast".to_owned()),
     ];
     let ways: Vec<_> = ways.into_iter().flatten().collect();
-    let may = match settings.network_access() {
+    let may = match settings.access {
         Access::Read => "may look",
         Access::Operate => "may look and operate",
     };
@@ -50,8 +50,7 @@ fn whom(settings: &Settings) -> String {
             login.user
         ),
         (None, None) if settings.insecure => format!("{WARN}anybody who gets there{WARN:#}"),
-        (None, None) if settings.listen.is_empty() => "whoever is met there".to_owned(),
-        (None, None) => "whoever is on this machine, or is met there".to_owned(),
+        (None, None) => "whoever has a certificate of the authority and is connected to".to_owned(),
     }
 }
 
@@ -101,12 +100,16 @@ mod tests {
             "{open}"
         );
         let met = told(|settings| {
-            settings.connect = vec!["tcp/base:7447".to_owned()];
-            settings.discover = true;
+            settings.connect = vec!["tls/base:7447".to_owned()];
+            settings.tls = Some(Tls {
+                identity: None,
+                authority: Some("ca.pem".to_owned()),
+                clients: false,
+            });
         });
         assert_eq!(
             met,
-            "\nthe network is open: connects to tcp/base:7447; finds others by multicast\n  whoever is met there may look\n"
+            "\nthe network is open: connects to tls/base:7447\n  whoever has a certificate of the authority and is connected to may look and operate\n"
         );
     }
 }

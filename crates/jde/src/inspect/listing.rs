@@ -9,7 +9,7 @@ use jde_host::plugin::{LoadError, PluginError, Plugins, SearchPath};
 use serde::Serialize;
 
 use crate::failure::{self, Failure};
-use crate::load::Shelf;
+use crate::load::{Purpose, Shelf, Trust};
 use crate::places;
 use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
@@ -52,9 +52,11 @@ impl Listing {
     /// There is no such application.
     pub(crate) fn make(application: Option<&Path>) -> Result<Self, Failure> {
         let file = application.map(places::application).transpose()?;
-        let plugins = Plugins::new(SearchPath::usual(file.as_deref()));
+        let path = SearchPath::usual(file.as_deref());
+        let shelf = Shelf::new(path, Purpose::Look, Trust::Given);
+        let (plugins, named) = named_folders(file.as_deref(), shelf)?;
         let mut path = SearchPath::default();
-        for folder in named_folders(file.as_deref(), &plugins)? {
+        for folder in named {
             path.push(folder, "named in the application");
         }
         for (folder, because) in plugins.search_path().folders() {
@@ -111,19 +113,20 @@ impl Listing {
 }
 
 /// The folders that an application names, whatever else is wrong with it.
-fn named_folders(file: Option<&Path>, plugins: &Plugins) -> Result<Vec<PathBuf>, Failure> {
-    let Some(file) = file else { return Ok(Vec::new()) };
-    let shelf = Shelf::new(plugins);
-    if let Err(faults) = app::load(file, &[], &shelf)
+fn named_folders(file: Option<&Path>, shelf: Shelf) -> Result<(Plugins, Vec<PathBuf>), Failure> {
+    if let Some(file) = file
+        && let Err(faults) = app::load(file, &[], &shelf)
         && !file.is_file()
     {
         return Err(Failure::Application {
             faults,
             unusable: false,
             missing: false,
+            withheld: Vec::new(),
         });
     }
-    Ok(shelf.noticed().folders)
+    let (plugins, noticed) = shelf.into_parts();
+    Ok((plugins, noticed.folders))
 }
 
 fn look(
@@ -147,7 +150,7 @@ fn look(
         .collect();
     files.sort();
     for file in files {
-        match plugins.open(&file) {
+        match plugins.describe_file(&file) {
             Ok(plugin) => {
                 let about = &plugin.description;
                 let hidden_by = seen.get(&about.name).cloned();

@@ -54,7 +54,7 @@ fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::R
         schema.name,
         schema.kind,
         Millis(schema.period_ns),
-        Millis(schema.budget_ns)
+        Millis(schema.budget_ns.unwrap_or(schema.period_ns))
     )?;
     if !schema.doc.is_empty() {
         writeln!(words, "{}", schema.doc)?;
@@ -80,7 +80,11 @@ fn tell_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::R
         };
         [
             child.name.clone(),
-            kind + optional(child.optional),
+            kind + if child.many {
+                ", any number, named by the application"
+            } else {
+                optional(child.optional)
+            },
             doc(&child.doc),
         ]
     });
@@ -124,17 +128,21 @@ fn facts(port: &Port) -> String {
         }
         Role::Modulation {
             default,
-            range,
+            limits,
             fixed,
         } => {
-            let range = match range {
+            let fixed = if *fixed { ", taken on awakening" } else { "" };
+            let range = match (limits.least, limits.greatest) {
                 (None, None) => String::new(),
                 (Some(least), None) => format!(", at least {least}"),
                 (None, Some(most)) => format!(", at most {most}"),
                 (Some(least), Some(most)) => format!(", {least} to {most}"),
             };
-            let fixed = if *fixed { ", read on awakening" } else { "" };
-            format!("{value_type} = {}{range}{fixed}", of_type(default))
+            let number = port.value_type.number_of(default).unwrap_or_default();
+            match limits.choices.get(number as usize) {
+                Some(chosen) => format!("{chosen}, of {}{fixed}", limits.choices.join(", ")),
+                None => format!("{value_type} = {}{range}{fixed}", of_type(default)),
+            }
         }
         Role::Command { neutral, validity_ns } => {
             format!(

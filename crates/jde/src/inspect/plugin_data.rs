@@ -55,6 +55,8 @@ enum RoleData {
         default: serde_json::Value,
         min: Option<f64>,
         max: Option<f64>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        choices: Vec<String>,
         fixed: bool,
     },
     Command {
@@ -74,6 +76,8 @@ struct ChildData {
     group: String,
     doc: String,
     optional: bool,
+    /// Any number of children have it, and the application names them.
+    many: bool,
 }
 
 impl PluginData {
@@ -96,7 +100,7 @@ fn schema(schema: &Schema) -> SchemaData {
         kind: schema.kind.to_string(),
         doc: schema.doc.clone(),
         period_ns: schema.period_ns,
-        budget_ns: schema.budget_ns,
+        budget_ns: schema.budget_ns.unwrap_or(schema.period_ns),
         arbitrates: schema.arbitrates,
         panel: schema.panel,
         ports: schema.ports.iter().map(|it| port(schema, it)).collect(),
@@ -113,12 +117,13 @@ fn port(schema: &Schema, port: &Port) -> PortData {
             Role::Export => RoleData::Export,
             Role::Modulation {
                 default,
-                range,
+                limits,
                 fixed,
             } => RoleData::Modulation {
                 default: json(default),
-                min: range.0,
-                max: range.1,
+                min: limits.least,
+                max: limits.greatest,
+                choices: limits.choices.clone(),
                 fixed: *fixed,
             },
             Role::Command { neutral, validity_ns } => RoleData::Command {
@@ -144,5 +149,6 @@ fn child(child: &Child) -> ChildData {
         group: child.group.clone(),
         doc: child.doc.clone(),
         optional: child.optional,
+        many: child.many,
     }
 }

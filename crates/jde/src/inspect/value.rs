@@ -4,6 +4,7 @@ use std::path::Path;
 
 use jde_abi::describe::Type;
 use jde_board::value::{self, Value};
+use jde_host::app::is_path;
 
 use crate::failure;
 
@@ -15,10 +16,10 @@ pub(super) fn shown(value_type: &Type, bytes: &[u8], unit: &str) -> String {
 /// A value with its unit; paths as the user would write them.
 pub(crate) fn with_unit(value: Value, unit: &str) -> String {
     match value {
-        Value::Text(path) if unit == "path" && !path.is_empty() => {
+        Value::Text(path) if is_path(unit) && !path.is_empty() => {
             Value::Text(failure::shown(Path::new(&path))).to_string()
         }
-        value if unit.is_empty() || unit == "path" => rounded(value).to_string(),
+        value if unit.is_empty() || is_path(unit) => rounded(value).to_string(),
         value => format!("{} {unit}", rounded(value)),
     }
 }

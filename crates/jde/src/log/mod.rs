@@ -1,6 +1,6 @@
 //! The log of host and schemas: lines on standard error, or kept for the oscilloscope while that has the screen.
 //!
-//! A line that nobody reads is dropped; logging never fails and never waits for a reader.
+//! Logging never fails, and never waits for a reader while a robot moves: a line that nobody reads in time is dropped and counted.
 
 mod filter;
 

@@ -9,51 +9,64 @@ use jde_log::Cast;
 
 use super::index::Cycle;
 
+/// Who is in a recording: by what it says of its schemas, else by all names that its lines have.
+pub(super) struct Names {
+    /// Whether it says so itself.
+    said: bool,
+    /// Schemas, with their types as far as they are known.
+    schemas: Vec<(String, String)>,
+    /// Groups, with their members.
+    groups: Vec<(String, Vec<String>)>,
+}
+
 /// The hierarchy as it was told so far.
 #[derive(Clone)]
 pub(super) struct Hierarchy {
     snapshot: Snapshot,
 }
 
-impl Hierarchy {
-    /// Of a recording: by what it says of its schemas, else by all names that its lines have.
-    pub(super) fn new(cast: Option<&Cast>, lines: &[(Nanos, Line)]) -> Self {
-        let mut schemas: Vec<(String, String)> = Vec::new();
-        let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-        if let Some(cast) = cast {
-            schemas.extend(
-                cast.schemas
-                    .iter()
-                    .map(|one| (one.name.clone(), one.type_name.clone())),
-            );
-            groups.extend(
-                cast.groups
-                    .iter()
-                    .map(|one| (one.name.clone(), one.members.clone())),
-            );
+impl Names {
+    pub(super) fn new(cast: Option<&Cast>) -> Self {
+        let schemas = cast.into_iter().flat_map(|cast| &cast.schemas);
+        let groups = cast.into_iter().flat_map(|cast| &cast.groups);
+        Self {
+            said: cast.is_some(),
+            schemas: schemas
+                .map(|one| (one.name.clone(), one.type_name.clone()))
+                .collect(),
+            groups: groups
+                .map(|one| (one.name.clone(), one.members.clone()))
+                .collect(),
         }
-        for (_, line) in lines {
-            match line {
-                Line::Change(change) => add(&mut schemas, &change.schema),
-                Line::Decision(decision) => {
-                    let known = groups.iter_mut().find(|(name, _)| *name == decision.group);
-                    let names = decision.candidates.iter().map(|candidate| candidate.name.clone());
-                    match known {
-                        Some(_) if cast.is_some() => {}
-                        Some((_, members)) => {
-                            for name in names.filter(|name| !members.contains(name)).collect::<Vec<_>>() {
-                                members.push(name);
-                            }
+    }
+
+    /// Takes in the names of a line.
+    pub(super) fn hear(&mut self, line: &Line) {
+        match line {
+            Line::Change(change) => add(&mut self.schemas, &change.schema),
+            Line::Decision(decision) => {
+                let known = self.groups.iter_mut().find(|(name, _)| *name == decision.group);
+                let names = decision.candidates.iter().map(|candidate| candidate.name.clone());
+                match known {
+                    Some(_) if self.said => {}
+                    Some((_, members)) => {
+                        for name in names.filter(|name| !members.contains(name)).collect::<Vec<_>>() {
+                            members.push(name);
                         }
-                        None => groups.push((decision.group.clone(), names.collect())),
                     }
-                    for candidate in &decision.candidates {
-                        add(&mut schemas, &candidate.name);
-                    }
+                    None => self.groups.push((decision.group.clone(), names.collect())),
                 }
-                Line::Happening(_) => {}
+                for candidate in &decision.candidates {
+                    add(&mut self.schemas, &candidate.name);
+                }
             }
+            Line::Happening(_) => {}
         }
+    }
+
+    /// The hierarchy of which nothing but the names is known.
+    pub(super) fn hierarchy(&self) -> Hierarchy {
+        let Self { schemas, groups, .. } = self;
         let place = |name: &str| schemas.iter().position(|(known, _)| known == name);
         // A group is called after its father: `example/base`.
         let father = |group: &str| group.split_once('/').and_then(|(father, _)| place(father));
@@ -81,7 +94,7 @@ impl Hierarchy {
             late: 0,
             chatter: None,
         });
-        Self {
+        Hierarchy {
             snapshot: Snapshot {
                 time: 0,
                 groups: groups.collect(),
@@ -89,7 +102,9 @@ impl Hierarchy {
             },
         }
     }
+}
 
+impl Hierarchy {
     /// Takes in what was told next.
     pub(super) fn hear(&mut self, line: &Line) {
         self.snapshot.time = self.snapshot.time.max(line.time());
@@ -277,6 +292,7 @@ fn blank(name: &str, type_name: &str) -> SchemaView {
         overruns: 0,
         refused: 0,
         faults: 0,
+        restarts_left: None,
         left: 0,
         operator: None,
         panel: false,

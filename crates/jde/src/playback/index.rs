@@ -1,5 +1,5 @@
-//! What a recording holds, found by reading it once: its variables, all that was decided and happened, and the values of what
-//! seldom changes. Publishes nothing.
+//! What a recording holds, found by reading it once: its variables, who is in it, and the values of what seldom changes. Publishes
+//! nothing, and keeps nothing that grows with the length of a recording.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,6 +13,7 @@ use jde_log::{Cast, Channel, Message, Messages, Recording};
 use jde_ros::{cdr, definition};
 use jde_types::Value as _;
 
+use super::cast::{Hierarchy, Names};
 use crate::failure::{Failure, shown};
 
 /// Where the turns of schemas are.
@@ -37,12 +38,8 @@ pub(super) struct Index {
     pub(super) variables: BTreeMap<String, Recorded>,
     /// The schemas whose panels it holds, by their topics.
     pub(super) panels: BTreeMap<String, String>,
-    /// All that was decided and happened, in order.
-    pub(super) lines: Vec<(Nanos, Line)>,
-    /// Every cycle of every schema, in order.
-    pub(super) cycles: Vec<Cycle>,
-    /// The schemas and groups, if the recording says.
-    pub(super) cast: Option<Cast>,
+    /// Its schemas and groups, before anything happened.
+    pub(super) blank: Hierarchy,
     /// The name of the application.
     pub(super) application: String,
     seldom: BTreeMap<String, Vec<Value>>,
@@ -95,6 +92,17 @@ pub(super) enum Next {
     Cycle(Cycle),
 }
 
+impl Next {
+    /// When it is.
+    pub(super) fn time(&self) -> Nanos {
+        match self {
+            Self::Value(value) => value.published,
+            Self::Line(time, _) => *time,
+            Self::Cycle(cycle) => cycle.time,
+        }
+    }
+}
+
 impl Recorded {
     /// What a channel says of its values, which are of this type.
     pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
@@ -140,20 +148,20 @@ impl Index {
         let cast = recording
             .channels()
             .find_map(|channel| Cast::read(&channel.about));
+        let mut names = Names::new(cast.as_ref());
         let mut index = Self {
             variables: variables(&recording),
             panels: panels(&recording),
-            cast,
+            blank: names.hierarchy(),
             start_ns,
             begin: first.saturating_sub(start_ns),
             end: 0,
-            lines: Vec::new(),
-            cycles: Vec::new(),
             application,
             seldom: BTreeMap::new(),
             recording,
         };
-        index.scan()?;
+        index.scan(&mut names)?;
+        index.blank = names.hierarchy();
         // Nothing of it may be readable.
         index.end = index.end.max(index.begin);
         Ok(index)
@@ -209,7 +217,7 @@ impl Index {
         topics
     }
 
-    fn scan(&mut self) -> Result<(), Failure> {
+    fn scan(&mut self, names: &mut Names) -> Result<(), Failure> {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         let topics = self.topics();
         let messages: Messages = self.recording.messages()?;
@@ -217,8 +225,8 @@ impl Index {
         for message in messages.map_while(Result::ok) {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
             match next(message, self.start_ns, &topics) {
-                Some(Next::Line(time, line)) => self.lines.push((time, line)),
-                Some(Next::Cycle(cycle)) => self.cycles.push(cycle),
+                Some(Next::Line(_, line)) => names.hear(&line),
+                Some(Next::Cycle(_)) | None => {}
                 Some(Next::Value(value)) => {
                     let (count, bytes) = often.entry(value.topic.clone()).or_default();
                     *count += 1;
@@ -229,7 +237,6 @@ impl Index {
                         self.seldom.entry(value.topic.clone()).or_default().push(value);
                     }
                 }
-                None => {}
             }
         }
         Ok(())

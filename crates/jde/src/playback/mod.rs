@@ -4,6 +4,7 @@ mod cast;
 mod gallery;
 mod index;
 mod pace;
+mod past;
 mod player;
 mod screen;
 mod stage;

@@ -11,11 +11,10 @@ use jde_link::Events;
 use super::cast::Hierarchy;
 use super::index::{Coming, Index, Next};
 use super::pace::Pace;
+use super::past::Past;
 use super::stage::Stage;
 use crate::failure::Failure;
 
-/// Lines that were passed over and are told all the same: as many of a kind as the link keeps.
-const EARLIER: usize = 3000;
 /// Longest wait before the position is shown anew where nothing comes.
 const TICK: Duration = Duration::from_millis(50);
 
@@ -40,14 +39,14 @@ pub(super) struct Player {
     changed: Condvar,
     position: AtomicU64,
     at_end: AtomicBool,
-    hierarchy: Mutex<Hierarchy>,
+    past: Mutex<Past>,
     pub(super) index: Index,
 }
 
 impl Player {
     pub(super) fn new(index: Index, paused: bool, speed: f64, looping: bool, from: Nanos) -> Self {
         Self {
-            hierarchy: Mutex::new(Hierarchy::new(index.cast.as_ref(), &index.lines)),
+            past: Mutex::new(Past::new(&index)),
             wanted: Mutex::new(Wanted {
                 paused,
                 speed,
@@ -80,7 +79,12 @@ impl Player {
 
     /// The hierarchy where it is.
     pub(super) fn hierarchy(&self) -> Hierarchy {
-        lock(&self.hierarchy).clone()
+        lock(&self.past).hierarchy().clone()
+    }
+
+    /// What was told last where it is, the newest first: so many of those that have words.
+    pub(super) fn recent(&self, most: usize, words: impl Fn(&Line) -> Option<String>) -> Vec<String> {
+        lock(&self.past).recent().filter_map(words).take(most).collect()
     }
 
     /// Pauses or goes on; at the end it begins again.
@@ -176,18 +180,19 @@ impl Player {
             }
             drop(wanted);
             self.position.store(due, Ordering::Relaxed);
+            if let Some(next) = &next {
+                lock(&self.past).take_in(next);
+            }
             match next.take() {
                 Some(Next::Value(value)) => stage.publish(&value),
                 Some(Next::Line(_, line)) => {
-                    lock(&self.hierarchy).hear(&line);
                     let takeover = matches!(&line, Line::Decision(decision) if decision.changed);
                     events.tell(line);
                     if stepping && takeover {
                         self.want(|wanted| wanted.steps = wanted.steps.saturating_sub(1));
                     }
                 }
-                Some(Next::Cycle(cycle)) => lock(&self.hierarchy).cycle(&cycle),
-                None => {}
+                Some(Next::Cycle(_)) | None => {}
             }
         }
     }
@@ -195,17 +200,13 @@ impl Player {
     /// Shows everything as it was at a place; answers with what comes from there on.
     fn go_to(&self, place: Nanos, stage: &mut Stage, events: &Events) -> Result<Coming, Failure> {
         self.at_end.store(false, Ordering::Relaxed);
-        let mut hierarchy = Hierarchy::new(self.index.cast.as_ref(), &self.index.lines);
-        let before = self.index.lines.iter().take_while(|(time, _)| *time < place);
-        before.clone().for_each(|(_, line)| hierarchy.hear(line));
-        let cycles = self.index.cycles.iter().take_while(|cycle| cycle.time < place);
-        cycles.for_each(|cycle| hierarchy.cycle(cycle));
+        // Not under its lock: that would keep those waiting who look on.
+        let mut past = lock(&self.past).clone();
         // Whoever asks why hears of what was passed over too.
-        let before: Vec<_> = before.filter(|(time, _)| *time >= self.position()).collect();
-        for (_, line) in &before[before.len().saturating_sub(EARLIER)..] {
-            events.tell(line.clone());
+        for line in past.go_to(&self.index, place, self.position())? {
+            events.tell(line);
         }
-        *lock(&self.hierarchy) = hierarchy;
+        *lock(&self.past) = past;
         stage.clear(place);
         for value in self.index.in_force(place)? {
             stage.publish(&value);
@@ -222,16 +223,6 @@ impl Player {
     fn wait<'w>(&self, wanted: MutexGuard<'w, Wanted>, time: Duration) -> MutexGuard<'w, Wanted> {
         let waited = self.changed.wait_timeout(wanted, time);
         waited.map_or_else(|poisoned| poisoned.into_inner().0, |(wanted, _)| wanted)
-    }
-}
-
-impl Next {
-    fn time(&self) -> Nanos {
-        match self {
-            Self::Value(value) => value.published,
-            Self::Line(time, _) => *time,
-            Self::Cycle(cycle) => cycle.time,
-        }
     }
 }
 

@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_host::story::Line as Told;
 use ratatui::Frame;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 use ratatui::layout::{Constraint, Layout};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Gauge, Paragraph};
 
 use super::player::Player;
-use crate::screen;
+use crate::terminal;
 
 /// Time between two redraws.
 const REDRAW: Duration = Duration::from_millis(50);
@@ -24,14 +24,11 @@ const FAR: Nanos = 5_000_000_000;
 ///
 /// Errors: standard input or output is not a terminal, or it went away.
 pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
-    screen::with_screen(|terminal| {
+    terminal::with_screen(|terminal| {
         while !player.is_stopped() {
             terminal.draw(|frame| draw(frame, player, title))?;
             let redraw = Instant::now() + REDRAW;
-            if event::poll(redraw.saturating_duration_since(Instant::now()))?
-                && let Event::Key(key) = event::read()?
-                && key.kind != KeyEventKind::Release
-            {
+            if let Some(key) = terminal.key(redraw)? {
                 let ctrl_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
                 if ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
                     return Ok(());
@@ -102,10 +99,8 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     let winners = winners.collect::<Vec<_>>().join("   ");
     frame.render_widget(Paragraph::new(vec![Line::default(), Line::from(winners)]), acting);
 
-    let lines = &player.index.lines;
-    let passed = lines.partition_point(|(time, _)| *time <= position);
-    let shown = lines[..passed].iter().rev().filter_map(|(_, line)| words(line));
-    let shown: Vec<_> = shown.take(usize::from(told.height)).map(Line::from).collect();
+    let shown = player.recent(usize::from(told.height), words);
+    let shown: Vec<_> = shown.into_iter().map(Line::from).collect();
     frame.render_widget(Paragraph::new(shown), told);
     let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
     frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);

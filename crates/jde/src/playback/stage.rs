@@ -50,6 +50,7 @@ impl Stage {
                 unit: recorded.unit.clone(),
                 value_type: Arc::clone(&recorded.value_type),
                 access,
+                limits: jde_abi::describe::Limits::default(),
                 initial: None,
                 writers: 1,
                 readers: READERS,

@@ -54,6 +54,7 @@ impl Playing {
                 doc: doc.to_owned(),
                 unit: unit.to_owned(),
                 access,
+                limits: jde_abi::describe::Limits::default(),
                 initial: Some(initial),
                 value_type: value_type.into(),
                 writers: 1,
@@ -199,19 +200,19 @@ impl Subject for Playing {
         &self.board
     }
 
-    fn limits(&self, variable: &Variable) -> (Range, bool) {
+    fn range(&self, variable: &Variable) -> Range {
         let declared = variable.describe();
-        let range = match (declared.owner.as_str(), declared.name.as_str()) {
+        match (declared.owner.as_str(), declared.name.as_str()) {
             (STEERING, "position") => {
                 let (begin, end) = self.ends();
                 Range {
                     least: Some(begin),
                     greatest: Some(end),
+                    ..Range::default()
                 }
             }
             _ => Range::default(),
-        };
-        (range, false)
+        }
     }
 
     fn writer(&self, _: u32) -> String {

@@ -4,7 +4,7 @@
 mod output;
 mod series;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -93,7 +93,7 @@ impl Progress {
     fn new(file: &Path) -> Self {
         Self {
             file: shown(file),
-            wanted: io::stderr().is_terminal(),
+            wanted: terminal::err_is_terminal(),
             next: Instant::now() + TELL,
             told: false,
         }

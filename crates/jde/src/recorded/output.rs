@@ -1,7 +1,9 @@
 //! Where a picture or a page goes: a file named after the recording, another, or standard output. Never over the recording itself.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+
+use jde_log::Recording;
 
 use crate::failure::{Failure, shown};
 use crate::terminal::{self, TITLE};
@@ -22,13 +24,13 @@ impl Output {
     /// That is the recording, or a terminal.
     pub(crate) fn of(
         asked: Option<PathBuf>,
-        recording: &Path,
+        recording: &Recording,
         ending: &str,
         what: &str,
     ) -> Result<Self, Failure> {
         let path = match asked {
             Some(path) if path == Path::new("-") => {
-                if io::stdout().is_terminal() {
+                if terminal::out_is_terminal() {
                     return Err(Failure::usage(
                         format!("a {what} is nothing for a terminal"),
                         format!("give -o FILE.{ending}, or send it on: -o - | ..."),
@@ -37,10 +39,11 @@ impl Output {
                 return Ok(Self::Standard);
             }
             Some(path) => path,
-            None => recording.with_extension(ending),
+            None => recording.path().with_extension(ending),
         };
         let real = |path: &Path| path.canonicalize().ok();
-        if path == recording || (real(&path).is_some() && real(&path) == real(recording)) {
+        let written = real(&path);
+        if written.is_some() && recording.files().any(|file| real(file) == written) {
             return Err(Failure::usage(
                 format!("{} is the recording itself", shown(&path)),
                 format!("give -o FILE.{ending}"),
@@ -56,7 +59,7 @@ impl Output {
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
         match self {
             Self::Standard => {
-                let mut out = io::stdout().lock();
+                let mut out = terminal::raw_out();
                 out.write_all(bytes)?;
                 out.flush()?;
             }

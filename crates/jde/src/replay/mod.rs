@@ -2,19 +2,19 @@
 
 mod words;
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_core::Nanos;
 use jde_host::app::Override;
-use jde_log::replay::{Drive, ReplayError, Span};
+use jde_log::replay::{Allowed, Drive, ReplayError, Span, Tolerance};
 
 use crate::cli::print_json;
 use crate::failure::{Failure, shown};
 use crate::interrupt::Interrupts;
-use crate::load::{self, Loaded};
+use crate::load::{self, Loaded, Trust};
 use crate::log::Log;
 use crate::terminal;
 
@@ -24,10 +24,14 @@ pub(crate) struct How {
     pub(crate) file: PathBuf,
     /// The application, instead of the one in the recording.
     pub(crate) application: Option<PathBuf>,
+    /// Whether plugins are looked for where the recording says.
+    pub(crate) trust: Trust,
     /// Other values of modulations.
     pub(crate) sets: Vec<Override>,
     /// What is compared.
     pub(crate) span: Span,
+    /// How far apart numbers may be that are one.
+    pub(crate) tolerance: Vec<Allowed>,
     /// End with a line of JSON.
     pub(crate) json: bool,
 }
@@ -40,10 +44,7 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
     let drive = Drive::open(&how.file)?;
     let loaded = match &how.application {
         Some(application) => load::application(application, &how.sets),
-        None => {
-            let (path, text) = drive.application()?;
-            load::text(&path, &text, &how.sets)
-        }
+        None => load::attached(&drive.application()?, &how.sets, how.trust),
     };
     let mut loaded = loaded.map_err(plugins_first)?;
     let set = |name: &str| {
@@ -57,6 +58,7 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
     if let Some(seed) = drive.seed() {
         loaded.application.seed = seed;
     }
+    let tolerance = Tolerance::new(&how.tolerance, &loaded.application)?;
     let _log = log(&loaded)?;
     let mut words = if how.json {
         terminal::err()
@@ -66,6 +68,7 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
     let name = shown(&how.file);
     let differs = drive.differences(&loaded.application);
     words::begin(&mut words, &name, &drive, &loaded.application.name, &differs)?;
+    words::plugins(&mut words, &loaded, how.trust)?;
     words.flush()?;
 
     let stopped = Arc::new(AtomicBool::new(false));
@@ -74,11 +77,14 @@ pub(crate) fn decide(how: How, log: impl FnOnce(&Loaded) -> Result<Log, Failure>
         Interrupts::call(move || stopped.store(true, Ordering::Relaxed))?
     };
     let mut progress = Progress::new();
-    let Loaded { application, plugins } = loaded;
-    let verdict = jde_log::replay::decide(&drive, application, &plugins, how.span, |time| {
+    let Loaded {
+        application, plugins, ..
+    } = loaded;
+    let going_on = |time| {
         progress.tell(time);
         !stopped.load(Ordering::Relaxed)
-    });
+    };
+    let verdict = jde_log::replay::decide(&drive, application, &plugins, how.span, &tolerance, going_on);
     progress.clear();
     let verdict = verdict?;
     words::end(&mut words, &verdict, stopped.load(Ordering::Relaxed))?;
@@ -100,10 +106,12 @@ fn plugins_first(failure: Failure) -> Failure {
             faults,
             unusable,
             missing,
+            withheld,
         } => Failure::Application {
             faults,
             unusable: unusable || missing,
             missing,
+            withheld,
         },
         other => other,
     }
@@ -118,7 +126,7 @@ struct Progress {
 impl Progress {
     fn new() -> Self {
         Self {
-            words: std::io::stderr().is_terminal().then(terminal::err),
+            words: terminal::err_is_terminal().then(terminal::err),
             told: 0,
         }
     }
@@ -148,6 +156,10 @@ impl From<ReplayError> for Failure {
         match error {
             ReplayError::Read(error) => Self::Recording(error),
             ReplayError::Start(error) => Self::Start(error),
+            error @ ReplayError::Tolerance { .. } => Self::usage(
+                error.to_string(),
+                "`jde vars` and `jde info` show the types of values",
+            ),
             ReplayError::Lacks { path, what } => Self::usage(
                 format!("{path} cannot be replayed: {what}"),
                 "a recording of a whole run has all that is needed: `jde run APP --record FILE`",

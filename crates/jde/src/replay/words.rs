@@ -2,11 +2,14 @@
 
 use std::io::{self, Write};
 
+use jde_host::plugin::SearchPath;
 use jde_host::replay::Sight;
 use jde_host::story::Decision;
-use jde_log::replay::{Difference, Drive, Verdict};
+use jde_log::replay::{Deviation, Difference, Drive, Values, Verdict};
 use serde_json::{Value, json};
 
+use crate::failure::{not_searched, shown};
+use crate::load::{Loaded, Trust};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN, Words};
 
 /// Differences that are shown; more are counted.
@@ -42,6 +45,32 @@ pub(super) fn begin(
     Ok(())
 }
 
+/// Where its plugins come from, if the recording has a say in that.
+pub(super) fn plugins(words: &mut Words, loaded: &Loaded, trust: Trust) -> io::Result<()> {
+    let here: Vec<_> = loaded
+        .withheld
+        .iter()
+        .filter(|folder| {
+            let mut there = SearchPath::default();
+            there.push(*folder, "");
+            let mut plugins = loaded.application.plugins.iter();
+            plugins.any(|plugin| there.find(&plugin.name).is_some())
+        })
+        .cloned()
+        .collect();
+    if !here.is_empty() {
+        writeln!(words, "{WARN}not trusted{WARN:#}: {}", not_searched(&here))?;
+    }
+    if trust == Trust::Given {
+        for plugin in &loaded.application.plugins {
+            if let Some(file) = loaded.plugins.file_of(plugin) {
+                writeln!(words, "{FAINT}{} from {}{FAINT:#}", plugin.name, shown(&file))?;
+            }
+        }
+    }
+    Ok(())
+}
+
 /// What came of it.
 pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Result<()> {
     let comparison = &verdict.comparison;
@@ -50,6 +79,10 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
     let telling = first.filter(|(place, difference)| *place == 0 || took_over(difference));
     for (_, difference) in telling.take(SHOWN) {
         different(words, difference)?;
+    }
+    let values = verdict.values.as_ref();
+    for deviation in values.iter().flat_map(|values| &values.first).take(SHOWN) {
+        deviates(words, deviation)?;
     }
     if let Some(damage) = &verdict.damage {
         writeln!(
@@ -70,6 +103,18 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
             "{WARN}lost{WARN:#}: {missed} values of {variable} that were seen then are not there; the newest were shown instead"
         )?;
     }
+    for (variable, unknown) in values.iter().flat_map(|values| &values.unknown) {
+        writeln!(
+            words,
+            "{WARN}lost{WARN:#}: {unknown} values of {variable} that were written then are not in the recording, and not compared"
+        )?;
+    }
+    if values.is_none() {
+        writeln!(
+            words,
+            "{WARN}not compared{WARN:#}: what schemas wrote; the recording, of an older version, does not tell"
+        )?;
+    }
     for variable in &verdict.unknown {
         writeln!(
             words,
@@ -85,16 +130,14 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
     }
     let until = verdict.until as f64 / 1e9;
     let stopped = if stopped { ", where it was stopped" } else { "" };
-    let total = comparison.same + comparison.different;
-    if comparison.different == 0 {
-        let all = if total == 1 {
-            "selection is"
-        } else {
-            "selections are"
-        };
+    let selections = of(comparison.different, comparison.same, "selection");
+    let values = values.map(|values: &Values| of(values.different, values.same, "value"));
+    let all: Vec<_> = [Some(selections), values].into_iter().flatten().collect();
+    let all = all.join(" and ");
+    if verdict.is_same() {
         writeln!(
             words,
-            "{GOOD}same{GOOD:#}: {total} {all} as they were, until {until:.1} s{stopped}"
+            "{GOOD}same{GOOD:#}: {all} are as they were, until {until:.1} s{stopped}"
         )
     } else {
         let perhaps = if verdict.reloads.is_empty() {
@@ -104,10 +147,53 @@ pub(super) fn end(words: &mut Words, verdict: &Verdict, stopped: bool) -> io::Re
         };
         writeln!(
             words,
-            "{BAD}different{BAD:#}: {} of {total} selections are not as they were, until {until:.1} s{stopped}{perhaps}",
-            comparison.different
+            "{BAD}different{BAD:#}: {all} are not as they were, until {until:.1} s{stopped}{perhaps}"
         )
     }
+}
+
+/// "3 of 7 values", or "7 values" if all are one.
+fn of(different: u64, same: u64, what: &str) -> String {
+    let total = different + same;
+    let s = if total == 1 { "" } else { "s" };
+    if different == 0 {
+        format!("{total} {what}{s}")
+    } else {
+        format!("{different} of {total} {what}{s}")
+    }
+}
+
+fn deviates(words: &mut Words, deviation: &Deviation) -> io::Result<()> {
+    let Deviation {
+        time_s,
+        schema,
+        port,
+        variable,
+        field,
+        then,
+        now,
+        count,
+    } = deviation;
+    let name = if *variable == format!("{schema}.{port}") {
+        String::new()
+    } else {
+        format!(" ({variable})")
+    };
+    let more = match count - 1 {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let field = if field.is_empty() {
+        String::new()
+    } else {
+        format!("{field} = ")
+    };
+    writeln!(
+        words,
+        "{TITLE}{time_s:9.3} s  {schema}.{port}{TITLE:#}{name}{more}"
+    )?;
+    writeln!(words, "      then  {field}{then}")?;
+    writeln!(words, "      now   {field}{now}")
 }
 
 fn different(words: &mut Words, difference: &Difference) -> io::Result<()> {
@@ -218,6 +304,30 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verd
         .iter()
         .map(|(variable, values)| json!({ "variable": variable, "values": values }))
         .collect();
+    let values = verdict.values.as_ref().map(|values| {
+        let first = values.first.iter().map(|deviation| {
+            json!({
+                "time_s": deviation.time_s,
+                "schema": deviation.schema,
+                "port": deviation.port,
+                "variable": deviation.variable,
+                "field": deviation.field,
+                "then": deviation.then,
+                "now": deviation.now,
+                "different": deviation.count,
+            })
+        });
+        json!({
+            "same": values.same,
+            "different": values.different,
+            "unknown": values
+                .unknown
+                .iter()
+                .map(|(variable, values)| json!({ "variable": variable, "values": values }))
+                .collect::<Vec<_>>(),
+            "first": first.collect::<Vec<_>>(),
+        })
+    });
     json!({
         "file": file,
         "application": drive.name(),
@@ -225,6 +335,7 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Verd
         "differs": differs,
         "same": verdict.comparison.same,
         "different": verdict.comparison.different,
+        "values": values,
         "until_s": verdict.until as f64 / 1e9,
         "lost_steps": verdict.lost_steps,
         "missed": missed,

@@ -1,23 +1,40 @@
 //! Lines on their way to a file, and their SHA-256.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 
 use sha2::{Digest, Sha256};
 
-/// Writes to a file, if there is one, and adds up the digest of what it is given.
+use super::promised::Promised;
+use crate::terminal::{self, Printer};
+
+/// Writes to a file or pipe, if there is one, and adds up the digest of what it is given, whether somebody reads it or not.
 pub(crate) struct Digested {
-    file: Option<BufWriter<File>>,
+    /// Until there is a first line.
+    promised: Option<Promised>,
+    file: Option<Printer>,
     hasher: Sha256,
 }
 
 impl Digested {
     /// Nothing so far.
-    pub(crate) fn new(file: Option<File>) -> Self {
+    pub(crate) fn new(promised: Option<Promised>) -> Self {
         Self {
-            file: file.map(BufWriter::new),
+            promised,
+            file: None,
             hasher: Sha256::new(),
         }
+    }
+
+    fn file(&mut self) -> io::Result<Option<&mut Printer>> {
+        if let Some(promised) = self.promised.take() {
+            self.file = Some(terminal::lines_to(promised.begin()?));
+        }
+        Ok(self.file.as_mut())
+    }
+
+    /// Lines that nobody took in time.
+    pub(crate) fn lost(&self) -> u64 {
+        self.file.as_ref().map_or(0, Printer::lost)
     }
 
     /// The digest, in hexadecimal digits.
@@ -32,7 +49,7 @@ impl Digested {
 
 impl Write for Digested {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = match &mut self.file {
+        let written = match self.file()? {
             Some(file) => file.write(bytes)?,
             None => bytes.len(),
         };
@@ -41,7 +58,7 @@ impl Write for Digested {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.as_mut().map_or(Ok(()), BufWriter::flush)
+        self.file()?.map_or(Ok(()), Printer::settle)
     }
 }
 

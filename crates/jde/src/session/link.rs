@@ -12,7 +12,7 @@ use jde_host::app::{self, Application};
 use jde_host::event::Observer;
 use jde_host::plugin::Plugins;
 use jde_host::{BeforeStart, Handle};
-use jde_link::{Access, Events, Folder, Link, Login, Running, Settings, Title, Tls};
+use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, Title, Tls};
 
 use crate::failure::Failure;
 
@@ -187,12 +187,8 @@ fn settings(name: Option<String>, application: &Application) -> Result<Settings,
     }
     let login = match &link.login {
         Some(login) => {
-            let file = &login.password_file;
-            let text = std::fs::read_to_string(file).map_err(Failure::file(file))?;
-            Some(Login {
-                user: login.user.clone(),
-                password: text.lines().next().unwrap_or_default().to_owned(),
-            })
+            let read = Login::read(&login.user, &login.password_file);
+            Some(read.map_err(Failure::Link)?)
         }
         None => None,
     };
@@ -223,7 +219,7 @@ fn settings_with(name: Option<String>, application: &Application, login: Option<
         login,
         tls,
         insecure: link.insecure,
-        folder: Folder::of_user(),
+        folder: Folders::of_user(),
     }
 }
 

@@ -5,6 +5,7 @@ mod link;
 mod live;
 mod panels;
 mod progress;
+mod promised;
 mod record;
 mod recorder;
 mod sight;
@@ -12,16 +13,15 @@ mod tally;
 mod trace;
 mod watch;
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Sender;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 use jde_host::app::Application;
-use jde_host::event::{Event, Outcome};
+use jde_host::event::Outcome;
 use jde_host::plugin::Plugins;
 use jde_host::{Handle, Lockstep, Options, Running, StartError};
 
@@ -30,12 +30,13 @@ use crate::interrupt::Interrupts;
 use crate::load::Loaded;
 use crate::log::Log;
 use crate::summary::Summary;
-use crate::terminal::Words;
+use crate::terminal::{self, Words};
 use crate::{summary, top};
 use digest::Digested;
 use link::Way;
 use live::Live;
 use progress::Progress;
+use promised::Promised;
 use record::Recording;
 use recorder::{Recorder, SAMPLE};
 use watch::Watch;
@@ -101,11 +102,13 @@ pub(crate) struct Finished {
 /// # Errors
 /// It did not start, or what was to be told or written could not be.
 pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failure> {
-    let Loaded { application, plugins } = loaded;
+    let Loaded {
+        application, plugins, ..
+    } = loaded;
     let plugins = Arc::new(plugins);
     // Before the start: nobody wants to hear after a long run that its files cannot be written.
-    let decisions = how.decisions.as_deref().map(create).transpose()?;
-    drop(how.picture.as_deref().map(create).transpose()?);
+    let decisions = how.decisions.as_deref().map(Promised::at).transpose()?;
+    let picture = how.picture.as_deref().map(Promised::at).transpose()?;
     let world = summary::world(&application);
     let trace = how.picture.is_some().then(|| Trace::new(world.is_none()));
     let telling = match how.view {
@@ -113,7 +116,8 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         View::Lines(telling) => telling,
     };
     let progress = Progress::new(&application, how.words, telling);
-    let (mut recorder, tell) = Recorder::new(&application, Digested::new(decisions), trace, progress);
+    let digested = Digested::new(decisions);
+    let (mut recorder, observer) = Recorder::new(&application, digested, trace, progress, how.lockstep);
     let recording = how
         .record
         .as_ref()
@@ -121,7 +125,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .transpose()?;
     let way = Way::prepare(&how.link, &application, how.lockstep, how.speed)?;
     let mut options = Options {
-        observers: vec![observer(tell)],
+        observers: vec![observer],
         limit: how.limit,
         speed: how.speed,
         on_turn: recording.as_ref().and_then(Recording::on_turn),
@@ -141,7 +145,7 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
     }));
 
     let started = Instant::now();
-    let (outcome, handle) = if how.lockstep {
+    let ran = if how.lockstep {
         in_lockstep(application, &plugins, options, &mut recorder, log)
     } else {
         let shown = Shown {
@@ -149,13 +153,14 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
             watch: how.watch,
         };
         in_real_time(application, &plugins, options, shown, &mut recorder, log)
-    }?;
+    };
     let wall = started.elapsed();
     if let Some(way) = &way {
         way.close();
     }
     let recorded = recording.as_ref().map(Recording::finish);
     log.forget();
+    let (outcome, handle) = ran?;
 
     let (kept, digest) = recorder.finish();
     let file = how
@@ -164,7 +169,8 @@ pub(crate) fn run(loaded: Loaded, how: How, log: &Log) -> Result<Finished, Failu
         .unwrap_or_else(|| "the decisions".as_ref());
     let digest = digest.map_err(Failure::file(file))?;
     let summary = Summary::new(&handle, &kept, &outcome, wall, digest, recorded);
-    if let Some(file) = &how.picture {
+    if let (Some(file), Some(promised)) = (&how.picture, picture) {
+        drop(promised.begin().map_err(Failure::file(file))?);
         summary::draw(&handle, &kept, world.as_deref(), file)?;
     }
     Ok(Finished {
@@ -215,6 +221,8 @@ fn in_real_time(
 ) -> Result<(Outcome, Handle), Failure> {
     let wait = Duration::from_nanos((SAMPLE as f64 / options.speed) as u64);
     let title = application.name.clone();
+    // Dropped when everything is at rest: nothing that prints meanwhile waits for whoever reads it.
+    let _no_waiting = terminal::wait_for_nobody();
     let running = Running::start(application, plugins, options).map_err(not_started)?;
     let handle = running.handle();
     log.follow(&handle);
@@ -234,7 +242,7 @@ fn in_real_time(
         let mut shown = Ok(top::Left::Ended);
         if view == View::Screen {
             log.keep(true);
-            shown = top::run(&Live::new(handle.clone(), log), &title);
+            shown = left_orderly(top::run(&Live::new(handle.clone(), log), &title));
             log.keep(false);
             handle.stop();
         }
@@ -247,6 +255,14 @@ fn in_real_time(
     told.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     shown?;
     Ok((outcome, handle))
+}
+
+/// A terminal that is gone is left as if somebody had said so: what runs is stopped, and what came of it kept.
+fn left_orderly(shown: io::Result<top::Left>) -> io::Result<top::Left> {
+    match shown {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(top::Left::Quit),
+        shown => shown,
+    }
 }
 
 /// What kept it from starting may be the link, or what is to be recorded.
@@ -266,21 +282,4 @@ impl Drop for StopOnDrop<'_> {
     fn drop(&mut self) {
         self.0.stop();
     }
-}
-
-/// Hears under the application's lock, so it only passes on.
-fn observer(tell: Sender<Event>) -> Box<dyn jde_host::event::Observer> {
-    Box::new(move |event: &Event| {
-        // Nobody listens any more once the run is over.
-        let _ = tell.send(event.clone());
-    })
-}
-
-/// Makes a file and the folders above it.
-fn create(path: &Path) -> Result<File, Failure> {
-    let made = path
-        .parent()
-        .map_or(Ok(()), fs::create_dir_all)
-        .and_then(|()| File::create(path));
-    made.map_err(Failure::file(path))
 }

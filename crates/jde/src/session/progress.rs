@@ -149,6 +149,18 @@ impl Progress {
                     time.saturating_sub(*since) as f64 / 1e9
                 ))
             }
+            Event::Stalled {
+                time,
+                since,
+                distance,
+                reached,
+                ..
+            } => {
+                (time, format!(
+                    "{WARN}the mission has come no nearer{WARN:#} for {:.0} s: {distance:.2} m from its target, {reached} reached",
+                    time.saturating_sub(*since) as f64 / 1e9
+                ))
+            }
             Event::Reloaded {
                 time,
                 schema,
@@ -220,6 +232,8 @@ impl Progress {
 
     /// Tells what has come of the mission, and how things stand if it is time for that.
     pub(crate) fn seen(&mut self, time: Nanos, seen: &Seen, tally: &Tally) -> io::Result<()> {
+        // Whether anybody still reads what was told before.
+        self.words.flush()?;
         if self.telling == Telling::Nothing {
             return Ok(());
         }

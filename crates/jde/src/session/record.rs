@@ -10,7 +10,7 @@ use jde_host::event::Observer;
 use jde_host::turn::OnTurn;
 use jde_host::{BeforeStart, StartError};
 use jde_log::trigger::{Condition, Names, Triggers};
-use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Status, When, Written};
+use jde_log::{Error, Happened, Options, Origin, Recorder, Selection, Split, Status, When, Written};
 use serde::Serialize;
 
 use super::panels::{Chosen, Panels, Taking};
@@ -28,6 +28,8 @@ pub(crate) struct Record {
     pub(crate) panels: Option<Panels>,
     /// Write only what is around the moments at which a condition comes true; if not, everything.
     pub(crate) around: Option<Around>,
+    /// Write one file after the other; if not, one.
+    pub(crate) split: Option<Split>,
 }
 
 /// Which moments, and how much around them.
@@ -50,6 +52,9 @@ pub(crate) struct Recorded {
     /// The files that conditions asked for; none if there are no conditions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) files: Option<Vec<RecordedFile>>,
+    /// The files it is split into.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) parts: Option<RecordedParts>,
     /// Messages that had to go from memory before their time was up.
     #[serde(skip_serializing_if = "is_zero")]
     pub(crate) short: u64,
@@ -62,6 +67,19 @@ pub(crate) struct Recorded {
     /// Why nothing was written any more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) trouble: Option<String>,
+}
+
+/// The files that a recording is split into.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordedParts {
+    /// The name of the first.
+    pub(crate) first: String,
+    /// The name of the last.
+    pub(crate) last: String,
+    /// How many were written.
+    pub(crate) count: u64,
+    /// How many were deleted, those of recordings before included.
+    pub(crate) deleted: u64,
 }
 
 /// A file that a condition asked for.
@@ -124,9 +142,10 @@ impl Recording {
                 tracing::error!("the recording {named} ends here, and the run goes on: {trouble}");
             }),
         };
-        let recorder = match &record.around {
-            Some(around) => Recorder::wait(&file, options, when(around, Names::of(application))?),
-            None => Recorder::create(&file, options),
+        let recorder = match (&record.around, record.split) {
+            (Some(around), _) => Recorder::wait(&file, options, when(around, Names::of(application))?),
+            (None, Some(split)) => Recorder::split(&file, options, split),
+            (None, None) => Recorder::create(&file, options),
         };
         let recorder = recorder.map_err(|error| no_recording(error, &file))?;
         Ok(Self {
@@ -193,10 +212,17 @@ impl Recorded {
             trouble,
             files,
             short,
+            parts,
             ..
         } = status;
         Self {
             file: shown(file),
+            parts: parts.map(|parts| RecordedParts {
+                first: shown(&parts.first),
+                last: shown(&parts.last),
+                count: parts.count,
+                deleted: parts.deleted,
+            }),
             files: waited.then(|| files.into_iter().map(recorded).collect()),
             short,
             kept,
@@ -204,6 +230,17 @@ impl Recorded {
             bytes,
             trouble,
         }
+    }
+
+    /// Whether all that was written can be read.
+    ///
+    /// # Errors
+    /// The disk failed or was full.
+    pub(crate) fn whole(self) -> Result<(), Failure> {
+        let file = self.file;
+        self.trouble.map_or(Ok(()), |trouble| {
+            Err(Failure::Broken(format!("{file} ends too soon: {trouble}")))
+        })
     }
 }
 

@@ -1,24 +1,28 @@
 //! Hears and watches a run, and keeps what its summary and its picture need.
 
 use std::io;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::Arc;
 use std::time::Duration;
 
 use jde_core::Nanos;
 use jde_host::Handle;
 use jde_host::app::Application;
 use jde_host::decisions::Decisions;
-use jde_host::event::Event;
+use jde_host::event::{Event, Observer};
 
 use super::digest::Digested;
 use super::progress::Progress;
 use super::sight::{Seen, Sight};
 use super::tally::Tally;
 use super::trace::Trace;
+use crate::queue::{Queue, Taken};
 use crate::terminal::Words;
 
 /// Time between two samples of the path: at 0.4 m/s a robot moves 4 cm.
 pub(crate) const SAMPLE: Nanos = 100_000_000;
+
+/// Events that may wait to be kept: a minute of an application that changes its mind a hundred times a second.
+const WAITING: usize = 8192;
 
 /// Keeps a run.
 pub(crate) struct Recorder {
@@ -27,7 +31,9 @@ pub(crate) struct Recorder {
     seen: Seen,
     progress: Progress,
     decisions: Decisions<Digested>,
-    heard: Receiver<Event>,
+    heard: Arc<Queue<Event>>,
+    /// Events that came faster than they could be kept.
+    missed: u64,
     sight: Option<Sight>,
     ended: Option<Nanos>,
 }
@@ -44,17 +50,38 @@ pub(crate) struct Kept {
     pub(crate) ended: Nanos,
     /// Where it was told.
     pub(crate) words: Words,
+    /// Events that came faster than they could be kept: as many are missing in all that was counted.
+    pub(crate) missed: u64,
+    /// Decisions that whoever reads them did not take in time.
+    pub(crate) unread: u64,
+}
+
+/// Hears under the application's lock, so it only passes on.
+struct Hearing(Arc<Queue<Event>>);
+
+impl Observer for Hearing {
+    fn hear(&mut self, event: &Event) {
+        self.0.add(event.clone());
+    }
+}
+
+impl Drop for Hearing {
+    fn drop(&mut self) {
+        self.0.close();
+    }
 }
 
 impl Recorder {
-    /// Hears what is sent on the channel it answers with.
+    /// Keeps what the observer hears that it answers with. In lockstep that is heard and kept by one thread, and nothing is missed.
     pub(crate) fn new(
         application: &Application,
         decisions: Digested,
         trace: Option<Trace>,
         progress: Progress,
-    ) -> (Self, Sender<Event>) {
-        let (tell, heard) = channel();
+        lockstep: bool,
+    ) -> (Self, Box<dyn Observer>) {
+        let heard = Queue::new(if lockstep { usize::MAX } else { WAITING });
+        let hearing = Hearing(Arc::clone(&heard));
         let recorder = Self {
             tally: Tally::new(application),
             trace,
@@ -62,10 +89,11 @@ impl Recorder {
             progress,
             decisions: Decisions::new(application, decisions),
             heard,
+            missed: 0,
             sight: None,
             ended: None,
         };
-        (recorder, tell)
+        (recorder, Box::new(hearing))
     }
 
     /// Watches the variables of a running application from now on.
@@ -78,8 +106,9 @@ impl Recorder {
     /// # Errors
     /// What is told cannot be written.
     pub(crate) fn catch_up(&mut self, now: Nanos) -> io::Result<()> {
-        while let Ok(event) = self.heard.try_recv() {
-            self.hear(&event)?;
+        while let Taken::Next { what, missed } = self.heard.take_now() {
+            self.missed += missed;
+            self.hear(&what)?;
         }
         self.look(now)
     }
@@ -92,10 +121,13 @@ impl Recorder {
         let mut next = 0;
         let mut result = Ok(());
         while self.ended.is_none() {
-            let told = match self.heard.recv_timeout(wait) {
-                Ok(event) => self.hear(&event),
-                Err(RecvTimeoutError::Timeout) => Ok(()),
-                Err(RecvTimeoutError::Disconnected) => break,
+            let told = match self.heard.take_within(wait) {
+                Taken::Next { what, missed } => {
+                    self.missed += missed;
+                    self.hear(&what)
+                }
+                Taken::Nothing => Ok(()),
+                Taken::Closed => break,
             };
             let now = handle.now();
             let looked = if now >= next || self.ended.is_some() {
@@ -114,14 +146,17 @@ impl Recorder {
 
     /// What was kept, and the digest of the decisions or why they could not be written.
     pub(crate) fn finish(self) -> (Kept, io::Result<String>) {
+        let decisions = self.decisions.finish();
         let kept = Kept {
             tally: self.tally,
             trace: self.trace,
             seen: self.seen,
             ended: self.ended.unwrap_or_default(),
             words: self.progress.into_words(),
+            missed: self.missed,
+            unread: decisions.as_ref().map_or(0, Digested::lost),
         };
-        (kept, self.decisions.finish().map(Digested::hex))
+        (kept, decisions.map(Digested::hex))
     }
 
     fn hear(&mut self, event: &Event) -> io::Result<()> {
@@ -131,7 +166,7 @@ impl Recorder {
         self.decisions.hear(event);
         if let Some(takeover) = self.tally.hear(event) {
             if let Some(trace) = &mut self.trace {
-                trace.took_over(&takeover);
+                trace.took_over(&takeover, self.sight.as_ref());
             }
             self.progress.takeover(&takeover)?;
         }
@@ -144,7 +179,7 @@ impl Recorder {
         };
         self.seen = sight.look();
         if let Some(trace) = &mut self.trace {
-            trace.add(now, sight, &self.seen, self.tally.acting());
+            trace.add(now, sight, &self.seen, &self.tally.acting());
         }
         self.progress.seen(now, &self.seen, &self.tally)
     }

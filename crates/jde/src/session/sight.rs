@@ -2,22 +2,36 @@
 //!
 //! It reads variables by their types, whoever exports them, and writes none.
 
+use std::collections::BTreeMap;
+
 use jde_abi::describe::{Port, Role, Type};
 use jde_board::Reader;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
+use jde_host::app::{Application, Binding};
 use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Route, Truth, Value as _};
 
 /// Reads the exports of one application that tell how it goes.
 pub(crate) struct Sight {
-    truths: Vec<Reader>,
-    odometry: Option<Reader>,
+    robots: Vec<Robot>,
+    /// Which of them the mission is about.
+    led: usize,
+    /// The drivers that schemas command.
+    commands: BTreeMap<usize, Vec<usize>>,
     mission: Option<Reader>,
     /// A modulation of whoever has the mission, in which its targets are named.
     route: Option<Reader>,
-    laser: Option<Reader>,
     /// Whether any target so far was a place.
     places: bool,
+}
+
+/// One robot.
+struct Robot {
+    /// The driver's place in the application.
+    instance: usize,
+    truth: Option<Reader>,
+    odometry: Option<Reader>,
+    laser: Option<Reader>,
     /// The same place in the frame of the truth and of the odometry, seen first.
     anchor: Option<(Pose2D, Pose2D)>,
 }
@@ -25,10 +39,13 @@ pub(crate) struct Sight {
 /// What was seen at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Seen {
-    /// Where the robot truly is, in the world.
+    /// Where the robot truly is, in the world; of several the one that the mission is about.
     pub(crate) truth: Option<Pose2D>,
     /// Where it believes to be.
     pub(crate) odometry: Option<Pose2D>,
+    /// Where each robot is, by its driver's place in the application: in the world, or in the frame of its odometry where there is
+    /// no ground truth.
+    pub(crate) places: Vec<(usize, Pose2D)>,
     /// Contacts of all robots so far; none without ground truth.
     pub(crate) collisions: Option<u64>,
     /// The least gap to anything so far, of all robots, m.
@@ -53,7 +70,7 @@ pub(crate) struct Progress {
 }
 
 impl Sight {
-    /// Finds the exports to read. Of several robots the first is followed, and all count for collisions.
+    /// Finds the exports to read: of every robot, where it is, and of the mission.
     pub(crate) fn new(handle: &Handle) -> Self {
         let application = handle.application();
         let exports = |name: &str| -> Vec<(usize, Reader)> {
@@ -67,17 +84,46 @@ impl Sight {
             }
             found
         };
-        let truths = exports(&Truth::describe().name);
-        let robot = truths.first().map(|(robot, _)| *robot);
-        // The robot that the truth is about, if it has one of these; else whoever has.
-        let of_robot = |name: &str| {
-            let mut found = exports(name);
-            let own = found
-                .iter()
-                .position(|(number, _)| Some(*number) == robot)
-                .unwrap_or(0);
-            (!found.is_empty()).then(|| found.swap_remove(own).1)
+        let [mut truths, mut odometries, mut lasers] =
+            [Truth::describe(), Odometry::describe(), LaserScan::describe()].map(|of| exports(&of.name));
+        let numbers =
+            |readers: &[(usize, Reader)]| readers.iter().map(|(number, _)| *number).collect::<Vec<_>>();
+        let commands = commands(application);
+        // Odometry is published also by those who correct it: a robot is who is commanded.
+        let mut robots = numbers(if truths.is_empty() { &odometries } else { &truths });
+        if robots
+            .iter()
+            .any(|robot| commands.values().any(|of| of.contains(robot)))
+        {
+            robots.retain(|robot| commands.values().any(|of| of.contains(robot)));
+        } else {
+            robots.truncate(1);
+        }
+        robots.dedup();
+        let alone = robots.len() == 1;
+        // What the robot has by itself; if it is the only one, else whoever has.
+        let of = |robot: usize, readers: &mut Vec<(usize, Reader)>| {
+            let own = readers.iter().position(|(number, _)| *number == robot);
+            let place = own.or((alone && !readers.is_empty()).then_some(0))?;
+            Some(readers.swap_remove(place).1)
         };
+        let robots = robots.into_iter().map(|instance| Robot {
+            instance,
+            truth: of(instance, &mut truths),
+            odometry: of(instance, &mut odometries),
+            laser: of(instance, &mut lasers),
+            anchor: None,
+        });
+        let robots: Vec<Robot> = robots.collect();
+        let led = application.mission.and_then(|(leader, _)| {
+            let below = |schema: usize| {
+                let mut fathers = std::iter::successors(Some(schema), |at| application.instances[*at].father);
+                fathers.any(|father| father == leader)
+            };
+            let mut known = commands.iter().filter(|(schema, _)| below(**schema));
+            let robot = known.find_map(|(_, of)| of.first())?;
+            robots.iter().position(|one| one.instance == *robot)
+        });
         let of_mission = |wanted: &dyn Fn(usize, &Port) -> bool| {
             let instance = &application.instances[application.mission?.0];
             let mut ports = instance.schema.ports.iter().enumerate();
@@ -87,35 +133,54 @@ impl Sight {
         };
         let route = Route::describe().name;
         Self {
-            odometry: of_robot(&Odometry::describe().name),
-            laser: of_robot(&LaserScan::describe().name),
-            truths: truths.into_iter().map(|(_, reader)| reader).collect(),
+            robots,
+            led: led.unwrap_or(0),
+            commands,
             mission: of_mission(&|number, _| application.mission.is_some_and(|(_, port)| port == number)),
             route: of_mission(&|_, port| {
                 matches!(port.role, Role::Modulation { .. }) && port.value_type.name == route
             }),
             places: false,
-            anchor: None,
         }
+    }
+
+    /// Who of those that act now acts for a robot, by its driver's place in the application.
+    pub(crate) fn acts_for(&self, robot: usize, acting: &[usize]) -> Option<usize> {
+        let mut acting = acting.iter().copied();
+        acting.find(|schema| self.robots_of(*schema).any(|of| of == robot))
+    }
+
+    /// The robots that a schema acts for: if there is but one, everybody acts for that.
+    pub(crate) fn robots_of(&self, schema: usize) -> impl Iterator<Item = usize> + '_ {
+        let alone = self.robots.len() == 1;
+        let robots = self.robots.iter().map(|robot| robot.instance);
+        robots.filter(move |robot| alone || self.commands.get(&schema).is_some_and(|of| of.contains(robot)))
     }
 
     /// Looks.
     pub(crate) fn look(&mut self) -> Seen {
         let mut seen = Seen::default();
-        for truth in &mut self.truths {
-            let _ = read(truth, |read| {
-                let pose = read.pose("pose")?;
-                seen.truth.get_or_insert(pose);
-                *seen.collisions.get_or_insert(0) += read.number("collisions")? as u64;
-                let least = seen.min_clearance.get_or_insert(f64::INFINITY);
-                *least = least.min(read.number("min_clearance")?);
-                Some(())
+        for (number, robot) in self.robots.iter_mut().enumerate() {
+            let truth = robot.truth.as_mut().and_then(|truth| {
+                read(truth, |read| {
+                    let pose = read.pose("pose")?;
+                    *seen.collisions.get_or_insert(0) += read.number("collisions")? as u64;
+                    let least = seen.min_clearance.get_or_insert(f64::INFINITY);
+                    *least = least.min(read.number("min_clearance")?);
+                    Some(pose)
+                })
             });
+            let odometry = robot.odometry.as_mut();
+            let odometry = odometry.and_then(|odometry| read(odometry, |read| read.odometry()));
+            if let (None, Some(truth), Some(odometry)) = (robot.anchor, truth, odometry) {
+                robot.anchor = Some((truth, odometry));
+            }
+            if number == self.led {
+                (seen.truth, seen.odometry) = (truth, odometry);
+            }
+            seen.places
+                .extend(truth.or(odometry).map(|pose| (robot.instance, pose)));
         }
-        seen.odometry = self
-            .odometry
-            .as_mut()
-            .and_then(|odometry| read(odometry, |read| read.odometry()));
         seen.mission = self
             .mission
             .as_mut()
@@ -124,15 +189,13 @@ impl Sight {
             self.places |= mission.of_places;
             mission.of_places = self.places;
         }
-        if let (None, Some(truth), Some(odometry)) = (self.anchor, seen.truth, seen.odometry) {
-            self.anchor = Some((truth, odometry));
-        }
         seen
     }
 
     /// A place given in the frame of the odometry, in the frame of the path: the world's where there is ground truth.
     pub(crate) fn in_path(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let Some((truth, odometry)) = &self.anchor else {
+        let anchor = self.robots.get(self.led).and_then(|robot| robot.anchor.as_ref());
+        let Some((truth, odometry)) = anchor else {
             return (x, y);
         };
         let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
@@ -157,9 +220,13 @@ impl Sight {
         poses.map(|place| self.in_path(place)).collect()
     }
 
-    /// Places that the laser sees now, in the frame of the path, taking the laser to be where the robot is.
-    pub(crate) fn scan(&mut self, robot: Pose2D) -> Vec<(f64, f64)> {
-        let points = self.laser.as_mut().and_then(|laser| {
+    /// Places that the laser of a robot sees now, in the frame of the path, taking the laser to be where the robot is.
+    pub(crate) fn scan(&mut self, instance: usize, robot: Pose2D) -> Vec<(f64, f64)> {
+        let mut robots = self.robots.iter_mut();
+        let laser = robots
+            .find(|one| one.instance == instance)
+            .and_then(|one| one.laser.as_mut());
+        let points = laser.and_then(|laser| {
             read(laser, |read| {
                 let (first, step) = (read.number("angle_min")?, read.number("angle_increment")?);
                 let valid = read.number("range_min")?..=read.number("range_max")?;
@@ -233,6 +300,19 @@ impl Read<'_> {
         let part = |name: &str| self.number(&format!("{path}.{name}"));
         Some(Pose2D::new(part("x")?, part("y")?, part("theta")?))
     }
+}
+
+/// The drivers that schemas command, by their places in an application.
+fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
+    let instances = application.instances.iter().enumerate();
+    let targets = instances.map(|(number, instance)| {
+        let targets = instance.bindings.iter().filter_map(|binding| match binding {
+            Binding::Actuator { target } => target.map(|(driver, _)| driver),
+            _ => None,
+        });
+        (number, targets.collect::<Vec<_>>())
+    });
+    targets.filter(|(_, drivers)| !drivers.is_empty()).collect()
 }
 
 /// Looks at the newest value of a variable, and lets go of it.

@@ -132,6 +132,7 @@ impl Tally {
             | Event::Late { .. }
             | Event::Chatters { .. }
             | Event::Calmed { .. }
+            | Event::Stalled { .. }
             | Event::CameBack { .. }
             | Event::Refused { .. }
             | Event::Operator { .. }
@@ -162,17 +163,24 @@ impl Tally {
         self.groups[group].worst
     }
 
-    /// Who acts now: the winner of the roots, or of the first group of children below it that has one, and so on down; nobody
-    /// where a winner's children all stand by.
-    pub(crate) fn acting(&self) -> Option<usize> {
-        let mut acting = self.groups.first()?.winner?;
-        while !self.schemas[acting].groups.is_empty() {
-            acting = self.schemas[acting]
-                .groups
-                .iter()
-                .find_map(|group| self.groups[*group].winner)?;
+    /// Who acts now: the winners of the roots, or of the groups of children below them, and so on down; nobody where a winner's
+    /// children all stand by.
+    pub(crate) fn acting(&self) -> Vec<usize> {
+        let below = |group: &usize| self.groups[*group].winner;
+        let is_root = |number: &usize| !self.schemas.iter().any(|schema| schema.groups.contains(number));
+        let mut winning: Vec<usize> = (0..self.groups.len())
+            .filter(is_root)
+            .filter_map(|group| below(&group))
+            .collect();
+        let mut acting = Vec::new();
+        while let Some(winner) = winning.pop() {
+            let groups = &self.schemas[winner].groups;
+            if groups.is_empty() {
+                acting.push(winner);
+            }
+            winning.extend(groups.iter().filter_map(below));
         }
-        Some(acting)
+        acting
     }
 
     /// Motor schemas without motor children: those that can act.

@@ -1,4 +1,6 @@
-//! What a picture of a drive needs: where the robot was, who acted there, and where its targets were.
+//! What a picture of a drive needs: where its robots were, who acted there, and where its targets were.
+
+use std::collections::BTreeMap;
 
 use jde_core::Nanos;
 use jde_types::Pose2D;
@@ -12,10 +14,10 @@ const SAMPLES_A_SCAN: usize = 10;
 /// A drive, sampled.
 #[derive(Default)]
 pub(crate) struct Trace {
-    /// The path.
-    pub(crate) path: Vec<Sample>,
-    /// When somebody took over, and who.
-    pub(crate) takeovers: Vec<(Nanos, usize)>,
+    /// Where each robot was, by its driver's place in the application.
+    pub(crate) paths: BTreeMap<usize, Vec<Sample>>,
+    /// When somebody took over, who, and which robots he acts for.
+    pub(crate) takeovers: Vec<(Nanos, usize, Vec<usize>)>,
     /// Targets in the order of the mission, as far as they were named; those of a route once, however often it is gone.
     pub(crate) targets: Vec<(f64, f64)>,
     /// How many were reached.
@@ -44,8 +46,8 @@ impl Trace {
         }
     }
 
-    /// Adds what is seen now.
-    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: Option<usize>) {
+    /// Adds what is seen now. `acting` are those who act.
+    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sight, seen: &Seen, acting: &[usize]) {
         if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.of_places) {
             self.reached = progress.reached as usize;
             if self.targets.is_empty() {
@@ -58,29 +60,30 @@ impl Trace {
                 self.targets.push(sight.in_path(target));
             }
         }
-        let Some(pose) = seen.truth.or(seen.odometry) else {
-            return;
-        };
-        if let Some(scans) = &mut self.scans
-            && self.path.len().is_multiple_of(SAMPLES_A_SCAN)
-        {
-            scans.extend(sight.scan(pose));
+        for (robot, pose) in seen.places.iter().copied() {
+            let acting = sight.acts_for(robot, acting);
+            let path = self.paths.entry(robot).or_default();
+            if let Some(scans) = &mut self.scans
+                && path.len().is_multiple_of(SAMPLES_A_SCAN)
+            {
+                scans.extend(sight.scan(robot, pose));
+            }
+            path.push(Sample { time, pose, acting });
         }
-        self.path.push(Sample { time, pose, acting });
     }
 
     /// Adds a takeover by a schema that acts.
-    pub(crate) fn took_over(&mut self, takeover: &Takeover) {
-        self.takeovers.extend(takeover.to.map(|to| (takeover.time, to)));
+    pub(crate) fn took_over(&mut self, takeover: &Takeover, sight: Option<&Sight>) {
+        let robots = |to| sight.map_or_else(Vec::new, |sight| sight.robots_of(to).collect());
+        self.takeovers
+            .extend(takeover.to.map(|to| (takeover.time, to, robots(to))));
     }
 
-    /// Where the robot was at a time, as far as is known.
-    pub(crate) fn place(&self, time: Nanos) -> Option<Pose2D> {
-        let after = self.path.partition_point(|sample| sample.time < time);
-        self.path
-            .get(after)
-            .or(self.path.last())
-            .map(|sample| sample.pose)
+    /// Where a robot was at a time, as far as is known.
+    pub(crate) fn place(&self, robot: usize, time: Nanos) -> Option<Pose2D> {
+        let path = self.paths.get(&robot)?;
+        let after = path.partition_point(|sample| sample.time < time);
+        path.get(after).or(path.last()).map(|sample| sample.pose)
     }
 }
 
@@ -96,12 +99,12 @@ mod tests {
             acting: None,
         };
         let trace = Trace {
-            path: vec![sample(0, 0.0), sample(100, 1.0)],
+            paths: BTreeMap::from([(3, vec![sample(0, 0.0), sample(100, 1.0)])]),
             ..Trace::default()
         };
-        assert_eq!(trace.place(0).unwrap().x, 0.0);
-        assert_eq!(trace.place(40).unwrap().x, 1.0);
-        assert_eq!(trace.place(400).unwrap().x, 1.0);
-        assert_eq!(Trace::default().place(0), None);
+        assert_eq!(trace.place(3, 0).unwrap().x, 0.0);
+        assert_eq!(trace.place(3, 40).unwrap().x, 1.0);
+        assert_eq!(trace.place(3, 400).unwrap().x, 1.0);
+        assert_eq!(trace.place(2, 0), None);
     }
 }

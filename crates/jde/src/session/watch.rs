@@ -172,7 +172,7 @@ fn reload(reloader: &Reloader, watched: &mut Watched, due: Due) {
                             tracing::warn!("{schema}: {note}");
                         }
                     }
-                    Became::Unchanged | Became::Undone(_) => {}
+                    Became::Unchanged | Became::Restarted | Became::Undone(_) => {}
                 }
             }
         }

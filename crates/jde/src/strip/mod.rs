@@ -8,9 +8,9 @@ mod traces;
 use std::io;
 use std::time::{Duration, Instant};
 
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 
-use crate::screen;
+use crate::terminal;
 use traces::Traces;
 
 /// Time between two redraws.
@@ -45,7 +45,7 @@ pub(crate) struct Sample {
 ///
 /// Errors: standard input or output is not a terminal, or it went away.
 pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> io::Result<()> {
-    screen::with_screen(|terminal| {
+    terminal::with_screen(|terminal| {
         let mut traces = Traces::new(names);
         let mut window = 2;
         loop {
@@ -58,11 +58,7 @@ pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> i
             let status = source.status();
             terminal.draw(|frame| draw::draw(frame, &traces, title, WINDOWS[window], status.as_deref()))?;
             let redraw = Instant::now() + REDRAW;
-            while event::poll(redraw.saturating_duration_since(Instant::now()))? {
-                let Event::Key(key) = event::read()? else { continue };
-                if key.kind == KeyEventKind::Release {
-                    continue;
-                }
+            if let Some(key) = terminal.key(redraw)? {
                 match key.code {
                     KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                     KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Ok(()),
@@ -72,7 +68,6 @@ pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> i
                     KeyCode::Char('c') => traces.clear(),
                     _ => {}
                 }
-                break;
             }
         }
     })

@@ -7,6 +7,7 @@ use jde_host::event::Outcome;
 use serde::Serialize;
 
 use crate::session::{Kept, Recorded};
+use crate::terminal;
 
 /// What came of a run. Times are in seconds unless a key says otherwise.
 #[derive(Debug, Serialize)]
@@ -47,10 +48,32 @@ pub(crate) struct Summary {
     /// What was recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) recording: Option<Recorded>,
+    /// What nobody took in time.
+    #[serde(skip_serializing_if = "Unread::is_none")]
+    pub(crate) unread: Unread,
     /// Who won how much.
     pub(crate) groups: Vec<GroupSummary>,
     /// How every schema did.
     pub(crate) schemas: Vec<SchemaSummary>,
+}
+
+/// What was told faster than it was taken: a robot waits for nobody who reads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Unread {
+    /// Lines of standard output.
+    pub(crate) output_lines: u64,
+    /// Lines of the log.
+    pub(crate) log_lines: u64,
+    /// Decisions on their way to where `--decisions` says.
+    pub(crate) decisions: u64,
+    /// Events that are missing in this summary.
+    pub(crate) events: u64,
+}
+
+impl Unread {
+    fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// How a run ended.
@@ -138,6 +161,7 @@ impl Summary {
             .filter_map(|group| group.worst_takeover_us)
             .reduce(f64::max);
         let schemas = handle.snapshot().schemas.into_iter();
+        let [output_lines, log_lines] = terminal::lost();
         Self {
             application: application.name.clone(),
             outcome: match outcome {
@@ -164,6 +188,12 @@ impl Summary {
             wall_seconds: wall.as_secs_f64(),
             decisions_sha256,
             recording,
+            unread: Unread {
+                output_lines,
+                log_lines,
+                decisions: kept.unread,
+                events: kept.missed,
+            },
             groups,
             schemas: schemas
                 .map(|schema| SchemaSummary {

@@ -6,7 +6,7 @@ use jde_abi::describe::Role;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
 use jde_host::app::{Application, Binding, Instance};
-use jde_report::{Drive, Moment, Picture, PictureError, Takeover, Target, Thing};
+use jde_report::{Drive, Moment, Picture, PictureError, Takeover, Target, Thing, Way};
 use jde_sim::{RobotConfig, World};
 
 use crate::failure::Failure;
@@ -14,15 +14,15 @@ use crate::session::{Kept, Sample, Trace};
 
 /// Modulation of a simulator's driver that names its world.
 const WORLD: &str = "world";
-/// What the unit of a modulation says if it is a path.
-const PATH: &str = "path";
+/// What the unit of a modulation says if it is a file that has to be there.
+const FILE: &str = "file";
 
 /// The world file that the application's simulator is given, if it has one.
 pub(crate) fn world(application: &Application) -> Option<PathBuf> {
     application
         .instances
         .iter()
-        .find_map(|instance| match modulation(instance, WORLD, PATH)? {
+        .find_map(|instance| match modulation(instance, WORLD, FILE)? {
             Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
             _ => None,
         })
@@ -36,7 +36,6 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
     let Some(trace) = &kept.trace else { return Ok(()) };
     let application = handle.application();
     let takeovers = takeovers(trace, kept);
-    let steps = trace.path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
     let mut drive = Drive {
         title: application.name.clone(),
         schema_names: application
@@ -45,8 +44,11 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
             .map(|instance| instance.name.clone())
             .collect(),
         scans: trace.scans.clone().unwrap_or_default(),
-        path: path(trace),
-        distance: steps.map(|[from, to]| (to.x - from.x).hypot(to.y - from.y)).sum(),
+        ways: trace
+            .paths
+            .iter()
+            .map(|(robot, path)| way(&application.instances[*robot].name, path))
+            .collect(),
         targets: targets(trace),
         takeover_count: takeovers.len() as u64,
         takeovers,
@@ -65,7 +67,8 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
     })
 }
 
-fn path(trace: &Trace) -> Vec<Moment> {
+fn way(robot: &str, path: &[Sample]) -> Way {
+    let steps = path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
     let moment = |sample: &Sample| Moment {
         time: sample.time as f64 / 1e9,
         x: sample.pose.x,
@@ -73,7 +76,11 @@ fn path(trace: &Trace) -> Vec<Moment> {
         heading: sample.pose.theta,
         winner: sample.acting,
     };
-    trace.path.iter().map(moment).collect()
+    Way {
+        robot: robot.to_owned(),
+        distance: steps.map(|[from, to]| (to.x - from.x).hypot(to.y - from.y)).sum(),
+        path: path.iter().map(moment).collect(),
+    }
 }
 
 fn targets(trace: &Trace) -> Vec<Target> {
@@ -90,10 +97,11 @@ fn targets(trace: &Trace) -> Vec<Target> {
 /// Only of schemas that act themselves: a father takes over together with one of its children.
 fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
     let actors: Vec<usize> = kept.tally.actors().collect();
-    let acting = trace.takeovers.iter().filter(|(_, to)| actors.contains(to));
+    let acting = trace.takeovers.iter().filter(|(_, to, _)| actors.contains(to));
     acting
-        .filter_map(|(time, to)| {
-            let place = trace.place(*time)?;
+        .flat_map(|(time, to, robots)| robots.iter().map(move |robot| (time, to, robot)))
+        .filter_map(|(time, to, robot)| {
+            let place = trace.place(*robot, *time)?;
             Some(Takeover {
                 x: place.x,
                 y: place.y,
@@ -106,7 +114,7 @@ fn takeovers(trace: &Trace, kept: &Kept) -> Vec<Takeover> {
 /// The radius of the simulated robot: the one it is given, or that of every robot that is given none.
 fn radius(application: &Application) -> f64 {
     let given = application.instances.iter().find_map(|instance| {
-        modulation(instance, WORLD, PATH)?;
+        modulation(instance, WORLD, FILE)?;
         match modulation(instance, "radius", "m")? {
             Value::Float(radius) => Some(radius),
             _ => None,
@@ -120,7 +128,7 @@ fn modulation(instance: &Instance, name: &str, unit: &str) -> Option<Value> {
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     let mut named = ports.filter(|(port, _)| port.name == name && port.unit == unit);
     let (port, binding) = named.find(|(port, _)| matches!(port.role, Role::Modulation { .. }))?;
-    let Binding::Modulation { initial } = binding else {
+    let Binding::Modulation { initial, .. } = binding else {
         return None;
     };
     Some(match value::decode(&port.value_type, initial) {

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::Summary;
-use super::data::{Ending, GroupSummary, SchemaSummary};
+use super::data::{Ending, GroupSummary, SchemaSummary, Unread};
 use crate::session::{Recorded, RecordedFile, of};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
@@ -21,6 +21,7 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
     if let Some(recorded) = &summary.recording {
         tell_recording(recorded, words)?;
     }
+    tell_unread(&summary.unread, words)?;
     let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
     let mut troubled = summary.schemas.iter().filter(troubled).peekable();
     if troubled.peek().is_none() {
@@ -45,6 +46,41 @@ pub(crate) fn tell(summary: &Summary, words: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
+fn tell_unread(unread: &Unread, words: &mut dyn Write) -> io::Result<()> {
+    let Unread {
+        output_lines,
+        log_lines,
+        decisions,
+        events,
+    } = *unread;
+    let of = [
+        (
+            output_lines,
+            "line",
+            "of standard output",
+            "nobody read them in time",
+        ),
+        (log_lines, "line", "of the log", "nobody read them in time"),
+        (
+            decisions,
+            "decision",
+            "on the way out",
+            "nobody took them in time",
+        ),
+        (
+            events,
+            "event",
+            "of this summary",
+            "they came too fast to be counted",
+        ),
+    ];
+    for (count, what, whose, why) in of.into_iter().filter(|(count, ..)| *count > 0) {
+        let lost = counted(count, what);
+        writeln!(words, "{WARN}{lost} {whose} lost{WARN:#}: {why}")?;
+    }
+    Ok(())
+}
+
 /// Tells what was recorded.
 pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::Result<()> {
     let Some(files) = &recorded.files else {
@@ -54,9 +90,18 @@ pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::
             lost,
             bytes,
             trouble,
+            parts,
             ..
         } = recorded;
-        write!(words, "recorded {TITLE}{file}{TITLE:#}: ")?;
+        write!(words, "recorded {TITLE}{file}{TITLE:#}")?;
+        if let Some(parts) = parts {
+            let files = counted(parts.count, "file");
+            write!(words, " in {files}, {} to {}", parts.first, parts.last)?;
+            if parts.deleted > 0 {
+                write!(words, ", {} deleted", parts.deleted)?;
+            }
+        }
+        write!(words, ": ")?;
         return tell_file(*kept, *lost, *bytes, trouble.as_deref(), words);
     };
     if files.is_empty() {
@@ -108,7 +153,7 @@ fn tell_file(
     }
     match trouble {
         None => writeln!(words),
-        Some(trouble) => writeln!(words, "; {BAD}it ends early{BAD:#}: {trouble}"),
+        Some(trouble) => writeln!(words, "; {BAD}it ends too soon{BAD:#}: {trouble}"),
     }
 }
 

@@ -20,8 +20,8 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_host::event::Outcome;
 use jde_host::snapshot::Snapshot;
-use ratatui::crossterm::event::{self, Event, KeyEventKind};
 
+use crate::terminal;
 use screen::Screen;
 pub(crate) use tree::{Row, rows};
 
@@ -97,7 +97,7 @@ pub(crate) enum Left {
 ///
 /// Errors: standard input or output is not a terminal, or it went away.
 pub(crate) fn run(app: &dyn Application, title: &str) -> io::Result<Left> {
-    crate::screen::with_screen(|terminal| {
+    terminal::with_screen(|terminal| {
         let mut screen = Screen::new(title, paint::Paint::from_environment(), app);
         loop {
             if screen.outcome == Some(Outcome::Stopped) {
@@ -105,9 +105,7 @@ pub(crate) fn run(app: &dyn Application, title: &str) -> io::Result<Left> {
             }
             terminal.draw(|frame| draw::draw(frame, &mut screen))?;
             let redraw = Instant::now() + REDRAW;
-            if event::poll(redraw.saturating_duration_since(Instant::now()))?
-                && let Event::Key(key) = event::read()?
-                && key.kind != KeyEventKind::Release
+            if let Some(key) = terminal.key(redraw)?
                 && let Some(left) = screen.key(app, key)
             {
                 return Ok(left);

@@ -35,6 +35,7 @@ pub(super) fn schema(name: &str) -> SchemaView {
         overruns: 0,
         refused: 0,
         faults: 0,
+        restarts_left: None,
         left: 0,
         operator: None,
         panel: false,

@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use jde_watchdog::Watchdog;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -12,6 +13,7 @@ use crate::support::{Said, jde, jde_with_plugins, pair, plugins, root, said};
 /// A place where applications of one test find each other, and no others.
 pub(crate) struct Place {
     folder: TempDir,
+    _watchdog: Watchdog,
 }
 
 /// An application that runs; killed when dropped.
@@ -23,6 +25,7 @@ impl Place {
     pub(crate) fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a folder"),
+            _watchdog: Watchdog::of_a_test(),
         }
     }
 
@@ -62,7 +65,7 @@ impl Place {
 
     pub(crate) fn command(&self, mut command: Command) -> Command {
         command
-            .env("XDG_RUNTIME_DIR", self.folder.path())
+            .env("JDE_RUNTIME_DIR", self.folder.path().join("jde"))
             .env("XDG_STATE_HOME", self.folder.path())
             .env("USER", "ana")
             .env_remove("JDE_APP")
@@ -133,52 +136,6 @@ pub(crate) fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {
     schemas
         .find(|schema| schema["name"] == name)
         .expect("the schema is there")
-}
-
-#[test]
-fn r14_everything_is_stopped_at_once_in_all_applications_and_let_go_on() {
-    let place = Place::new();
-    let none = place.says(&["stop", "--all"]);
-    assert_eq!(none.status, Some(1), "{none:?}");
-    let _navigation = navigation(&place);
-    let other = place.start(&pair(), &[]);
-    let winners = |app: &str| -> Vec<Value> {
-        let groups = place.json(&["ps", "--app", app]);
-        let groups = groups["groups"].as_array().expect("groups").iter();
-        groups.map(|group| group["winner"].clone()).collect()
-    };
-    while winners("safe-navigation").iter().any(Value::is_null) {}
-    let said = place.told(&["stop", "--all"]);
-    assert!(
-        said.contains("safe-navigation: teleop, example stopped, every command is neutral"),
-        "{said}"
-    );
-    assert!(said.contains("pair: "), "{said}");
-    assert!(winners("safe-navigation").iter().all(Value::is_null));
-    assert!(winners("pair").iter().all(Value::is_null));
-    let twist = place.told(&["get", "--app", "safe-navigation", "pioneer.velocity"]);
-    assert_eq!(
-        twist.trim(),
-        "{linear: {x: 0, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}}"
-    );
-    let said = place.told(&["release", "--all", "--app", "safe-navigation"]);
-    assert!(
-        said.contains("safe-navigation: teleop, example released"),
-        "{said}"
-    );
-    while winners("safe-navigation").iter().any(Value::is_null) {}
-    assert!(winners("pair").iter().all(Value::is_null), "only what was named");
-    // One that does not answer is named, and keeps nobody else from being stopped.
-    other.signal("STOP");
-    let said = place.says(&["stop", "--all"]);
-    assert_eq!(said.status, Some(1), "{said:?}");
-    assert!(said.err.contains("pair did not do it"), "{said:?}");
-    assert!(
-        said.out.contains("safe-navigation: teleop, example stopped"),
-        "{said:?}"
-    );
-    let slip = place.says(&["stop", "--all", "--for", "1s"]);
-    assert_eq!(slip.status, Some(2), "{slip:?}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Verbs that start nothing: check, describe, plugins.
 
+use std::fs;
+
 use crate::support::{app, jde, jde_with_plugins, json, said};
 
 #[test]
@@ -203,8 +205,28 @@ fn plugins_are_listed_with_their_folders_in_the_order_of_the_search() {
 fn check_says_which_file_is_not_there() {
     let set = "pioneer.world=nowhere.toml";
     let check = said(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
-    assert_eq!(check.status, Some(0), "{}", check.err);
-    assert!(check.out.contains("nowhere.toml\"  not there"), "{}", check.out);
+    assert_eq!(check.status, Some(2), "{check:?}");
+    for words in [
+        "--set pioneer.world=nowhere.toml",
+        "`world` of schema `pioneer` is",
+        "there is no such file",
+    ] {
+        assert!(check.err.contains(words), "`{words}` is not in: {}", check.err);
+    }
     let check = said(&mut jde_with_plugins(&["check", &app("room.toml")]));
-    assert!(!check.out.contains("not there"), "{}", check.out);
+    assert_eq!(check.status, Some(0), "{check:?}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("app.toml");
+    let text = fs::read_to_string(app("room.toml")).unwrap();
+    fs::write(&file, text).unwrap();
+    for verb in ["check", "run"] {
+        let told = said(&mut jde_with_plugins(&[verb, file.to_str().unwrap()]));
+        assert_eq!(told.status, Some(2), "{told:?}");
+        assert!(
+            told.err.contains("app.toml:9:"),
+            "its world is not beside it: {}",
+            told.err
+        );
+    }
 }

@@ -2,7 +2,9 @@
 
 mod attached;
 mod cable;
+mod damaged;
 mod demo;
+mod disk;
 mod inspecting;
 mod isolated;
 mod naming;
@@ -15,8 +17,11 @@ mod replaying;
 mod running;
 mod screen;
 mod serving;
+mod splitting;
+mod stopping;
 mod support;
 mod telling;
+mod unread;
 mod usage;
 #[cfg(feature = "view")]
 mod windows;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use crate::damaged::library;
 use crate::support::{Said, app, jde_with_plugins, json, said};
 
 /// Records a drive, in lockstep.
@@ -34,7 +35,13 @@ fn r16_a_drive_that_is_decided_as_it_was_is_success() {
         (&0.into(), &true.into())
     );
     assert!(verdict["same"].as_u64().unwrap() > 10, "{verdict}");
-    assert!(same.err.contains("selections are as they were"), "{}", same.err);
+    assert!(
+        same.err.contains(" selections and ") && same.err.contains(" values are as they were"),
+        "{}",
+        same.err
+    );
+    assert_eq!(verdict["values"]["different"], 0);
+    assert!(verdict["values"]["same"].as_u64().unwrap() > 100, "{verdict}");
     assert!(!same.err.contains('\r'), "in a pipe it is plain");
     assert!(!same.err.contains("differs"), "{}", same.err);
 }
@@ -67,7 +74,7 @@ fn a_changed_constant_is_found_and_explained() {
         "then ",
         "now ",
         "saw laser (value ",
-        "selections are not as they were",
+        " values are not as they were",
     ] {
         assert!(words.contains(part), "`{part}` is not in:\n{words}");
     }
@@ -80,6 +87,45 @@ fn a_changed_constant_is_found_and_explained() {
     let until = format!("{}ms", (time * 1e3).floor() - 1.0);
     let same = replay(&file, &[&set[..], &["--to", &until]].concat());
     assert_eq!(same.status, Some(0), "{}", same.out);
+}
+
+#[test]
+fn a_robot_that_would_drive_otherwise_is_not_the_same_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = recorded(folder.path(), &[]);
+    // What goon wants is what it wanted; only how fast it drives is another.
+    let set = ["--set", "goon.fast=0.39 m/s"];
+    let different = replay(&file, &set);
+    assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);
+    let verdict = json(&replay(&file, &[&set[..], &["--json"]].concat()).out);
+    assert_eq!(verdict["different"], 0, "{verdict}");
+    let first = &verdict["values"]["first"][0];
+    assert_eq!(
+        (&first["schema"], &first["variable"], &first["field"]),
+        (&"goon".into(), &"pioneer.velocity".into(), &"linear.x".into())
+    );
+    let number = |side: &str| first[side].as_str().unwrap().parse::<f64>().unwrap();
+    assert!(number("then") != number("now"), "{first}");
+    for side in ["then", "now"] {
+        let told = format!("{side:<5} linear.x = {}", first[side].as_str().unwrap());
+        assert!(
+            different.out.contains(&told),
+            "`{told}` is not in:\n{}",
+            different.out
+        );
+    }
+    let wide = replay(
+        &file,
+        &[&set[..], &["--tolerance", "geometry_msgs/msg/Twist=0.5"]].concat(),
+    );
+    assert_eq!(wide.status, Some(0), "{}{}", wide.out, wide.err);
+    let other = replay(&file, &["--tolerance", "geometry_msgs/msg/Twits=0.5"]);
+    assert_eq!(other.status, Some(2), "{}", other.err);
+    assert!(
+        other.err.contains("did you mean `geometry_msgs/msg/Twist`?"),
+        "{}",
+        other.err
+    );
 }
 
 #[test]
@@ -127,4 +173,62 @@ fn what_cannot_be_replayed_is_named() {
     let other = replay(text.to_str().unwrap(), &[]);
     assert_eq!(other.status, Some(2), "{}", other.err);
     assert!(other.err.contains("is no MCAP file"), "{}", other.err);
+}
+
+/// A recording names folders in three ways, and somebody else may have written all of them.
+#[test]
+fn a_recording_has_no_plugin_loaded_from_where_it_says_unless_it_is_trusted() {
+    let home = tempfile::tempdir().unwrap();
+    let stood = home.path().join("apps");
+    fs::create_dir_all(stood.join("lib")).unwrap();
+    let world = app("room-world.toml");
+    let text = fs::read_to_string(app("room.toml")).unwrap();
+    let text = format!("plugins = [\"lib\"]\n{text}").replace("\"room-world.toml\"", &format!("\"{world}\""));
+    let application = stood.join("room.toml");
+    fs::write(&application, text).unwrap();
+    let file = home.path().join("drive.mcap").display().to_string();
+    let run = [
+        "run",
+        application.to_str().unwrap(),
+        "--lockstep",
+        "--record",
+        &file,
+    ];
+    let run = said(&mut jde_with_plugins(&run));
+    assert_eq!(run.status, Some(0), "{}", run.err);
+
+    // From here on each of the folders has a library that leaves a mark when it is mapped.
+    let mark = home.path().join("mark");
+    let leave = format!("fclose(fopen(\"{}\", \"w\"));", mark.display());
+    for folder in [stood.join("lib"), stood.clone(), home.path().to_owned()] {
+        library(&folder, "goon", &leave);
+    }
+    let replay = |more: &[&str]| {
+        let mut args = vec!["replay", "--decide", &file];
+        args.extend(more);
+        said(jde_with_plugins(&args).current_dir(home.path()))
+    };
+    let same = replay(&[]);
+    assert_eq!(same.status, Some(0), "{same:?}");
+    assert!(
+        same.out.contains("not trusted: no plugin was looked for in"),
+        "{same:?}"
+    );
+    assert!(!mark.exists());
+
+    let trusted = replay(&["--trust"]);
+    assert_eq!(
+        trusted.status,
+        Some(2),
+        "another plugin, which holds no such type: {trusted:?}"
+    );
+    assert!(mark.exists());
+
+    fs::remove_file(&mark).unwrap();
+    fs::rename(&stood, home.path().join("moved")).unwrap();
+    for more in [&[][..], &["--trust"]] {
+        let same = replay(more);
+        assert_eq!(same.status, Some(0), "{same:?}");
+        assert!(!mark.exists(), "the working directory is nobody's word");
+    }
 }

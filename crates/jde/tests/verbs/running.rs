@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::support::{app, jde_with_plugins, json, pair, plugins, said};
+use jde_watchdog::Watchdog;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -197,6 +198,7 @@ fn the_log_is_filtered_by_schema() {
 
 #[test]
 fn a_signal_stops_it_in_order() {
+    let _watchdog = Watchdog::of_a_test();
     let mut child = jde_with_plugins(&["run", &pair()])
         .stdout(Stdio::piped())
         .spawn()
@@ -218,6 +220,7 @@ fn a_signal_stops_it_in_order() {
 
 #[test]
 fn a_signal_that_was_to_be_ignored_is() {
+    let _watchdog = Watchdog::of_a_test();
     let script = "trap '' HUP; exec \"$0\" run \"$1\" --for 2s";
     let mut child = Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_jde"), &pair()])
@@ -240,6 +243,7 @@ fn a_signal_that_was_to_be_ignored_is() {
 
 #[test]
 fn a_closed_pipe_ends_it_quietly() {
+    let _watchdog = Watchdog::of_a_test();
     let mut command = jde_with_plugins(&["run", &pair()]);
     let mut child = command
         .stdout(Stdio::piped())
@@ -274,4 +278,26 @@ fn real_time_and_lockstep_say_the_same_of_a_short_mission() {
         "{}",
         run.err
     );
+}
+
+#[test]
+fn what_a_run_would_write_over_stays_if_it_does_not_begin() {
+    let folder = tempfile::tempdir().unwrap();
+    let [picture, decisions, drive, other] =
+        ["old.png", "old.jsonl", "old.mcap", "new.png"].map(|name| folder.path().join(name));
+    for file in [&picture, &decisions, &drive] {
+        std::fs::write(file, "of before").unwrap();
+    }
+    let path = |file: &std::path::Path| file.to_str().unwrap().to_owned();
+    for picture in [&picture, &other] {
+        let mut run = jde_with_plugins(&["run", &pair(), "--lockstep", "--for", "1s"]);
+        run.args(["--picture", &path(picture), "--decisions", &path(&decisions)]);
+        // It exists already, and nobody said that it may be written over.
+        let refused = said(run.args(["--record", &path(&drive)]));
+        assert_eq!(refused.status, Some(2), "{refused:?}");
+    }
+    for file in [&picture, &decisions, &drive] {
+        assert_eq!(std::fs::read(file).unwrap(), b"of before", "{}", file.display());
+    }
+    assert!(!other.exists(), "nothing came of it");
 }

@@ -4,6 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 
+use jde_watchdog::Watchdog;
+
 use crate::cable::Cable;
 use crate::support::{jde, jde_with_plugins, json, root, said};
 
@@ -12,10 +14,12 @@ struct Server {
     process: Child,
     words: BufReader<ChildStdout>,
     address: String,
+    _watchdog: Watchdog,
 }
 
 impl Server {
     fn start(world: &str, more: &[&str]) -> Self {
+        let watchdog = Watchdog::of_a_test();
         let mut command = jde(&["sim", world, "--p2os", "127.0.0.1:0"]);
         let mut process = command
             .args(more)
@@ -30,6 +34,7 @@ impl Server {
             process,
             words,
             address: format!("tcp:{}", address.trim()),
+            _watchdog: watchdog,
         }
     }
 
@@ -99,6 +104,32 @@ fn driven(folder: &Path, server: &mut Server) -> (Child, BufReader<ChildStdout>)
     let mut words = BufReader::new(driver.stdout.take().expect("it has an output"));
     until(&mut words, |line| line.contains("nobody -> goon"));
     (driver, words)
+}
+
+#[test]
+fn what_a_script_starts_in_the_background_says_how_it_ends() {
+    let _watchdog = Watchdog::of_a_test();
+    let sim = jde(&["sim", "worlds/office.toml", "--p2os", "127.0.0.1:0"]);
+    let mut script = Command::new("sh");
+    // Not `&`: its process would be nobody's child here. The shell ignores for it what it would ignore for that.
+    script
+        .args(["-c", "trap '' INT; exec \"$0\" \"$@\""])
+        .arg(sim.get_program());
+    script.args(sim.get_args()).current_dir(root());
+    for (name, value) in sim.get_envs() {
+        value.map(|value| script.env(name, value));
+    }
+    let mut process = script.stdout(Stdio::piped()).spawn().expect("a shell starts");
+    let mut words = BufReader::new(process.stdout.take().expect("it has an output"));
+    let first = until(&mut words, |line| line.contains("its robots wait"));
+    let kill = format!("`kill {}` ends it", process.id());
+    assert!(first.contains(&kill), "{first}");
+    until(&mut words, |line| line.contains("tcp:"));
+    signal("INT", &process);
+    signal("TERM", &process);
+    let mut rest = String::new();
+    words.read_to_string(&mut rest).expect("it says UTF-8");
+    assert_eq!(process.wait().expect("it ends").code(), Some(0), "{rest}");
 }
 
 #[test]

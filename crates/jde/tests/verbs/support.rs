@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Once, OnceLock};
 
+use jde_watchdog::Watchdog;
 use serde_json::Value;
 use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
@@ -81,6 +82,7 @@ pub(crate) fn jde_with_plugins(args: &[&str]) -> Command {
 
 /// Runs it to its end.
 pub(crate) fn said(command: &mut Command) -> Said {
+    let _watchdog = Watchdog::of_a_test();
     let Output {
         status,
         stdout,

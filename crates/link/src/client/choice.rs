@@ -12,12 +12,9 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             several => Err(Error::Several(distinct(several))),
         };
     };
-    let (wanted, id) = match name.split_once('@') {
-        Some((wanted, id)) => (wanted, id),
-        None => (name, ""),
-    };
-    let fits = |about: &About| (wanted.is_empty() || about.name == wanted) && about.id.starts_with(id);
-    let places: Vec<usize> = (0..running.len()).filter(|place| fits(running[*place])).collect();
+    let (wanted, id) = parts(name);
+    let fits = |place: &usize| fits(running[*place], wanted, id);
+    let places: Vec<usize> = (0..running.len()).filter(fits).collect();
     match places.as_slice() {
         [place] => Ok(*place),
         [] => {
@@ -34,6 +31,16 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             Err(Error::Several(distinct(&several)))
         }
     }
+}
+
+/// The name and the beginning of the id, each empty if any will do.
+pub(super) fn parts(name: &str) -> (&str, &str) {
+    name.split_once('@').unwrap_or((name, ""))
+}
+
+/// Whether an application has that name, and an id that begins so.
+pub(super) fn fits(about: &About, name: &str, id: &str) -> bool {
+    (name.is_empty() || about.name == name) && about.id.starts_with(id)
 }
 
 /// Names by which each can be told from the others.

@@ -3,12 +3,12 @@
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use zenoh::qos::CongestionControl;
+use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 use crate::Error;
-use crate::folder::Entry;
+use crate::folder::{Entry, new_id};
 use crate::message::{About, Refusal};
 use crate::session::{self, Login, Opening, Tls};
 
@@ -16,10 +16,17 @@ use crate::session::{self, Login, Opening, Tls};
 const KNOCKING: Duration = Duration::from_secs(1);
 const AGAIN: Duration = Duration::from_millis(20);
 
+/// Answers of one place that are taken to one question: whoever sends without end is not heard to the end.
+const ANSWERS: usize = 256;
+/// How long others there may take to answer after the first.
+const OTHERS: Duration = Duration::from_secs(1);
+
 /// A session; closed when dropped, unless it is somebody else's.
 pub(crate) struct Connection {
     session: Option<Session>,
     endpoint: String,
+    /// What applications tell our questions from those of others by, so that a flood of theirs does not crowd out ours.
+    client: String,
     shared: bool,
 }
 
@@ -49,21 +56,8 @@ pub(super) fn all(
         clients: tls.identity.is_some(),
         ..tls.clone()
     });
-    let connected: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = endpoints
-            .iter()
-            .map(|endpoint| {
-                let tls = tls.as_ref();
-                scope.spawn(move || Connection::network(endpoint, login, tls))
-            })
-            .collect();
-        let joined = threads.into_iter().map(|thread| {
-            thread
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        });
-        joined.collect()
-    });
+    let connect = |endpoint: &String| Connection::network(endpoint, login, tls.as_ref());
+    let connected = super::at_once(endpoints, connect);
     let mut connections = Vec::new();
     let mut failed = None;
     for connection in connected {
@@ -92,11 +86,7 @@ impl Connection {
             });
             match opened {
                 Ok(session) => {
-                    return Ok(Self {
-                        session: Some(session),
-                        endpoint,
-                        shared: false,
-                    });
+                    return Self::of(session, endpoint, false);
                 }
                 // It holds the lock on its announcement, so it is there. Where more knock than are let in at a time, a socket
                 // says so at once.
@@ -114,8 +104,27 @@ impl Connection {
         }
     }
 
-    fn network(endpoint: &str, login: Option<&Login>, tls: Option<&Tls>) -> Result<Self, Error> {
+    fn of(session: Session, endpoint: String, shared: bool) -> Result<Self, Error> {
+        Ok(Self {
+            session: Some(session),
+            endpoint,
+            client: new_id()?,
+            shared,
+        })
+    }
+
+    pub(super) fn network(endpoint: &str, login: Option<&Login>, tls: Option<&Tls>) -> Result<Self, Error> {
         let endpoint = endpoint.to_owned();
+        let encrypted = endpoint.starts_with("tls/");
+        let authority = tls.is_some_and(|tls| tls.authority.is_some());
+        if login.is_some() && !(encrypted && authority) {
+            return Err(Error::PlainPassword { endpoint });
+        }
+        if encrypted && !authority {
+            let reason = "nobody is believed there without an `authority` in `tls` of the key".to_owned();
+            return Err(Error::Connect { endpoint, reason });
+        }
+        login.map_or(Ok(()), Login::check)?;
         let opened = session::open(&Opening {
             connect: std::slice::from_ref(&endpoint),
             login,
@@ -123,23 +132,15 @@ impl Connection {
             ..Opening::default()
         });
         match opened {
-            Ok(session) => Ok(Self {
-                session: Some(session),
-                endpoint,
-                shared: false,
-            }),
+            Ok(session) => Self::of(session, endpoint, false),
             Err(Error::Open(reason)) => Err(Error::Connect { endpoint, reason }),
             Err(other) => Err(other),
         }
     }
 
     /// Speaks over a session that somebody else closes.
-    pub(crate) fn shared(session: Session, endpoint: &str) -> Self {
-        Self {
-            session: Some(session),
-            endpoint: endpoint.to_owned(),
-            shared: true,
-        }
+    pub(crate) fn shared(session: Session, endpoint: &str) -> Result<Self, Error> {
+        Self::of(session, endpoint.to_owned(), true)
     }
 
     /// What an application is, by its key.
@@ -168,23 +169,48 @@ impl Connection {
         self.session.as_ref().expect("taken only when it is dropped")
     }
 
-    /// All answers to a question.
-    pub(super) fn ask(&self, key: &str, timeout: Duration) -> Result<Vec<Vec<u8>>, Error> {
-        let (tell, answers) = mpsc::channel();
-        self.session()
-            .get(key)
+    /// Has `hear` called with all answers to a question, by their keys, as they come. Answers whether it came to its end in time.
+    pub(super) fn ask(
+        &self,
+        selector: &str,
+        payload: Option<Vec<u8>>,
+        timeout: Duration,
+        mut hear: impl FnMut(&str, Result<Vec<u8>, Refusal>),
+    ) -> Result<bool, Error> {
+        let (tell, answers) = mpsc::sync_channel(ANSWERS);
+        let mut get = self
+            .session()
+            .get(selector)
             .target(QueryTarget::All)
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
-            .timeout(timeout)
-            .callback(move |reply| {
-                if let Ok(sample) = reply.into_result() {
-                    let _ = tell.send(sample.payload().to_bytes().into_owned());
-                }
-            })
+            .attachment(self.client.as_str())
+            .timeout(timeout);
+        // What is to be done goes before what is asked, and so does its answer.
+        if let Some(payload) = payload {
+            get = get.payload(payload).priority(Priority::RealTime).express(true);
+        }
+        get.callback(move |reply| drop(tell.try_send(reply.into_result())))
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
-        Ok(answers.iter().collect())
+        let mut deadline = Instant::now() + timeout;
+        for _ in 0..ANSWERS {
+            match answers.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(Ok(sample)) => {
+                    let answer = sample.payload().to_bytes().into_owned();
+                    hear(sample.key_expr().as_str(), Ok(answer));
+                    deadline = deadline.min(Instant::now() + OTHERS);
+                }
+                // What is no refusal says that time is up.
+                Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
+                    Ok(refusal) => hear("", Err(refusal)),
+                    Err(_) => return Ok(false),
+                },
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(true),
+                Err(mpsc::RecvTimeoutError::Timeout) => return Ok(false),
+            }
+        }
+        Ok(false)
     }
 
     /// The answer to a question that has one.
@@ -202,9 +228,11 @@ impl Connection {
             .target(QueryTarget::BestMatching)
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
+            .attachment(self.client.as_str())
             .timeout(timeout);
+        // What is to be done goes before what is asked, and so does its answer.
         if let Some(payload) = payload {
-            get = get.payload(payload);
+            get = get.payload(payload).priority(Priority::RealTime).express(true);
         }
         get.callback(move |reply| {
             let _ = tell.send(reply.into_result());

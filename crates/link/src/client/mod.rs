@@ -3,6 +3,7 @@
 mod choice;
 mod connection;
 mod events;
+mod everything;
 mod hold;
 mod life;
 mod panel;
@@ -13,7 +14,7 @@ mod watching;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::folder::{Entry, Folder};
+use crate::folder::{Entry, Folders};
 use crate::keys::{EVERYBODY, PROTOCOL};
 use crate::message::About;
 use crate::session::{Login, Tls};
@@ -21,11 +22,15 @@ use crate::{Error, keys::Keys};
 pub(crate) use connection::Connection;
 
 pub use events::Happened;
+pub use everything::{Heard, everything};
 pub use hold::Hold;
 pub use panel::PanelSample;
 pub use remote::Remote;
 pub use sample::Sample;
 pub use watching::Watching;
+
+/// Where those are that are not looked for on the network.
+const HERE: &str = "on this machine for this user";
 
 /// How long an application may take to answer.
 const ANSWER: Duration = Duration::from_secs(5);
@@ -34,7 +39,7 @@ const ANSWER: Duration = Duration::from_secs(5);
 #[derive(Clone, Debug)]
 pub enum Reach {
     /// On this machine, those of this user.
-    Local(Folder),
+    Local(Folders),
     /// On the network.
     Network {
         /// Where: `tcp/robot2.local:7447`, `tls/...`.
@@ -52,7 +57,7 @@ pub struct Client {
 }
 
 enum Place {
-    Local(Folder),
+    Local(Folders),
     Network(Vec<Arc<Connection>>),
 }
 
@@ -102,13 +107,7 @@ impl Client {
         let place = choice::choose(&abouts, name, &self.whereabouts())?;
         let found = found.swap_remove(place);
         let about = found.about();
-        if about.protocol != PROTOCOL {
-            return Err(Error::Version {
-                application: about.name.clone(),
-                theirs: about.protocol,
-                theirs_version: about.version.clone(),
-            });
-        }
+        check_version(about)?;
         match found {
             Found::Local(entry) => {
                 let connection = Connection::local(&entry)?;
@@ -122,13 +121,21 @@ impl Client {
         match &self.place {
             Place::Local(folder) => Ok(folder.list()?.into_iter().map(Found::Local).collect()),
             Place::Network(connections) => {
-                let mut found: Vec<Found> = Vec::new();
-                for connection in connections {
-                    for answer in connection.ask(EVERYBODY, ANSWER)? {
+                // All at once: one that is silent keeps nobody waiting for the others.
+                let answers = at_once(connections, |connection| {
+                    let mut abouts: Vec<About> = Vec::new();
+                    connection.ask(EVERYBODY, None, ANSWER, |_, answer| {
                         // What cannot be read is no application of ours.
-                        let Ok(about) = serde_json::from_slice::<About>(&answer) else {
-                            continue;
-                        };
+                        let about = answer
+                            .ok()
+                            .and_then(|answer| serde_json::from_slice(&answer).ok());
+                        abouts.extend(about);
+                    })?;
+                    Ok(abouts)
+                });
+                let mut found: Vec<Found> = Vec::new();
+                for (connection, abouts) in connections.iter().zip(answers) {
+                    for about in abouts? {
                         if !found.iter().any(|known| known.about().id == about.id) {
                             found.push(Found::Network(about, Arc::clone(connection)));
                         }
@@ -142,7 +149,7 @@ impl Client {
 
     fn whereabouts(&self) -> String {
         match &self.place {
-            Place::Local(_) => "on this machine for this user".to_owned(),
+            Place::Local(_) => HERE.to_owned(),
             Place::Network(connections) => {
                 let endpoints: Vec<_> = connections
                     .iter()
@@ -161,6 +168,36 @@ impl Found {
             Self::Network(about, _) => about,
         }
     }
+}
+
+/// Does something with each of several at the same time, and answers in their order.
+fn at_once<T: Sync, R: Send>(several: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = several
+            .iter()
+            .map(|one| {
+                let work = &work;
+                scope.spawn(move || work(one))
+            })
+            .collect();
+        let joined = threads.into_iter().map(|thread| {
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        joined.collect()
+    })
+}
+
+pub(crate) fn check_version(about: &About) -> Result<(), Error> {
+    if about.protocol == PROTOCOL {
+        return Ok(());
+    }
+    Err(Error::Version {
+        application: about.name.clone(),
+        theirs: about.protocol,
+        theirs_version: about.version.clone(),
+    })
 }
 
 fn keys(about: &About) -> Keys {

@@ -6,7 +6,6 @@ use jde_abi::describe::{Port, Role};
 use jde_board::{Access, Variable};
 use jde_core::Policy;
 use jde_host::app::{Application, Binding, ChildTarget};
-use jde_host::period;
 
 use super::subject::Subject;
 use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas, VariableInfo};
@@ -66,7 +65,6 @@ fn policy(policy: Policy) -> String {
 }
 
 fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {
-    let (range, fixed) = limits(port);
     let role = match port.role {
         Role::Import { .. } => "import",
         Role::Export => "export",
@@ -81,8 +79,11 @@ fn port_info(application: &Application, owner: &str, port: &Port, binding: &Bind
         type_name: port.value_type.name.clone(),
         unit: port.unit.clone(),
         doc: port.doc.clone(),
-        range,
-        fixed,
+        range: match &port.role {
+            Role::Modulation { limits, .. } => limits.into(),
+            _ => Range::default(),
+        },
+        fixed: matches!(port.role, Role::Modulation { fixed: true, .. }),
         variable: variable(application, owner, port, binding),
     }
 }
@@ -106,39 +107,9 @@ fn variable(application: &Application, owner: &str, port: &Port, binding: &Bindi
     }
 }
 
-/// Those of what every schema has.
-pub(super) fn own_limits(name: &str) -> (Range, bool) {
-    let range = match name {
-        "period" => Range {
-            least: Some(period::SHORTEST as f64 / 1e9),
-            greatest: Some(period::LONGEST as f64 / 1e9),
-        },
-        _ => Range::default(),
-    };
-    (range, false)
-}
-
-pub(super) fn limits(port: &Port) -> (Range, bool) {
-    match &port.role {
-        Role::Modulation { range, fixed, .. } => (
-            Range {
-                least: range.0,
-                greatest: range.1,
-            },
-            *fixed,
-        ),
-        Role::Import { .. }
-        | Role::Export
-        | Role::Command { .. }
-        | Role::Actuator
-        | Role::ChildModulation { .. } => (Range::default(), false),
-    }
-}
-
 /// What is said of a variable, but for how it is doing.
 pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> VariableInfo {
     let declared = variable.describe();
-    let (range, fixed) = subject.limits(variable);
     VariableInfo {
         name: declared.full_name(),
         owner: declared.owner.clone(),
@@ -153,8 +124,8 @@ pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> 
         definition: jde_ros::definition::definition(&declared.value_type),
         unit: declared.unit.clone(),
         doc: declared.doc.clone(),
-        range,
-        fixed,
+        range: subject.range(variable),
+        fixed: subject.is_fixed(variable),
         status: None,
     }
 }

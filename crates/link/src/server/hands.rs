@@ -18,7 +18,7 @@ use crate::message::{Action, Refusal, Request};
 
 /// Errands on their way.
 const ERRANDS: usize = 32;
-/// Acts among them, but those that stop everything: there is always room for these.
+/// Acts among them: there is always room to look.
 const ACTS: usize = ERRANDS - 8;
 /// Gestures among them: who drags on a panel leaves room for whoever stops a robot.
 const TOUCHES: usize = ERRANDS / 4;
@@ -47,6 +47,8 @@ pub(super) enum Done {
     /// In the order of the board.
     Statuses(Vec<VariableStatus>),
     Acted(Box<Act>, Result<(), Refusal>),
+    /// Everything was stopped, or not, for whoever asked for it.
+    Stopped(Vec<Query>, Result<(), Refusal>),
     Reloaded(Box<Act>, Result<Reloaded, Refusal>),
 }
 
@@ -96,8 +98,7 @@ impl Hands {
         };
         let act = matches!(errand, Errand::Act(_));
         let touches = matches!(&errand, Errand::Act(act) if act.touches());
-        let stops = matches!(&errand, Errand::Act(act) if act.request.action == Action::StopAll);
-        if act && !stops && self.acts >= ACTS || touches && self.touches >= TOUCHES {
+        if act && self.acts >= ACTS || touches && self.touches >= TOUCHES {
             return Err(errand);
         }
         errands.try_send(errand).map_err(|error| match error {

@@ -3,19 +3,25 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{BuildHasher as _, RandomState};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::Thread;
+use std::time::Instant;
 
 use crossbeam_queue::ArrayQueue;
 use serde::Deserialize;
 use zenoh::query::Query;
 
+use super::bucket::Bucket;
 use super::hands::Done;
+use super::lines::{LINES, Lines};
 use crate::keys::{self, Keys, OPERATE, Rate, Wanted};
 
-/// Requests that wait.
-const ASKS: usize = 256;
+/// What has been done and waits to be answered.
+const DONE: usize = 256;
+/// Questions of one line in a second: more than tools ask, and so few that even many who ask without end leave time for others.
+const LOOKS: f64 = 200.0;
 /// Tokens of clients that are minded, of each origin: more values and panels than anybody watches at once.
 const TOKENS: usize = 4096;
 /// Longest token that is minded, bytes: the longest names there are, and room for a client's.
@@ -36,12 +42,16 @@ pub(super) enum Origin {
 /// A request.
 pub(super) struct Ask {
     pub(super) origin: Origin,
+    /// Its client's line.
+    pub(super) line: usize,
     pub(super) query: Query,
 }
 
-/// Which requests of one origin go first.
+/// Which requests go first, wherever they come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rank {
+    /// That everything be stopped. Whoever carries it out does nothing else.
+    Stop,
     /// What operators want done.
     Order,
     /// What people do to panels: so much that it may not fill the place of orders.
@@ -51,7 +61,7 @@ enum Rank {
 }
 
 /// How many ranks there are.
-const RANKS: usize = 3;
+const RANKS: usize = 4;
 
 /// What clients want of one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -83,10 +93,16 @@ struct Wanting {
 
 /// What waits for the worker.
 pub(super) struct Inbox {
-    /// By their [`Origin`], and then by their [`Rank`]: whoever asks much fills the place of no other kind, and the network keeps
-    /// nobody on this machine waiting.
-    asks: [[ArrayQueue<Ask>; RANKS]; 2],
+    /// By their [`Rank`], and then by their clients: whoever asks much fills the place of no other kind, and takes turns with others
+    /// who ask for the same.
+    asks: [Lines<Ask>; RANKS],
+    /// What is left of each line's questions.
+    looks: [Mutex<Bucket>; LINES],
+    /// What clients call themselves is put into lines by it, differently in each run: nobody can choose somebody else's.
+    mix: RandomState,
     pub(super) done: ArrayQueue<Done>,
+    /// The same of orders to stop everything. Anybody may ask for that as often as he likes, which may cost nobody else his answer.
+    pub(super) stopped: ArrayQueue<Done>,
     wants: Mutex<Wants>,
     wants_changed: AtomicBool,
     /// A variable of which every value is wanted has a new one, or a panel was drawn.
@@ -94,29 +110,36 @@ pub(super) struct Inbox {
     stop: AtomicBool,
     worker: OnceLock<Thread>,
     values: OnceLock<Thread>,
+    stopper: OnceLock<Thread>,
 }
 
 impl Inbox {
     pub(super) fn new() -> Self {
         Self {
-            asks: std::array::from_fn(|_| std::array::from_fn(|_| ArrayQueue::new(ASKS))),
-            done: ArrayQueue::new(ASKS),
+            asks: std::array::from_fn(|_| Lines::new()),
+            looks: std::array::from_fn(|_| Mutex::new(Bucket::new(LOOKS, Instant::now()))),
+            mix: RandomState::new(),
+            done: ArrayQueue::new(DONE),
+            stopped: ArrayQueue::new(DONE),
             wants: Mutex::default(),
             wants_changed: AtomicBool::new(false),
             fresh: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             worker: OnceLock::new(),
             values: OnceLock::new(),
+            stopper: OnceLock::new(),
         }
     }
 
-    /// Says who answers and who sends values; once.
-    pub(super) fn attach(&self, worker: &Thread, values: &Thread) {
+    /// Says who answers, who sends values and who stops everything; once.
+    pub(super) fn attach(&self, worker: &Thread, values: &Thread, stopper: &Thread) {
         // Set here only.
         let _ = self.worker.set(worker.clone());
         let _ = self.values.set(values.clone());
+        let _ = self.stopper.set(stopper.clone());
         self.wake();
         self.wake_values();
+        self.wake_stopper();
     }
 
     pub(super) fn wake(&self) {
@@ -131,27 +154,57 @@ impl Inbox {
         }
     }
 
+    fn wake_stopper(&self) {
+        if let Some(stopper) = self.stopper.get() {
+            stopper.unpark();
+        }
+    }
+
     pub(super) fn ask(&self, origin: Origin, query: Query) {
-        let rank = if query.key_expr().as_str().ends_with(OPERATE) {
+        let rank = if is_order(query.key_expr().as_str()) {
             let message = query.payload().map(|payload| payload.to_bytes());
             rank(message.as_deref().unwrap_or_default())
         } else {
             Rank::Look
         };
-        let queue = &self.asks[origin as usize][rank as usize];
-        // A full queue drops the request, which ends it without an answer: its sender knows at once.
-        if queue.push(Ask { origin, query }).is_ok() {
-            self.wake();
+        let client = query.attachment().map(|client| client.to_bytes());
+        let client = client.filter(|client| !client.is_empty());
+        // Those who do not say who they are share the first line of their origin.
+        let line = client.map_or(0, |client| {
+            let mixed = self.mix.hash_one(&*client) as usize;
+            1 + mixed % (LINES / 2 - 1)
+        }) + origin as usize * (LINES / 2);
+        if rank == Rank::Look {
+            let mut looks = self.looks[line].lock().unwrap_or_else(PoisonError::into_inner);
+            if !looks.take(Instant::now()) {
+                return;
+            }
+        }
+        // What there is no room for is dropped, which ends it without an answer: its sender knows at once.
+        if self.asks[rank as usize].push(line, Ask { origin, line, query }) {
+            match rank {
+                Rank::Stop => self.wake_stopper(),
+                Rank::Order | Rank::Touch | Rank::Look => self.wake(),
+            }
         }
     }
 
-    /// The request that is next.
-    pub(super) fn next_ask(&self) -> Option<Ask> {
-        self.asks.iter().flatten().find_map(ArrayQueue::pop)
+    /// The order to stop everything that is next. One thread alone may take them.
+    pub(super) fn next_stop(&self) -> Option<Ask> {
+        self.asks[Rank::Stop as usize].pop()
+    }
+
+    /// The request that is next, those to stop everything aside; a question first, if there is one and that is wanted. One thread alone
+    /// may take them.
+    pub(super) fn next_ask(&self, look: bool) -> Option<Ask> {
+        let [_, order, touch, asked] = &self.asks;
+        let first = look.then(|| asked.pop()).flatten();
+        first.or_else(|| [order, touch, asked].into_iter().find_map(Lines::pop))
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        self.asks.iter().flatten().all(ArrayQueue::is_empty) && self.done.is_empty()
+        let [_, mine @ ..] = &self.asks;
+        mine.iter().all(Lines::is_empty) && self.done.is_empty() && self.stopped.is_empty()
     }
 
     /// A variable has a new value, or a panel was drawn. Called by whoever did it.
@@ -169,6 +222,7 @@ impl Inbox {
         self.stop.store(true, Ordering::Release);
         self.wake();
         self.wake_values();
+        self.wake_stopper();
     }
 
     pub(super) fn stopping(&self) -> bool {
@@ -206,6 +260,12 @@ impl Inbox {
     }
 }
 
+/// Whether a question is one to do something: at the exact key of an application, or, about everything, at those of many.
+pub(super) fn is_order(key: &str) -> bool {
+    key.strip_suffix(OPERATE)
+        .is_some_and(|before| before.ends_with('/'))
+}
+
 /// The rank of what an operator wants. It is looked into, not believed: whoever reads it decides what it is.
 fn rank(message: &[u8]) -> Rank {
     #[derive(Deserialize)]
@@ -216,6 +276,7 @@ fn rank(message: &[u8]) -> Rank {
     let short = message.len() <= LONGEST_TOUCH;
     let head = short.then(|| serde_json::from_slice::<Head<'_>>(message).ok());
     match head.flatten() {
+        Some(head) if head.action == "stop-all" => Rank::Stop,
         Some(head) if head.action == "touch" => Rank::Touch,
         Some(_) | None => Rank::Order,
     }
@@ -266,7 +327,10 @@ mod tests {
     }
 
     #[test]
-    fn gestures_have_a_rank_of_their_own_and_the_rest_is_an_order() {
+    fn stops_and_gestures_have_ranks_of_their_own_and_the_rest_is_an_order() {
+        assert_eq!(rank(br#"{"by": "ana", "action": "stop-all"}"#), Rank::Stop);
+        assert!(is_order("jde/1/*/*/operate"));
+        assert!(!is_order("jde/1/robot/ab12/var/goon/co-operate"));
         let touch = r#"{"by": "ana", "action": "touch", "schema": "goon", "gesture": {"widget": "stop", "touch": "pressed"}}"#;
         assert_eq!(rank(touch.as_bytes()), Rank::Touch);
         let stop = r#"{"by": "touch", "action": "stop", "schema": "touch"}"#;

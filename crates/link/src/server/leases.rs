@@ -39,9 +39,7 @@ impl Leases {
                 return Err(Refusal::new("a gesture is done at once, and is held by no lease"));
             }
             Action::StopAll | Action::ReleaseAll => {
-                return Err(Refusal::new(
-                    "to stop everything is held by no lease: it must not end by itself",
-                ));
+                return Err(Refusal::everything_stays());
             }
             _ => {}
         }

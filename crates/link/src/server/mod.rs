@@ -10,8 +10,10 @@ mod imports;
 mod inbox;
 mod lanes;
 mod leases;
+mod lines;
 mod panel_lane;
 mod peer;
+mod stopper;
 mod subject;
 mod value_lane;
 mod worker;
@@ -29,8 +31,8 @@ pub use subject::{Looking, News, Running, Subject, Title};
 
 use jde_host::app::Remote;
 
-use crate::folder::{Announced, Folder};
-use crate::keys::{Keys, PROTOCOL};
+use crate::folder::{Announced, Claim, Folders};
+use crate::keys::{Keys, OPERATE, PROTOCOL};
 use crate::message::{About, Network};
 use crate::session::{self, Login, Opening, Tls};
 use crate::{Error, whoami};
@@ -39,6 +41,7 @@ use hands::Hands;
 use imports::Imports;
 use inbox::{Inbox, Origin};
 use peer::Search;
+use stopper::Stopper;
 use worker::Worker;
 
 /// How long the link may take to leave.
@@ -63,10 +66,10 @@ pub struct Settings {
     pub login: Option<Login>,
     /// Certificates.
     pub tls: Option<Tls>,
-    /// Let the network in without knowing whom.
+    /// Speak with whoever is there, without knowing who it is.
     pub insecure: bool,
     /// Where applications of this user announce themselves.
-    pub folder: Folder,
+    pub folder: Folders,
 }
 
 /// What clients from the network may do. Those of the same user on the same machine may operate.
@@ -104,23 +107,7 @@ impl Settings {
             login: None,
             tls: None,
             insecure: false,
-            folder: Folder::of_user(),
-        }
-    }
-
-    /// What clients from the network may do: only look, where it is not known who they are.
-    #[must_use]
-    pub fn network_access(&self) -> Access {
-        let proven = self.tls.as_ref().is_some_and(|tls| tls.authority.is_some());
-        let strange = |endpoint: &String| {
-            let proven = proven && endpoint.starts_with("tls/");
-            !(proven || is_loopback(endpoint))
-        };
-        let known = self.insecure || self.login.is_some() || self.tls.as_ref().is_some_and(|tls| tls.clients);
-        if known || !(self.discover || self.connect.iter().any(strange)) {
-            self.access
-        } else {
-            Access::Read
+            folder: Folders::of_user(),
         }
     }
 
@@ -155,7 +142,7 @@ impl Link {
                 .map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)),
             executor: title.executor,
             speed: title.speed,
-            network: match (settings.is_networked(), settings.network_access()) {
+            network: match (settings.is_networked(), settings.access) {
                 (false, _) => Network::Closed,
                 (true, Access::Read) => Network::Read,
                 (true, Access::Operate) => Network::Operate,
@@ -165,7 +152,7 @@ impl Link {
         let inbox = Arc::new(Inbox::new());
         let mut doors = vec![local_door(&claim.socket(), &keys, &inbox)?];
         if settings.is_networked() {
-            doors.push(network_door(settings, &keys, subject.imports(), &inbox)?);
+            doors.push(network_door(settings, &claim, &keys, subject.imports(), &inbox)?);
         }
         let search = Arc::new(Search {
             folder: settings.folder.clone(),
@@ -195,6 +182,21 @@ impl Link {
             })
             .map_err(Error::Thread)?;
         let sender = values.thread().clone();
+        let stopper = Stopper {
+            subject: Arc::clone(&subject),
+            inbox: Arc::clone(&inbox),
+            key: keys.of(OPERATE),
+            network: about.network,
+        };
+        let stops = std::thread::Builder::new()
+            .name("link-stop".to_owned())
+            .spawn(move || stopper.run())
+            .map_err(|error| {
+                inbox.stop();
+                sender.unpark();
+                Error::Thread(error)
+            })?;
+        let stopping = stops.thread().clone();
         let worker = Worker::new(
             subject,
             Arc::clone(&inbox),
@@ -204,7 +206,7 @@ impl Link {
             hands,
             events.chronicle(),
         )
-        .outlast(values);
+        .outlast(vec![values, stops]);
         let (gone, left) = mpsc::channel();
         let worker = std::thread::Builder::new()
             .name("link".to_owned())
@@ -216,9 +218,10 @@ impl Link {
             .map_err(|error| {
                 inbox.stop();
                 sender.unpark();
+                stopping.unpark();
                 Error::Thread(error)
             })?;
-        inbox.attach(worker.thread(), &sender);
+        inbox.attach(worker.thread(), &sender, &stopping);
         Ok(Self {
             about,
             inbox,
@@ -262,6 +265,7 @@ fn local_door(socket: &Path, keys: &Keys, inbox: &Arc<Inbox>) -> Result<Door, Er
 
 fn network_door(
     settings: &Settings,
+    claim: &Claim,
     keys: &Keys,
     imports: &[Remote],
     inbox: &Arc<Inbox>,
@@ -273,18 +277,20 @@ fn network_door(
     let users = settings
         .login
         .as_ref()
-        .map(|login| {
-            settings
-                .folder
-                .secret(&format!("{}:{}\n", login.user, login.password))
-        })
+        .map(|login| claim.secret(&format!("{}:{}\n", login.user, login.password)))
         .transpose()?;
     let users_path = users.as_ref().map(crate::folder::Secret::path);
     let session = session::open(&Opening {
         listen: &settings.listen,
         connect: &settings.connect,
         patient: true,
-        discover: settings.discover,
+        discover: settings
+            .discover
+            .then_some(if settings.insecure && settings.login.is_none() {
+                &["tcp", "tls"]
+            } else {
+                &["tls"]
+            }),
         login: settings.login.as_ref(),
         users: users_path.as_deref(),
         tls: settings.tls.as_ref(),
@@ -304,46 +310,40 @@ fn cannot_listen(endpoint: &str, error: Error) -> Error {
     }
 }
 
-/// Refuses what would open the network by accident.
+/// Refuses every way by which somebody could be met who has proved nothing. Zenoh does not say over which connection something came, so
+/// that all of them must prove as much: what comes in by a certificate of the authority, or within TLS by the password; what we
+/// connect to by a certificate of the authority.
 fn check(settings: &Settings) -> Result<(), Error> {
-    let known = settings.login.is_some() || settings.tls.as_ref().is_some_and(|tls| tls.clients);
-    if !settings.insecure
-        && !known
-        && let Some(endpoint) = settings.listen.iter().find(|endpoint| !is_loopback(endpoint))
+    let tls = settings.tls.as_ref();
+    let authority = tls.is_some_and(|tls| tls.authority.is_some());
+    let asks = settings.login.is_some() || tls.is_some_and(|tls| tls.clients);
+    let proves = |endpoint: &String| authority && endpoint.starts_with("tls/");
+    let both = || settings.listen.iter().chain(&settings.connect);
+    if settings.login.is_some()
+        && let Some(endpoint) = both().find(|endpoint| !proves(endpoint))
     {
-        return Err(Error::Insecure {
+        return Err(Error::PlainPassword {
             endpoint: endpoint.clone(),
         });
     }
-    if let Some(login) = &settings.login
-        && (login.user.is_empty()
-            || login.password.is_empty()
-            || login.user.contains([':', '\n'])
-            || login.password.contains('\n'))
-    {
-        return Err(Error::Setting {
-            key: "user",
-            reason: "a user has no `:` in it, and a password is one line".to_owned(),
-        });
+    if !settings.insecure {
+        let mut listen = settings.listen.iter();
+        if let Some(endpoint) = listen.find(|endpoint| !(proves(endpoint) && asks)) {
+            return Err(Error::Insecure {
+                endpoint: endpoint.clone(),
+            });
+        }
+        let unproven = settings
+            .connect
+            .iter()
+            .find(|endpoint| !proves(endpoint))
+            .cloned();
+        let met = (settings.discover && !authority).then(|| "what multicast finds".to_owned());
+        if let Some(endpoint) = unproven.or(met) {
+            return Err(Error::Unproven { endpoint });
+        }
     }
-    Ok(())
-}
-
-/// Whether only this machine reaches an endpoint.
-fn is_loopback(endpoint: &str) -> bool {
-    let Some((protocol, rest)) = endpoint.split_once('/') else {
-        return false;
-    };
-    if protocol == "unixsock-stream" {
-        return true;
-    }
-    let address = rest.split(['?', '#']).next().unwrap_or(rest);
-    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    let host = host.trim_start_matches('[').trim_end_matches(']');
-    host == "localhost"
-        || host
-            .parse::<std::net::IpAddr>()
-            .is_ok_and(|address| address.is_loopback())
+    settings.login.as_ref().map_or(Ok(()), Login::check)
 }
 
 #[cfg(test)]

@@ -10,10 +10,9 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use super::imports::Inner;
-use crate::client::{Connection, Remote, Watching};
-use crate::folder::Folder;
-use crate::keys::{self, Keys, PROTOCOL, Rate};
-use crate::message::About;
+use crate::client::{Connection, Remote, Watching, check_version};
+use crate::folder::Folders;
+use crate::keys::{self, Keys, Rate};
 use crate::{Error, session};
 
 /// Between two looks for a peer that is not there.
@@ -21,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(500);
 
 /// Where peers are looked for.
 pub(super) struct Search {
-    pub(super) folder: Folder,
+    pub(super) folder: Folders,
     /// The session that `[link]` opened, if it did.
     pub(super) network: Option<Session>,
 }
@@ -130,17 +129,17 @@ impl Peer {
     fn find(&self) -> Result<Option<Remote>, Error> {
         let entries = self.search.folder.list()?;
         if let Some(entry) = entries.into_iter().find(|entry| entry.about.name == self.name) {
-            check(&entry.about)?;
+            check_version(&entry.about)?;
             let connection = Connection::local(&entry)?;
             return Remote::new(Arc::new(connection), entry.about).map(Some);
         }
         let (Some(session), Some(id)) = (&self.search.network, self.bell.first()) else {
             return Ok(None);
         };
-        let connection = Connection::shared(session.clone(), &self.name);
+        let connection = Connection::shared(session.clone(), &self.name)?;
         let key = Keys::new(&self.name, &id).of(keys::ABOUT);
         let about = connection.about(&key)?;
-        check(&about)?;
+        check_version(&about)?;
         Remote::new(Arc::new(connection), about).map(Some)
     }
 
@@ -191,17 +190,6 @@ impl Peer {
         });
         watching
     }
-}
-
-fn check(about: &About) -> Result<(), Error> {
-    if about.protocol == PROTOCOL {
-        return Ok(());
-    }
-    Err(Error::Version {
-        application: about.name.clone(),
-        theirs: about.protocol,
-        theirs_version: about.version.clone(),
-    })
 }
 
 impl Bell {

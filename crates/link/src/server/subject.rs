@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Kind, Type};
-use jde_board::value::Value;
+use jde_abi::describe::{Kind, Port, Role};
 use jde_board::{Board, Nanos, Stamp, Variable};
 use jde_host::app::{Application, Executor, Remote};
 use jde_host::plugin::Plugins;
@@ -11,7 +10,7 @@ use jde_host::reload::{How, Reloaded, Reloader};
 use jde_host::snapshot::Snapshot;
 use jde_host::{Drawn, Handle, Look, Operating, period};
 
-use super::described::{limits, own_limits, schemas};
+use super::described::schemas;
 use crate::message::{Action, Range, Refusal, Schemas};
 use crate::value;
 
@@ -23,8 +22,15 @@ pub trait Subject: Send + Sync + 'static {
     fn schemas(&self) -> Schemas;
     /// Its variables.
     fn board(&self) -> &Board;
-    /// Least and greatest value of a variable, and whether it is read on awakening only.
-    fn limits(&self, variable: &Variable) -> (Range, bool);
+    /// Whether a modulation is taken on awakening alone.
+    fn is_fixed(&self, variable: &Variable) -> bool {
+        let _ = variable;
+        false
+    }
+    /// What a variable takes.
+    fn range(&self, variable: &Variable) -> Range {
+        (&variable.describe().limits).into()
+    }
     /// Who a writer of variables is; empty for nobody.
     fn writer(&self, number: u32) -> String;
     /// ns since its start.
@@ -157,16 +163,16 @@ impl Subject for Running {
         self.handle.board()
     }
 
-    fn limits(&self, variable: &Variable) -> (Range, bool) {
+    fn is_fixed(&self, variable: &Variable) -> bool {
         let declared = variable.describe();
         let application = self.handle.application();
-        application
+        let ports = application
             .instance(&declared.owner)
-            .and_then(|place| {
-                let ports = &application.instances[place].schema.ports;
-                ports.iter().find(|port| port.name == declared.name)
-            })
-            .map_or_else(|| own_limits(&declared.name), limits)
+            .map(|place| &application.instances[place].schema.ports);
+        ports.is_some_and(|ports| {
+            let fixed = |port: &&Port| matches!(port.role, Role::Modulation { fixed: true, .. });
+            ports.iter().filter(fixed).any(|port| port.name == declared.name)
+        })
     }
 
     fn writer(&self, number: u32) -> String {
@@ -330,7 +336,7 @@ impl Running {
         Ok(())
     }
 
-    /// Checks what the engine, which trusts its callers' ranges, does not.
+    /// Finds who means that variable, and what it is to be.
     fn modulate(
         &self,
         operator: &jde_host::Operating,
@@ -340,7 +346,7 @@ impl Running {
         json: &serde_json::Value,
     ) -> Result<(), Refusal> {
         let full = format!("{owner}.{variable}");
-        let Some(found) = self.board().find(&full) else {
+        if self.board().find(&full).is_none() {
             let known: Vec<_> = self
                 .board()
                 .list()
@@ -350,41 +356,8 @@ impl Running {
             let mut refusal = Refusal::unknown("modulation", variable, known.iter().map(String::as_str));
             refusal.error = format!("`{owner}` has no modulation `{variable}`");
             return Err(refusal);
-        };
-        let new = value::from_json(json).map_err(|error| Refusal::new(format!("`{full}`: {error}")))?;
-        let (range, _) = self.limits(&found);
-        let value_type = &found.describe().value_type;
-        if let Some(number) = plain_number(value_type, &new)
-            && !range.holds(number)
-        {
-            return Err(Refusal::new(format!(
-                "`{full}` takes {range}{}, not {number}",
-                unit(&found.describe().unit)
-            )));
         }
+        let new = value::from_json(json).map_err(|error| Refusal::new(format!("`{full}`: {error}")))?;
         operator.modulate(schema, variable, &new).map_err(Refusal::new)
-    }
-}
-
-/// The number that a value is for a type that is nothing else. What does not fit the type is for others to refuse.
-fn plain_number(value_type: &Type, value: &Value) -> Option<f64> {
-    value_type.as_number()?;
-    let mut bytes = vec![0; value_type.bytes];
-    jde_board::value::encode(value_type, value, &mut bytes).ok()?;
-    let Value::Map(fields) = jde_board::value::decode(value_type, &bytes) else {
-        return None;
-    };
-    match fields.first()?.1 {
-        Value::Int(number) => Some(number as f64),
-        Value::UInt(number) => Some(number as f64),
-        Value::Float(number) => Some(number),
-        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
-    }
-}
-
-fn unit(unit: &str) -> String {
-    match unit {
-        "" => String::new(),
-        unit => format!(" {unit}"),
     }
 }

@@ -11,44 +11,130 @@ fn checked(change: impl FnOnce(&mut Settings)) -> Result<(), String> {
     check(&settings).map_err(|error| error.to_string())
 }
 
-#[test]
-fn the_network_is_not_opened_by_accident() {
-    let open = |endpoint: &str| {
-        let listen = vec![endpoint.to_owned()];
-        checked(|settings| settings.listen = listen)
-    };
-    assert!(open("tcp/0.0.0.0:7447").is_err());
-    assert!(open("tcp/[::]:7447").is_err());
-    assert!(open("tls/robot.local:7447").is_err(), "TLS alone lets anybody in");
-    assert!(open("tcp/localhost.evil.example:7447").is_err());
-    assert!(open("tcp/127.0.0.1:7447").is_ok());
-    assert!(open("tcp/127.9.9.9:7447").is_ok());
-    assert!(open("tcp/[::1]:7447#iface=lo").is_ok());
-    assert!(open("tcp/localhost:7447").is_ok());
-    assert!(open("unixsock-stream//run/x.sock").is_ok());
+fn tls(authority: bool, clients: bool) -> Option<Tls> {
+    Some(Tls {
+        authority: authority.then(|| "ca.pem".to_owned()),
+        clients,
+        identity: None,
+    })
+}
+
+fn login(user: &str, password: &str) -> Option<Login> {
+    Some(Login {
+        user: user.to_owned(),
+        password: password.to_owned(),
+    })
 }
 
 #[test]
-fn the_network_is_opened_to_those_who_are_known_or_on_demand() {
-    let listen = || vec!["tcp/0.0.0.0:7447".to_owned()];
-    let login = |user: &str, password: &str| {
-        Some(Login {
-            user: user.to_owned(),
-            password: password.to_owned(),
+fn nobody_is_let_in_who_proves_nothing() {
+    for endpoint in [
+        "tcp/0.0.0.0:7447",
+        "tls/robot.local:7447",
+        // Other users of this machine get there as well.
+        "tcp/127.0.0.1:7447",
+        "tcp/[::1]:7447",
+        "unixsock-stream//run/x.sock",
+    ] {
+        let listen = || vec![endpoint.to_owned()];
+        let open = checked(|settings| settings.listen = listen());
+        assert!(
+            open.unwrap_err().contains("would let in whoever gets there"),
+            "{endpoint}"
+        );
+        assert_eq!(
+            checked(|settings| (settings.listen, settings.insecure) = (listen(), true)),
+            Ok(())
+        );
+    }
+    let listen = |endpoint: &str, tls: Option<Tls>, login: Option<Login>| {
+        checked(|settings| {
+            (settings.listen, settings.tls, settings.login) = (vec![endpoint.to_owned()], tls, login)
         })
     };
-    assert!(checked(|settings| (settings.listen, settings.insecure) = (listen(), true)).is_ok());
-    assert!(checked(|settings| (settings.listen, settings.login) = (listen(), login("lab", "x"))).is_ok());
-    assert!(checked(|settings| (settings.listen, settings.login) = (listen(), login("lab", ""))).is_err());
-    assert!(checked(|settings| (settings.listen, settings.login) = (listen(), login("a:b", "x"))).is_err());
-    let tls = |clients| {
-        Some(Tls {
-            clients,
-            ..Tls::default()
+    let (plain, guarded) = ("tcp/0.0.0.0:7447", "tls/0.0.0.0:7447");
+    assert_eq!(listen(guarded, tls(true, true), None), Ok(()));
+    assert!(
+        listen(guarded, tls(true, false), None).is_err(),
+        "nobody is asked"
+    );
+    assert!(
+        listen(guarded, tls(false, true), None).is_err(),
+        "by whom are they signed?"
+    );
+    assert!(
+        listen(plain, tls(true, true), None).is_err(),
+        "an authority guards no other way in"
+    );
+    assert_eq!(listen(guarded, tls(true, false), login("lab", "x")), Ok(()));
+}
+
+#[test]
+fn a_password_is_given_to_nobody_who_proves_nothing() {
+    let plain = |change: &dyn Fn(&mut Settings)| {
+        let refused = checked(|settings| {
+            settings.login = login("lab", "x");
+            change(settings);
+        });
+        assert!(refused.unwrap_err().starts_with("a password is given to whoever"));
+    };
+    let tcp = || vec!["tcp/base.local:7447".to_owned()];
+    let encrypted = || vec!["tls/base.local:7447".to_owned()];
+    plain(&|settings| settings.listen = tcp());
+    plain(&|settings| (settings.listen, settings.insecure) = (tcp(), true));
+    plain(&|settings| (settings.connect, settings.insecure) = (tcp(), true));
+    plain(&|settings| (settings.connect, settings.tls) = (tcp(), tls(true, true)));
+    plain(&|settings| (settings.connect, settings.tls) = (encrypted(), tls(false, false)));
+    for (user, password) in [
+        ("lab", ""),
+        ("", "x"),
+        ("a:b", "x"),
+        ("lab", " x"),
+        ("lab", "x\r"),
+        ("lab ", "x"),
+    ] {
+        let refused = checked(|settings| {
+            (settings.listen, settings.tls) = (encrypted(), tls(true, false));
+            settings.login = login(user, password);
+        });
+        assert!(refused.is_err(), "{user:?} {password:?}");
+    }
+}
+
+#[test]
+fn nobody_is_connected_to_who_proves_nothing() {
+    let connect = |endpoint: &str, tls: Option<Tls>, insecure| {
+        checked(|settings| {
+            (settings.connect, settings.tls, settings.insecure) = (vec![endpoint.to_owned()], tls, insecure)
         })
     };
-    assert!(checked(|settings| (settings.listen, settings.tls) = (listen(), tls(true))).is_ok());
-    assert!(checked(|settings| (settings.listen, settings.tls) = (listen(), tls(false))).is_err());
+    for (endpoint, tls) in [
+        ("tcp/base.local:7447", None),
+        ("tcp/127.0.0.1:7447", None),
+        ("tcp/base.local:7447", tls(true, true)),
+        ("tls/base.local:7447", None),
+        ("tls/base.local:7447", tls(false, false)),
+    ] {
+        let refused = connect(endpoint, tls.clone(), false);
+        assert!(
+            refused.unwrap_err().contains("nothing proves who answers"),
+            "{endpoint}"
+        );
+        assert_eq!(connect(endpoint, tls, true), Ok(()));
+    }
+    assert_eq!(connect("tls/base.local:7447", tls(true, false), false), Ok(()));
+    let met = |tls| checked(|settings| (settings.discover, settings.tls) = (true, tls));
+    assert!(
+        met(None)
+            .unwrap_err()
+            .contains("nothing proves who answers at what multicast finds")
+    );
+    assert_eq!(met(tls(true, true)), Ok(()));
+}
+
+#[test]
+fn no_authority_is_believed_but_the_one_that_is_named() {
+    assert!(webpki_roots::TLS_SERVER_ROOTS.is_empty());
 }
 
 proptest! {
@@ -73,32 +159,4 @@ fn a_request_reads_as_documented() {
     assert_eq!(request.lease_ms, Some(2000));
     assert!(read_request(&vec![b' '; 2 << 20]).is_err());
     assert!(read_request(br#"{"by":"a","action":"explode","schema":"goon"}"#).is_err());
-}
-
-#[test]
-fn whoever_sits_at_an_address_may_only_look_unless_it_is_known_who_that_is() {
-    let access = |change: &dyn Fn(&mut Settings)| {
-        let mut settings = Settings::local("robot");
-        change(&mut settings);
-        settings.network_access()
-    };
-    let tcp = || vec!["tcp/base.local:7447".to_owned()];
-    let authority = || {
-        Some(Tls {
-            authority: Some("ca.pem".to_owned()),
-            ..Tls::default()
-        })
-    };
-    assert_eq!(access(&|settings| settings.connect = tcp()), Access::Read);
-    assert_eq!(access(&|settings| settings.discover = true), Access::Read);
-    let tls = |settings: &mut Settings| {
-        (settings.connect, settings.tls) = (vec!["tls/base.local:7447".to_owned()], authority());
-    };
-    assert_eq!(access(&tls), Access::Operate);
-    assert_eq!(
-        access(&|settings| (settings.connect, settings.insecure) = (tcp(), true)),
-        Access::Operate
-    );
-    let here = |settings: &mut Settings| settings.connect = vec!["tcp/127.0.0.1:7447".to_owned()];
-    assert_eq!(access(&here), Access::Operate);
 }

@@ -6,7 +6,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_board::{Reader, VariableStatus};
-use jde_host::reload::Reloaded;
 use jde_host::snapshot::Snapshot;
 use jde_host::story::Kind;
 use serde::Serialize;
@@ -20,8 +19,9 @@ use super::described::variable_info;
 use super::door::Door;
 use super::events::Chronicle;
 use super::hands::{Act, Done, Errand, Hands};
-use super::inbox::{Ask, Inbox, Origin};
+use super::inbox::{Ask, Inbox, Origin, is_order};
 use super::leases::Leases;
+use super::lines::LINES;
 use super::subject::Subject;
 use super::value_lane;
 use crate::keys::{self, Keys};
@@ -34,8 +34,8 @@ const LISTENING: Duration = Duration::from_millis(20);
 const IDLE: Duration = Duration::from_millis(250);
 /// Requests answered between two looks at everything else.
 const ROUND: usize = 16;
-/// Questions that wait for the same thing.
-const WAITING: usize = 256;
+/// Questions of one line that wait for the same thing.
+const WAITING: usize = 256 / LINES;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
 const LONGEST: usize = 1 << 20;
 /// Lines that a question for events gets unless it says how many.
@@ -47,9 +47,6 @@ const ACTS: f64 = 100.0;
 /// that no panel uses up what it takes to stop a robot.
 const TOUCHES: f64 = 100.0;
 
-/// Requests to stop everything in a second, likewise: nothing else uses them up.
-const STOPS: f64 = 10.0;
-
 /// What the thread works with.
 pub(super) struct Worker {
     pub(super) subject: Arc<dyn Subject>,
@@ -58,17 +55,17 @@ pub(super) struct Worker {
     pub(super) doors: Vec<Door>,
     hands: Hands,
     chronicle: Chronicle,
-    /// Whoever sends values.
-    values: Option<JoinHandle<()>>,
+    /// Those who must have ended before the doors close.
+    others: Vec<JoinHandle<()>>,
     leases: Leases,
     /// Of each origin its own, so that none uses up another's.
     acts: [Bucket; 2],
-    /// Those to stop everything: whoever asks for much keeps nobody from that.
-    stops: [Bucket; 2],
     touches: [Bucket; 2],
     about: Answer,
     network: Network,
     schemas: Answer,
+    /// Schemas that everything means.
+    roots: Vec<String>,
     variables: Vec<VariableInfo>,
     plain_variables: Answer,
     readers: Vec<Option<Reader>>,
@@ -84,7 +81,7 @@ type Answer = ZBytes;
 struct Fetched {
     newest: Option<(Instant, Answer)>,
     under_way: bool,
-    waiting: Vec<Query>,
+    waiting: Vec<(usize, Query)>,
 }
 
 impl Worker {
@@ -102,15 +99,17 @@ impl Worker {
             .iter()
             .map(|variable| variable_info(&*subject, variable))
             .collect();
+        let schemas = subject.schemas();
+        let tops = schemas.groups.iter().filter(|group| group.father.is_none());
         Self {
-            schemas: json(&subject.schemas()),
+            roots: tops.flat_map(|group| group.members.clone()).collect(),
+            schemas: json(&schemas),
             plain_variables: json(&variables),
             readers: board.iter().map(|_| None).collect(),
             variables,
             about: json(about),
             network: about.network,
             acts: std::array::from_fn(|_| Bucket::new(ACTS, Instant::now())),
-            stops: std::array::from_fn(|_| Bucket::new(STOPS, Instant::now())),
             touches: std::array::from_fn(|_| Bucket::new(TOUCHES, Instant::now())),
             subject,
             inbox,
@@ -118,17 +117,16 @@ impl Worker {
             doors,
             hands,
             chronicle,
-            values: None,
+            others: Vec::new(),
             leases: Leases::default(),
             hierarchy: Fetched::default(),
             statuses: Fetched::default(),
         }
     }
 
-    /// Waits for whoever sends values before it closes the doors.
-    pub(super) fn outlast(mut self, values: JoinHandle<()>) -> Self {
-        self.values = Some(values);
-        self
+    /// Waits for these before it closes the doors.
+    pub(super) fn outlast(self, others: Vec<JoinHandle<()>>) -> Self {
+        Self { others, ..self }
     }
 
     /// Works until it is told to stop, and then takes leave.
@@ -144,8 +142,8 @@ impl Worker {
             let _ = self.subject.act(&request.by, &request.action);
         }
         drop((self.hierarchy, self.statuses));
-        if let Some(values) = self.values.take() {
-            let _ = values.join();
+        for other in self.others {
+            let _ = other.join();
         }
         self.doors.into_iter().for_each(Door::close);
     }
@@ -153,14 +151,20 @@ impl Worker {
     /// Does what is to be done now; answers when the next thing is.
     fn round(&mut self) -> Instant {
         self.tell_events();
-        for _ in 0..self.inbox.done.len() {
-            if let Some(done) = self.inbox.done.pop() {
-                self.take_back(done);
+        let inbox = Arc::clone(&self.inbox);
+        for queue in [&inbox.stopped, &inbox.done] {
+            for _ in 0..queue.len() {
+                if let Some(done) = queue.pop() {
+                    self.take_back(done);
+                }
             }
         }
         self.end_leases();
-        for _ in 0..ROUND {
-            let Some(ask) = self.inbox.next_ask() else { break };
+        for place in 0..ROUND {
+            // One question in each round: whoever only orders does not silence those who look.
+            let Some(ask) = self.inbox.next_ask(place == 0) else {
+                break;
+            };
             self.answer(ask);
         }
         let looked_at = self.doors.iter().any(|door| door.hierarchy.listened());
@@ -221,16 +225,26 @@ impl Worker {
                     self.leases.acted(&act.request, Instant::now());
                 }
                 if let Some(query) = act.query {
-                    match outcome {
-                        Ok(()) => self.fine(&query, None),
-                        Err(refusal) => refuse(&query, &refusal),
-                    }
+                    let everything = act.request.action.is_about_everything();
+                    self.acted(&query, outcome, everything);
+                }
+            }
+            Done::Stopped(queries, outcome) => {
+                for query in queries {
+                    self.acted(&query, outcome.clone(), true);
                 }
             }
             Done::Reloaded(act, outcome) => {
                 if let Some(query) = act.query {
                     match outcome {
-                        Ok(reloaded) => self.fine(&query, Some(reloaded)),
+                        Ok(reloaded) => {
+                            let fine = Fine {
+                                ok: true,
+                                reloaded: Some(reloaded),
+                                ..Fine::default()
+                            };
+                            reply(&query, &self.keys.of(keys::OPERATE), json(&fine));
+                        }
                         Err(refusal) => refuse(&query, &refusal),
                     }
                 }
@@ -238,9 +252,22 @@ impl Worker {
         }
     }
 
-    fn fine(&self, query: &Query, reloaded: Option<Reloaded>) {
-        let fine = Fine { ok: true, reloaded };
-        reply(query, &self.keys.of(keys::OPERATE), json(&fine));
+    fn acted(&self, query: &Query, outcome: Result<(), Refusal>, everything: bool) {
+        match outcome {
+            Ok(()) => {
+                let fine = Fine {
+                    ok: true,
+                    roots: if everything {
+                        self.roots.clone()
+                    } else {
+                        Vec::new()
+                    },
+                    ..Fine::default()
+                };
+                reply(query, &self.keys.of(keys::OPERATE), json(&fine));
+            }
+            Err(refusal) => refuse(query, &refusal),
+        }
     }
 
     fn shown(&mut self, snapshot: &Snapshot) {
@@ -283,7 +310,7 @@ impl Worker {
 
     /// Answers whatever of the application a question is about; a question for much is answered in parts.
     fn answer(&mut self, ask: Ask) {
-        let Ask { origin, query } = ask;
+        let Ask { origin, line, query } = ask;
         let key = query.key_expr().clone();
         let asked = |what: &str| about(&key, what);
         let keys = self.keys.clone();
@@ -304,13 +331,15 @@ impl Worker {
             self.answer_values(&query, &key);
         }
         // These keep the question until there is an answer, so only one of them gets it.
-        if key.as_str() == of(keys::OPERATE) {
-            self.operate(origin, query);
+        if is_order(&key) {
+            if asked(&of(keys::OPERATE)) {
+                self.operate(origin, query);
+            }
         } else if asked(&of(keys::HIERARCHY)) {
-            self.hierarchy.ask(query, &of(keys::HIERARCHY));
+            self.hierarchy.ask(query, &of(keys::HIERARCHY), line);
         } else if asked(&of(keys::VARIABLES)) {
             if query.parameters().contains_key("status") {
-                self.statuses.ask(query, &of(keys::VARIABLES));
+                self.statuses.ask(query, &of(keys::VARIABLES), line);
             } else {
                 reply(&query, &of(keys::VARIABLES), self.plain_variables.clone());
             }
@@ -340,25 +369,25 @@ impl Worker {
     }
 
     fn operate(&mut self, origin: Origin, query: Query) {
-        if origin == Origin::Network && self.network != Network::Operate {
-            return refuse(
-                &query,
-                &Refusal::new(
-                    "clients from the network may only look; operate on the machine itself, or let the application say `access = \"operate\"`",
-                ),
-            );
+        if origin == Origin::Network
+            && let Err(refusal) = may_operate(self.network)
+        {
+            return refuse(&query, &refusal);
         }
         let request = match request(&query) {
             Ok(request) => request,
             Err(refusal) => return refuse(&query, &refusal),
         };
+        // What one schema is told is told to one application.
+        if query.key_expr().as_str() != self.keys.of(keys::OPERATE) && !request.action.is_about_everything() {
+            return;
+        }
         if let Err(refusal) = self.leases.check(&request) {
             return refuse(&query, &refusal);
         }
         let busy = Refusal::new("too much is asked of the application at once; try again");
         let bucket = match request.action {
             Action::Touch { .. } => &mut self.touches[origin as usize],
-            Action::StopAll => &mut self.stops[origin as usize],
             _ => &mut self.acts[origin as usize],
         };
         if !bucket.take(Instant::now()) {
@@ -384,26 +413,37 @@ impl Worker {
 
 impl Fetched {
     /// Answers with what is fresh, or keeps the question until there is something.
-    fn ask(&mut self, query: Query, key: &str) {
+    fn ask(&mut self, query: Query, key: &str, line: usize) {
+        let waiting = self.waiting.iter().filter(|(of, _)| *of == line);
         match &self.newest {
             Some((at, answer)) if at.elapsed() < FRESH => reply(&query, key, answer.clone()),
             // Beyond that the question ends without an answer.
-            _ if self.waiting.len() < WAITING => self.waiting.push(query),
+            _ if waiting.count() < WAITING => self.waiting.push((line, query)),
             _ => {}
         }
     }
 
     fn arrived(&mut self, key: &str, answer: Answer) {
         self.under_way = false;
-        for query in self.waiting.drain(..) {
+        for (_, query) in self.waiting.drain(..) {
             reply(&query, key, answer.clone());
         }
         self.newest = Some((Instant::now(), answer));
     }
 }
 
+/// That clients from the network may do something, or why not.
+pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
+    match network {
+        Network::Operate => Ok(()),
+        Network::Closed | Network::Read => Err(Refusal::new(
+            "clients from the network may only look; operate on the machine itself, or let the application say `access = \"operate\"`",
+        )),
+    }
+}
+
 /// Whether a question is about a key.
-fn about(question: &KeyExpr<'_>, key: &str) -> bool {
+pub(super) fn about(question: &KeyExpr<'_>, key: &str) -> bool {
     KeyExpr::new(key).is_ok_and(|key| question.intersects(&key))
 }
 
@@ -412,7 +452,7 @@ fn parameter(query: &Query, name: &str) -> Option<usize> {
 }
 
 /// What is asked of `operate`.
-fn request(query: &Query) -> Result<Request, Refusal> {
+pub(super) fn request(query: &Query) -> Result<Request, Refusal> {
     let payload = query
         .payload()
         .ok_or_else(|| Refusal::new("a request is a message in JSON; there is none"))?;

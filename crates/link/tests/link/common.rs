@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
 use jde_host::app::Remote as Import;
 use jde_host::snapshot::Snapshot;
-use jde_link::message::{Action, Range, Refusal, Schemas};
+use jde_link::message::{Action, Refusal, Schemas};
 use jde_link::{
-    Client, Events, Folder, Link, Looking, News, Reach, Remote, Sample, Settings, Subject, Title,
+    Client, Events, Folders, Link, Looking, News, Reach, Remote, Sample, Settings, Subject, Title,
 };
 use jde_types::Value as _;
 use zenoh::Wait;
@@ -102,6 +102,7 @@ pub(crate) fn declaration(owner: &str, name: &str, value_type: jde_abi::describe
         unit: String::new(),
         value_type: Arc::new(value_type),
         access: Access::Export,
+        limits: jde_abi::describe::Limits::default(),
         initial: None,
         writers: 1,
         readers: 1,
@@ -129,10 +130,6 @@ impl Subject for Stage {
     fn board(&self) -> &Board {
         self.looked.fetch_add(1, Ordering::Relaxed);
         &self.board
-    }
-
-    fn limits(&self, _: &Variable) -> (Range, bool) {
-        (Range::default(), false)
     }
 
     fn writer(&self, number: u32) -> String {
@@ -191,7 +188,7 @@ pub(crate) fn import(peer: &str, variable: &str, stale: Duration) -> Import {
 
 /// A folder for one test.
 pub(crate) struct Home {
-    pub(crate) folder: Folder,
+    pub(crate) folder: Folders,
     _files: tempfile::TempDir,
 }
 
@@ -199,7 +196,7 @@ impl Home {
     pub(crate) fn new() -> Self {
         let files = tempfile::tempdir().unwrap();
         Self {
-            folder: Folder::at(files.path().join("jde")),
+            folder: Folders::at(files.path().join("jde")),
             _files: files,
         }
     }
@@ -266,7 +263,7 @@ pub(crate) fn stranger(endpoint: &str) -> zenoh::Session {
 }
 
 /// The private socket of the only application there is.
-pub(crate) fn socket(folder: &Folder) -> PathBuf {
+pub(crate) fn socket(folder: &Folders) -> PathBuf {
     std::fs::read_dir(folder.path())
         .unwrap()
         .flatten()

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use jde_host::story::{Kind, Line};
 use jde_link::message::{Action, Network, Request};
-use jde_link::{Client, Error, Events, Folder, Link, Rate, Reach};
+use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
 
 use crate::common::{Home, SOON, Stage, number, until, watch, write};
 
@@ -266,7 +266,7 @@ fn r14_a_hold_ends_with_whoever_holds() {
 #[test]
 fn a_folder_that_others_could_have_made_is_refused() {
     let (home, stage) = (Home::new(), Stage::new());
-    let opened = |folder: &Folder| {
+    let opened = |folder: &Folders| {
         let mut settings = home.settings("robot");
         settings.folder = folder.clone();
         Link::open(&settings, stage.clone(), &Events::told()).map(drop)
@@ -275,21 +275,21 @@ fn a_folder_that_others_could_have_made_is_refused() {
     let open_to_all = files.path().join("open");
     std::fs::create_dir(&open_to_all).unwrap();
     std::fs::set_permissions(&open_to_all, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let error = opened(&Folder::at(&open_to_all)).err().unwrap().to_string();
+    let error = opened(&Folders::at(&open_to_all)).err().unwrap().to_string();
     assert!(error.contains("others may enter it (mode 755)"), "{error}");
     let private = files.path().join("private");
-    opened(&Folder::at(&private)).unwrap();
+    opened(&Folders::at(&private)).unwrap();
     let link = files.path().join("link");
     symlink(&private, &link).unwrap();
-    let error = opened(&Folder::at(&link)).err().unwrap().to_string();
+    let error = opened(&Folders::at(&link)).err().unwrap().to_string();
     assert!(error.contains("it is no folder"), "{error}");
-    let error = opened(&Folder::at(files.path().join("no/where")))
+    let error = opened(&Folders::at(files.path().join("no/where")))
         .err()
         .unwrap()
         .to_string();
     assert!(error.contains("cannot be used"), "{error}");
-    assert!(Client::connect(&Reach::Local(Folder::at(&open_to_all))).is_err());
+    assert!(Client::connect(&Reach::Local(Folders::at(&open_to_all))).is_err());
     let long = files.path().join("x".repeat(120));
-    let error = opened(&Folder::at(long)).err().unwrap().to_string();
+    let error = opened(&Folders::at(long)).err().unwrap().to_string();
     assert!(error.contains("nearer to the root"), "{error}");
 }

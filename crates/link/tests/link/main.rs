@@ -3,9 +3,11 @@
 mod common;
 mod cut;
 mod driving;
+mod everything;
 mod hostile;
 mod imports;
 mod local;
 mod network;
 mod panels;
 mod processes;
+mod rogues;

@@ -13,7 +13,7 @@ use zenoh::Wait;
 use crate::common::{Home, SOON, Stage, number, stranger, watch, write};
 
 /// A port that nobody has at the moment.
-fn free() -> String {
+pub(crate) fn free() -> String {
     let port = TcpListener::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()
@@ -33,6 +33,7 @@ pub(crate) fn open(
         let endpoint = format!("{protocol}/{}", free());
         let mut settings = home.settings("robot");
         settings.listen = vec![endpoint.clone()];
+        settings.insecure = protocol == "tcp";
         change(&mut settings);
         match Link::open(&settings, stage.clone(), &Events::told()) {
             Ok(link) => return (link, stage, endpoint),
@@ -43,7 +44,7 @@ pub(crate) fn open(
     }
 }
 
-fn reach(endpoint: &str, login: Option<Login>, tls: Option<Tls>) -> Reach {
+pub(crate) fn reach(endpoint: &str, login: Option<Login>, tls: Option<Tls>) -> Reach {
     Reach::Network {
         endpoints: vec![endpoint.to_owned()],
         login,
@@ -51,7 +52,7 @@ fn reach(endpoint: &str, login: Option<Login>, tls: Option<Tls>) -> Reach {
     }
 }
 
-fn play() -> Request {
+pub(crate) fn play() -> Request {
     Request {
         by: "ana".to_owned(),
         action: Action::Play {
@@ -61,7 +62,7 @@ fn play() -> Request {
     }
 }
 
-fn login(user: &str, password: &str) -> Login {
+pub(crate) fn login(user: &str, password: &str) -> Login {
     Login {
         user: user.to_owned(),
         password: password.to_owned(),
@@ -106,12 +107,16 @@ fn clients_from_the_network_look_and_operate_only_if_they_may() {
 
 #[test]
 fn whoever_has_not_the_password_stays_outside() {
-    let home = Home::new();
-    let (_link, _, endpoint) = open(&home, "tcp", |settings| {
+    let (home, files) = (Home::new(), tempfile::tempdir().unwrap());
+    let ours = authority(files.path(), "ours");
+    let (_link, _, endpoint) = open(&home, "tls", |settings| {
         settings.login = Some(login("lab", "right"));
+        settings.tls = Some(ours.tls(true, false));
     });
-    let connected =
-        |login| Client::connect(&reach(&endpoint, login, None)).map(|client| client.applications());
+    let connected = |login| {
+        let reach = reach(&endpoint, login, Some(ours.tls(false, false)));
+        Client::connect(&reach).map(|client| client.applications())
+    };
     for wrong in [None, Some(login("lab", "wrong")), Some(login("bal", "right"))] {
         let error = connected(wrong.clone()).err();
         assert!(
@@ -129,12 +134,23 @@ fn whoever_has_not_the_password_stays_outside() {
 }
 
 /// An authority with a certificate for this machine, as files.
-struct Authority {
+pub(crate) struct Authority {
     certificate: PathBuf,
     identity: (String, String),
 }
 
-fn authority(folder: &Path, name: &str) -> Authority {
+impl Authority {
+    /// Believes it, shows its certificate or not, asks for certificates or not.
+    pub(crate) fn tls(&self, shows: bool, clients: bool) -> Tls {
+        Tls {
+            identity: shows.then(|| self.identity.clone()),
+            authority: Some(self.certificate.to_string_lossy().into_owned()),
+            clients,
+        }
+    }
+}
+
+pub(crate) fn authority(folder: &Path, name: &str) -> Authority {
     let mut parameters = rcgen::CertificateParams::new(Vec::new()).unwrap();
     parameters.is_ca = rcgen::IsCa::Ca(rcgen::BasicConstraints::Unconstrained);
     let key = rcgen::KeyPair::generate().unwrap();
@@ -202,6 +218,7 @@ fn a_port_in_use_and_one_where_nobody_listens_are_said() {
     let endpoint = format!("tcp/{}", taken.local_addr().unwrap());
     let mut settings = home.settings("robot");
     settings.listen = vec![endpoint.clone()];
+    settings.insecure = true;
     let error = Link::open(&settings, Stage::new(), &Events::told())
         .err()
         .unwrap();

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use jde_link::{Client, Error, Folder, Rate, Reach};
+use jde_link::{Client, Error, Folders, Rate, Reach};
+use jde_watchdog::Watchdog;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
@@ -20,6 +21,7 @@ const PLACE: &str = "JDE_LINK_TEST_PLACE";
 pub(crate) struct Actor {
     child: Child,
     out: BufReader<ChildStdout>,
+    _watchdog: Watchdog,
 }
 
 impl Actor {
@@ -49,7 +51,11 @@ impl Actor {
             .spawn()
             .unwrap();
         let out = BufReader::new(child.stdout.take().unwrap());
-        let mut actor = Self { child, out };
+        let mut actor = Self {
+            child,
+            out,
+            _watchdog: Watchdog::of_a_test(),
+        };
         actor.hears("ready");
         actor
     }
@@ -91,7 +97,7 @@ impl Drop for Actor {
 #[test]
 fn plays_its_role() {
     let Ok(role) = std::env::var(ROLE) else { return };
-    let folder = Folder::at(std::env::var_os(PLACE).unwrap());
+    let folder = Folders::at(std::env::var_os(PLACE).unwrap());
     match role.as_str() {
         "application" => {
             let stage = Stage::new();
@@ -124,6 +130,20 @@ fn plays_its_role() {
             println!("ready");
             loop {
                 std::thread::park();
+            }
+        }
+        // Asks for a value 3000 times a second.
+        "asks" => {
+            let socket = socket(&folder);
+            let stranger = stranger(&format!("unixsock-stream/{}", socket.display()));
+            let id = socket.file_stem().unwrap().to_string_lossy();
+            let key = format!("jde/1/robot/{id}/var/pioneer/bearing");
+            println!("ready");
+            loop {
+                for _ in 0..3 {
+                    let _ = stranger.get(&key).callback(|_| {}).wait();
+                }
+                std::thread::park_timeout(Duration::from_millis(1));
             }
         }
         // Asks for everything all the time and listens to nothing.
@@ -192,7 +212,7 @@ fn plays_its_role() {
     }
 }
 
-fn networked(folder: Folder, name: &str, listen: &[&str], connect: &[&str]) -> jde_link::Settings {
+fn networked(folder: Folders, name: &str, listen: &[&str], connect: &[&str]) -> jde_link::Settings {
     let texts = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
     jde_link::Settings {
         folder,

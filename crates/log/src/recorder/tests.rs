@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU64;
 use std::sync::mpsc::channel;
@@ -50,6 +51,7 @@ impl Bench {
                 unit: String::new(),
                 value_type: Arc::new(T::describe()),
                 access: Access::Export,
+                limits: jde_abi::describe::Limits::default(),
                 initial: None,
                 writers: 1,
                 readers: 2,
@@ -88,6 +90,27 @@ fn options(lossless: bool) -> Options<'static> {
         lossless,
         on_trouble: Box::new(|trouble| panic!("{trouble}")),
     }
+}
+
+#[test]
+fn in_a_folder_that_is_somebody_elses_nobody_else_may_read_a_recording() {
+    let bench = Bench::new();
+    let mode = |file: &Path| file.metadata().unwrap().permissions().mode() & 0o777;
+    let record = |file: &Path| {
+        drop(Recorder::create(file, options(true)).unwrap().finish());
+        mode(file)
+    };
+    let usual = bench.folder.path().join("usual");
+    drop(File::create(&usual).unwrap());
+    assert_eq!(record(&bench.file()), mode(&usual));
+    // Only root can give a folder away. For all others, that of temporary files is somebody else's.
+    let other = bench.folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    let given = std::os::unix::fs::chown(&other, Some(65534), None).is_ok();
+    let theirs = if given { other } else { std::env::temp_dir() };
+    let file = theirs.join(format!("jde-{}.mcap", std::process::id()));
+    assert_eq!(record(&file), 0o600);
+    std::fs::remove_file(&file).unwrap();
 }
 
 #[test]
@@ -225,6 +248,9 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
     assert_eq!(messages[0].channel.about["from"], "afar");
 }
 
+/// Nothing takes so long.
+const WATCHDOG: std::time::Duration = std::time::Duration::from_secs(60);
+
 /// Some three chunks.
 const ROOM: usize = 3_500_000;
 
@@ -289,6 +315,63 @@ fn a_disk_that_runs_full_is_told_once_and_stops_nobody() {
     assert!(damage.offset <= ROOM as u64, "{damage:?}");
     let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
     assert!(read > 0 && read >= status.kept, "{read} of {}", status.kept);
+}
+
+/// A disk that is asked so often before it fails, and like Linux says so once; told whenever it has been asked.
+fn failing(mut good: u64) -> (Disk, Receiver<()>) {
+    let (asked, is_asked) = channel();
+    let disk = move || {
+        let fails = good == 0;
+        good = good.wrapping_sub(1);
+        asked.send(()).unwrap();
+        if fails {
+            return Err(io::Error::from_raw_os_error(5));
+        }
+        Ok(())
+    };
+    (Box::new(disk), is_asked)
+}
+
+/// Has a disk fail after so many flushes of one message each, of which there are so many.
+fn on_a_failing_disk(good: u64, flushes: u64) -> Status {
+    let (tell, told) = channel();
+    let options = Options {
+        on_trouble: Box::new(move |trouble| tell.send(trouble.to_owned()).unwrap()),
+        ..options(false)
+    };
+    let (disk, is_asked) = failing(good);
+    let Ok(recorder) = Recorder::begin(Box::new(io::sink()), Some(disk), options) else {
+        panic!("there is no such file that could fail");
+    };
+    let topic = recorder.topic("/a/b", Arc::new(u64::describe()), BTreeMap::new());
+    for number in 1..=flushes {
+        let stamps = crate::Stamps {
+            published: number,
+            measured: number,
+            sequence: number,
+        };
+        assert!(topic.put(&number.to_ne_bytes(), stamps));
+        if number < flushes {
+            is_asked.recv_timeout(WATCHDOG).expect("the disk is asked");
+        }
+    }
+    let status = recorder.finish();
+    assert_eq!(status.kept + status.lost, flushes);
+    assert_eq!(told.iter().count(), 1, "told once");
+    assert!(status.trouble.is_some());
+    status
+}
+
+#[test]
+fn a_disk_that_fails_at_the_very_end_is_heard() {
+    let status = on_a_failing_disk(0, 1);
+    assert_eq!((status.kept, status.lost), (0, 1));
+}
+
+#[test]
+fn what_a_failing_disk_had_taken_before_is_kept_and_the_rest_is_lost() {
+    let status = on_a_failing_disk(2, 3);
+    assert_eq!((status.kept, status.lost), (2, 1));
 }
 
 #[test]

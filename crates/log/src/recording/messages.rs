@@ -2,25 +2,29 @@
 //! no more than that is in memory.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::collections::{BinaryHeap, VecDeque};
 use std::fs::File;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use mcap::records::{Record, op};
 
-use super::{Channel, Chunk, Message, ReadError, Recording, scan};
+use super::{Chunk, Message, Part, ReadError, Recording, failed, scan};
+
+/// Most bytes of messages that wait for those before them: several chunks of the greatest size, and less than would hurt.
+const MOST_HELD: usize = 1 << 30;
 
 /// The messages of a recording in the order of their log times. Ends with the first error.
 pub struct Messages {
-    path: PathBuf,
-    file: File,
-    channels: BTreeMap<u16, Arc<Channel>>,
+    parts: Vec<Part>,
+    /// The part that was read last.
+    file: Option<(usize, File)>,
     /// What was before is passed over.
     from: u64,
     /// Those not opened yet, by their first time.
     chunks: VecDeque<Chunk>,
     waiting: BinaryHeap<Reverse<Waiting>>,
+    /// Bytes of those that wait.
+    held: usize,
     /// Messages taken from chunks so far: keeps those of one time in the order of the file.
     count: u64,
     /// Told behind all that could be read.
@@ -34,14 +38,9 @@ struct Waiting {
 
 impl Messages {
     pub(super) fn new(recording: &Recording, from: u64) -> Result<Self, ReadError> {
-        let file = File::open(&recording.path).map_err(|error| ReadError::File {
-            path: recording.path.clone(),
-            error,
-        })?;
         Ok(Self {
-            path: recording.path.clone(),
-            file,
-            channels: recording.channels.clone(),
+            file: recording.parts.first().map(|part| open(0, part)).transpose()?,
+            parts: recording.parts.clone(),
             from,
             chunks: recording
                 .chunks
@@ -50,6 +49,7 @@ impl Messages {
                 .copied()
                 .collect(),
             waiting: BinaryHeap::new(),
+            held: 0,
             count: 0,
             failed: None,
         })
@@ -69,15 +69,17 @@ impl Messages {
     }
 
     fn load(&mut self, chunk: Chunk) -> Result<(), ReadError> {
+        let part = &self.parts[chunk.part];
         let damaged = |reason: String| ReadError::Damaged {
-            path: self.path.clone(),
+            path: part.path.clone(),
             offset: chunk.offset,
             reason,
         };
-        let read = scan::record(&mut self.file, chunk.offset).map_err(|error| ReadError::File {
-            path: self.path.clone(),
-            error,
-        })?;
+        let (_, file) = match &mut self.file {
+            Some(file) if file.0 == chunk.part => file,
+            other => other.insert(open(chunk.part, part)?),
+        };
+        let read = scan::record(file, chunk.offset).map_err(failed(&part.path))?;
         let Some((opcode, body)) = read else {
             return Err(damaged("it was cut off".to_owned()));
         };
@@ -87,7 +89,7 @@ impl Messages {
             if let Record::Message { header, data } = record
                 && header.log_time >= self.from
             {
-                match self.channels.get(&header.channel_id) {
+                match part.channels.get(&header.channel_id) {
                     Some(channel) => messages.push(Message {
                         channel: Arc::clone(channel),
                         log_time: header.log_time,
@@ -105,10 +107,17 @@ impl Messages {
             op::MESSAGE => mcap::parse_record(opcode, &body).and_then(take),
             _ => return Err(damaged("here is no chunk, though the index says so".to_owned())),
         };
-        unpacked.map_err(|error| damaged(error.to_string()))?;
+        unpacked.map_err(|error| damaged(scan::words(&error)))?;
         if let Some(channel) = stray {
             return Err(damaged(format!(
                 "a message is on channel {channel}, which is nowhere defined"
+            )));
+        }
+        self.held += messages.iter().map(size).sum::<usize>();
+        if self.held > MOST_HELD {
+            return Err(damaged(format!(
+                "its chunks overlap so much in time that more than {} MB would be in memory at once",
+                MOST_HELD >> 20
             )));
         }
         for message in messages {
@@ -120,6 +129,11 @@ impl Messages {
     }
 }
 
+fn open(place: usize, part: &Part) -> Result<(usize, File), ReadError> {
+    let file = File::open(&part.path).map_err(failed(&part.path))?;
+    Ok((place, file))
+}
+
 impl Iterator for Messages {
     type Item = Result<Message, ReadError>;
 
@@ -129,10 +143,18 @@ impl Iterator for Messages {
             self.failed = Some(error);
         }
         match self.waiting.pop() {
-            Some(Reverse(waiting)) => Some(Ok(waiting.message)),
+            Some(Reverse(waiting)) => {
+                self.held -= size(&waiting.message);
+                Some(Ok(waiting.message))
+            }
             None => self.failed.take().map(Err),
         }
     }
+}
+
+/// Bytes of memory that a message takes.
+fn size(message: &Message) -> usize {
+    size_of::<Waiting>() + message.data.len()
 }
 
 impl PartialEq for Waiting {

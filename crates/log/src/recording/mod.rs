@@ -1,10 +1,11 @@
-//! Reading a recording back: what channels it has, and its messages in the order of their times. One that was cut off, by a
-//! power cut or a full disk, is read up to the damage. Reads any MCAP file without needing a clock, a robot or a plugin.
+//! Reading a recording back: what channels it has, and its messages in the order of their times. One in parts is read as one. One
+//! that was cut off, by a power cut or a full disk, is read up to the damage. Reads any MCAP file without needing a clock, a robot or a plugin.
 
 mod messages;
-mod scan;
+pub(crate) mod scan;
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -14,17 +15,24 @@ use mcap::records::Record;
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
 use mcap::{McapError, Summary};
 
+use crate::part::{self, BEGINS, BYTE, Mark, PART};
 pub use messages::Messages;
+use scan::Found;
+
+/// What was lost while it was recorded, by topic.
+const LOST: &str = "jde/lost";
 
 /// A recording, open for reading.
 pub struct Recording {
     path: PathBuf,
-    channels: BTreeMap<u16, Arc<Channel>>,
+    /// In their order.
+    parts: Vec<Part>,
+    channels: Vec<Arc<Channel>>,
     /// In the order of their first message's times.
     chunks: Vec<Chunk>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// By name, where each attached file is.
-    attached: BTreeMap<String, u64>,
+    /// By name, in which part each attached file is, and where.
+    attached: BTreeMap<String, (usize, u64)>,
     damage: Option<Damage>,
 }
 
@@ -80,6 +88,19 @@ pub enum ReadError {
         /// Why.
         error: io::Error,
     },
+    /// A folder without a recording.
+    #[error("{} holds no recording; name an MCAP file, or the folder of one", .0.display())]
+    Nothing(PathBuf),
+    /// A folder with several.
+    #[error("{} holds {count} recordings; name one, such as {}", path.display(), first.display())]
+    Several {
+        /// The folder.
+        path: PathBuf,
+        /// How many.
+        count: usize,
+        /// A file of one of them.
+        first: PathBuf,
+    },
     /// It is no recording.
     #[error("{} is no MCAP file; give one that `jde run --record` has written", .0.display())]
     NotMcap(PathBuf),
@@ -95,41 +116,64 @@ pub enum ReadError {
     },
 }
 
+/// A file of a recording.
+#[derive(Clone, Debug)]
+struct Part {
+    path: PathBuf,
+    /// By its own numbers.
+    channels: BTreeMap<u16, Arc<Channel>>,
+    /// Its place among the parts, from 1; none if it is no part.
+    number: Option<u32>,
+}
+
 /// Where a chunk is, and when its first and its last message were published.
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
+    part: usize,
     offset: u64,
     start: u64,
     end: u64,
 }
 
 impl Recording {
-    /// Opens a recording: by its index, or if it was cut off by reading all of it once.
+    /// Opens a recording: by its index, or if it was cut off by reading all of it once. Of one in parts any part, the name from which
+    /// they are numbered, or a folder in which nothing else is recorded stands for all of it.
     ///
     /// # Errors
-    /// [`ReadError::File`], [`ReadError::NotMcap`].
+    /// [`ReadError::File`], [`ReadError::NotMcap`], and of a folder [`ReadError::Nothing`] and [`ReadError::Several`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let failed = |error| ReadError::File {
-            path: path.to_owned(),
-            error,
+        let mut found = part::recordings(path).map_err(failed(path))?;
+        let Some(first) = found.pop() else {
+            return Err(ReadError::Nothing(path.to_owned()));
         };
-        let mut file = File::open(path).map_err(failed)?;
-        let mut magic = [0; mcap::MAGIC.len()];
-        match file.read_exact(&mut magic) {
-            Ok(()) if magic == mcap::MAGIC => {}
-            Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(failed(error)),
-            Ok(()) | Err(_) => return Err(ReadError::NotMcap(path.to_owned())),
+        if !found.is_empty() {
+            return Err(ReadError::Several {
+                path: path.to_owned(),
+                count: found.len() + 1,
+                first: first.into_iter().next().unwrap_or_default(),
+            });
         }
-        if let Some(recording) = Self::indexed(path, &mut file).map_err(failed)? {
-            return Ok(recording);
+        let mut recording = Self {
+            path: path.to_owned(),
+            parts: Vec::new(),
+            channels: Vec::new(),
+            chunks: Vec::new(),
+            metadata: BTreeMap::new(),
+            attached: BTreeMap::new(),
+            damage: None,
+        };
+        for path in first {
+            let found = read(&path)?;
+            recording.add(path, found);
         }
-        let found = scan::scan(&mut file).map_err(failed)?;
-        Ok(Self::new(path, &found.summary, found.metadata, found.damage))
+        let order = |chunk: &Chunk| (chunk.start, chunk.part, chunk.offset);
+        recording.chunks.sort_by_key(order);
+        Ok(recording)
     }
 
     /// Its channels, in the order in which they were added.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
-        self.channels.values().map(|channel| &**channel)
+        self.channels.iter().map(|channel| &**channel)
     }
 
     /// What it says of itself under a name: `jde` has `application`, `seed`, `start_ns`; `jde/lost` the number of values lost
@@ -149,15 +193,12 @@ impl Recording {
     /// # Errors
     /// [`ReadError::File`].
     pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
-        let Some(offset) = self.attached.get(name) else {
+        let Some((part, offset)) = self.attached.get(name) else {
             return Ok(None);
         };
-        let failed = |error| ReadError::File {
-            path: self.path.clone(),
-            error,
-        };
-        let mut file = File::open(&self.path).map_err(failed)?;
-        let record = scan::record(&mut file, *offset).map_err(failed)?;
+        let path = &self.parts[*part].path;
+        let mut file = File::open(path).map_err(failed(path))?;
+        let record = scan::record(&mut file, *offset).map_err(failed(path))?;
         Ok(
             record.and_then(|(opcode, body)| match mcap::parse_record(opcode, &body) {
                 Ok(Record::Attachment { data, .. }) => Some(data.into_owned()),
@@ -166,13 +207,31 @@ impl Recording {
         )
     }
 
-    /// Its file.
+    /// What was opened: its file, one of its files or their folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where it ends too soon, if it does.
+    /// Its files, in their order.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.parts.iter().map(|part| &*part.path)
+    }
+
+    /// The number of the first part that is there, from 1; none if it is whole in one file.
+    #[must_use]
+    pub fn first_part(&self) -> Option<u32> {
+        self.parts.first()?.number
+    }
+
+    /// Numbers of the parts that are missing between the first and the last that are there.
+    pub fn missing(&self) -> impl Iterator<Item = u32> {
+        let numbers = || self.parts.iter().filter_map(|part| part.number);
+        let between = numbers().zip(numbers().skip(1));
+        between.flat_map(|(one, next)| one.saturating_add(1)..next)
+    }
+
+    /// Where it ends too soon, if it does; of several parts, where the first that does.
     #[must_use]
     pub fn damage(&self) -> Option<&Damage> {
         self.damage.as_ref()
@@ -194,66 +253,131 @@ impl Recording {
         Messages::new(self, log_time)
     }
 
-    /// The log times of its first and its last message; none if it has none.
+    /// The log times of its first and its last message, in this order, as the file has it; none if it has none.
     #[must_use]
     pub fn times(&self) -> Option<(u64, u64)> {
         // A chunk without messages has no times.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.end > 0);
         let first = chunks().map(|chunk| chunk.start).min()?;
         let last = chunks().map(|chunk| chunk.end).max()?;
-        Some((first, last))
+        // What a file claims of its chunks need not be so.
+        Some((first.min(last), last.max(first)))
     }
 
-    /// None if there is no index that can be read.
-    fn indexed(path: &Path, file: &mut File) -> io::Result<Option<Self>> {
-        let Some(summary) = summary(file)?.filter(finds_all) else {
-            return Ok(None);
+    /// Adds what was found in a file. What a part repeats of the part before it is left out.
+    fn add(&mut self, path: PathBuf, found: Found) {
+        let Found {
+            summary,
+            metadata,
+            damage,
+        } = found;
+        let number = metadata.get(PART).and_then(Mark::of).map(|mark| mark.number);
+        let before = self.parts.last().and_then(|part| part.number);
+        let follows = before.is_some() && before.and_then(|before| before.checked_add(1)) == number;
+        let news = match metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
+            _ if !follows => 0,
+            Some(byte) => byte.parse().unwrap_or(0),
+            // It was cut off before it held anything new.
+            None => u64::MAX,
         };
-        let mut metadata = BTreeMap::new();
-        for index in &summary.metadata_indexes {
-            let Some((opcode, body)) = scan::record(file, index.offset)? else {
-                return Ok(None);
+        let part = self.parts.len();
+        let mut channels = BTreeMap::new();
+        let found: BTreeMap<_, _> = summary.channels.iter().collect();
+        let known = self.channels.len();
+        for (id, channel) in found {
+            let channel = Channel::from(&**channel);
+            let same = self.channels[..known].iter().find(|known| ***known == channel);
+            let channel = match same {
+                Some(known) => Arc::clone(known),
+                None => Arc::clone(self.channels.push_mut(Arc::new(channel))),
             };
-            match mcap::parse_record(opcode, &body) {
-                Ok(Record::Metadata(one)) => metadata.insert(one.name, one.metadata),
-                Ok(_) | Err(_) => return Ok(None),
-            };
+            channels.insert(*id, channel);
         }
-        Ok(Some(Self::new(path, &summary, metadata, None)))
-    }
-
-    fn new(
-        path: &Path,
-        summary: &Summary,
-        metadata: BTreeMap<String, BTreeMap<String, String>>,
-        damage: Option<Damage>,
-    ) -> Self {
-        let channels = summary.channels.iter();
-        let mut chunks: Vec<_> = summary
+        let news = summary
             .chunk_indexes
             .iter()
-            .map(|index| Chunk {
-                offset: index.chunk_start_offset,
-                start: index.message_start_time,
-                end: index.message_end_time,
-            })
-            .collect();
-        chunks.sort_by_key(|chunk| (chunk.start, chunk.offset));
-        Self {
-            path: path.to_owned(),
-            channels: channels
-                .map(|(id, channel)| (*id, Arc::new(Channel::from(&**channel))))
-                .collect(),
-            chunks,
-            metadata,
-            attached: summary
-                .attachment_indexes
-                .iter()
-                .map(|index| (index.name.clone(), index.offset))
-                .collect(),
-            damage,
+            .filter(|index| index.chunk_start_offset >= news);
+        self.chunks.extend(news.map(|index| Chunk {
+            part,
+            offset: index.chunk_start_offset,
+            start: index.message_start_time,
+            end: index.message_end_time,
+        }));
+        for (name, said) in metadata {
+            match self.metadata.entry(name) {
+                Entry::Vacant(free) => drop(free.insert(said)),
+                Entry::Occupied(mut known) if known.key() == LOST => add_up(known.get_mut(), &said),
+                Entry::Occupied(_) => {}
+            }
         }
+        for index in &summary.attachment_indexes {
+            let place = (part, index.offset);
+            self.attached.entry(index.name.clone()).or_insert(place);
+        }
+        if let Some(Damage { offset, reason }) = damage.filter(|_| self.damage.is_none()) {
+            let reason = match path.file_name() {
+                Some(name) if number.is_some() => format!("{}: {reason}", name.display()),
+                _ => reason,
+            };
+            self.damage = Some(Damage { offset, reason });
+        }
+        self.parts.push(Part {
+            path,
+            channels,
+            number,
+        });
     }
+}
+
+/// Adds numbers of values lost to others.
+fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) {
+    let number = |text: &str| text.parse::<u64>().unwrap_or(0);
+    for (topic, more) in more {
+        let lost = lost.entry(topic.clone()).or_default();
+        *lost = (number(lost) + number(more)).to_string();
+    }
+}
+
+fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {
+    |error| ReadError::File {
+        path: path.to_owned(),
+        error,
+    }
+}
+
+/// Reads what is in a file.
+fn read(path: &Path) -> Result<Found, ReadError> {
+    let mut file = File::open(path).map_err(failed(path))?;
+    let mut magic = [0; mcap::MAGIC.len()];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == mcap::MAGIC => {}
+        Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(failed(path)(error)),
+        Ok(()) | Err(_) => return Err(ReadError::NotMcap(path.to_owned())),
+    }
+    let indexed = indexed(&mut file).map_err(failed(path))?;
+    indexed.map_or_else(|| scan::scan(&mut file).map_err(failed(path)), Ok)
+}
+
+/// None if there is no index that can be read.
+fn indexed(file: &mut File) -> io::Result<Option<Found>> {
+    let Some(summary) = summary(file)?.filter(finds_all) else {
+        return Ok(None);
+    };
+    let mut metadata = BTreeMap::new();
+    for index in &summary.metadata_indexes {
+        let Some((opcode, body)) = scan::record(file, index.offset)? else {
+            return Ok(None);
+        };
+        match mcap::parse_record(opcode, &body) {
+            Ok(Record::Metadata(one)) => metadata.insert(one.name, one.metadata),
+            Ok(_) | Err(_) => return Ok(None),
+        };
+    }
+    Ok(Some(Found {
+        summary,
+        metadata,
+        damage: None,
+    }))
 }
 
 impl From<&mcap::Channel<'_>> for Channel {

@@ -8,16 +8,19 @@ use std::sync::Arc;
 use mcap::read::ChannelAccumulator;
 use mcap::records::{AttachmentHeader, AttachmentIndex, ChunkHeader, ChunkIndex, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{Channel, McapResult, Summary};
+use mcap::{Channel, McapError, McapResult, Summary};
 
 use super::Damage;
 
 /// Bytes of a record before its body: what it is, and how long.
-const HEAD: u64 = 9;
+pub(crate) const HEAD: u64 = 9;
 /// The most that a chunk may grow when it is unpacked: LZ4 cannot do more, whatever a spoilt length says.
 const MOST_EXPANSION: usize = 256;
 /// Zstandard can, so what is no more than this is believed.
 const HARMLESS: usize = 64 << 20;
+/// The most that a chunk may be when it is unpacked, whatever its packed size: all of it is in memory at once, and recorders fill chunks of
+/// a few megabytes.
+const MOST_UNPACKED: usize = 256 << 20;
 
 /// What was found.
 pub(super) struct Found {
@@ -100,7 +103,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<Found> {
             other => names.learn(other),
         });
         if let Err(error) = taken {
-            break Some(error.to_string());
+            break Some(words(&error));
         }
         offset += length;
     };
@@ -130,8 +133,8 @@ fn is_end(file: &mut File, offset: u64) -> io::Result<bool> {
     Ok(false)
 }
 
-/// The record at an offset; none if the file ends before it does.
-pub(super) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec<u8>)>> {
+/// What the record at an offset is, and how long its body; none if the file ends before it does.
+pub(crate) fn head(file: &mut File, offset: u64) -> io::Result<Option<(u8, u64)>> {
     let end = file.seek(SeekFrom::End(0))?;
     file.seek(SeekFrom::Start(offset))?;
     let mut head = [0; HEAD as usize];
@@ -142,10 +145,16 @@ pub(super) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec
     }
     let [opcode, length @ ..] = head;
     let length = u64::from_le_bytes(length);
+    let inside = offset.saturating_add(HEAD).saturating_add(length) <= end;
+    Ok(inside.then_some((opcode, length)))
+}
+
+/// The record at an offset; none if the file ends before it does.
+pub(crate) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec<u8>)>> {
     // Before so much memory is taken.
-    if offset.saturating_add(HEAD).saturating_add(length) > end {
+    let Some((opcode, length)) = head(file, offset)? else {
         return Ok(None);
-    }
+    };
     let mut body = vec![0; length as usize];
     match file.read_exact(&mut body) {
         Ok(()) => Ok(Some((opcode, body))),
@@ -163,7 +172,11 @@ pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<(
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(body.len().saturating_mul(MOST_EXPANSION).max(HARMLESS));
+        .with_record_length_limit(
+            body.len()
+                .saturating_mul(MOST_EXPANSION)
+                .clamp(HARMLESS, body.len().max(MOST_UNPACKED)),
+        );
     let mut reader = LinearReader::new_with_options(options);
     let mut head = vec![op::CHUNK];
     head.extend((body.len() as u64).to_le_bytes());
@@ -178,6 +191,18 @@ pub(super) fn each(body: &[u8], mut take: impl FnMut(Record<'_>) -> McapResult<(
         }
     }
     Ok(())
+}
+
+/// What is wrong, in words.
+pub(super) fn words(error: &McapError) -> String {
+    match error {
+        McapError::ChunkTooLarge(bytes) | McapError::RecordTooLarge { len: bytes, .. } => format!(
+            "a chunk would be {} MB when it is unpacked, which is too much: at most {} MB, and {MOST_EXPANSION} times its packed size",
+            bytes >> 20,
+            MOST_UNPACKED >> 20
+        ),
+        error => error.to_string(),
+    }
 }
 
 impl Names {

@@ -26,6 +26,16 @@ pub struct Drive {
     first: BTreeMap<String, Vec<u8>>,
 }
 
+/// The file of an application as a recording has it. Whoever made the recording wrote it, the names of folders included.
+pub struct Attached {
+    /// Its name, without a folder.
+    pub name: String,
+    /// What stood in it.
+    pub text: String,
+    /// Where it stood, if there is such a folder here.
+    pub folder: Option<PathBuf>,
+}
+
 impl Drive {
     /// Opens a recording of a whole run, from its start on.
     ///
@@ -93,12 +103,11 @@ impl Drive {
         self.start
     }
 
-    /// The file of its application: where it was, and its text. A folder that is not there any more is replaced by the working
-    /// directory.
+    /// The file of its application: where it was, and its text.
     ///
     /// # Errors
     /// [`ReplayError::Read`]; [`ReplayError::Lacks`] if it is not in the recording.
-    pub fn application(&self) -> Result<(PathBuf, String), ReplayError> {
+    pub fn application(&self) -> Result<Attached, ReplayError> {
         let lacks = || ReplayError::Lacks {
             path: self.recording.path().display().to_string(),
             what: "the file of its application is not in it; name one with --app".to_owned(),
@@ -106,11 +115,9 @@ impl Drive {
         let name = self.recording.attachments().next().ok_or_else(lacks)?.to_owned();
         let text = self.recording.attachment(&name)?.ok_or_else(lacks)?;
         let text = String::from_utf8(text).map_err(|_| lacks())?;
-        let folder = self
-            .said("folder")
-            .map(Path::new)
-            .filter(|folder| folder.is_dir());
-        Ok((folder.unwrap_or(Path::new("")).join(name), text))
+        let folder = self.said("folder").map(PathBuf::from);
+        let folder = folder.filter(|folder| folder.is_dir());
+        Ok(Attached { name, text, folder })
     }
 
     /// Gives every modulation and period of an application the value with which the recording starts, but those that `keep` names
@@ -123,7 +130,7 @@ impl Drive {
                 self.first.get(&name).filter(|_| !keep(&name))
             };
             for (port, binding) in instance.schema.ports.iter().zip(&mut instance.bindings) {
-                let Binding::Modulation { initial } = binding else {
+                let Binding::Modulation { initial, .. } = binding else {
                     continue;
                 };
                 let value = first(&port.name).and_then(|message| cdr::decode(&port.value_type, message).ok());
@@ -143,7 +150,7 @@ impl Drive {
         let mut differences = differ::casts(&self.cast, &Cast::of(application, self.cast.lockstep));
         for instance in &application.instances {
             for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
-                let Binding::Modulation { initial } = binding else {
+                let Binding::Modulation { initial, .. } = binding else {
                     continue;
                 };
                 let name = format!("{}.{}", instance.name, port.name);

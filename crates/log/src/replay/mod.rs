@@ -1,5 +1,5 @@
-//! Decision replay: a recorded drive is taken again by the schemas as they are now, and every selection is held against the
-//! recorded one. So a new build of a behaviour is tested against yesterday's drive.
+//! Decision replay: a recorded drive is taken again by the schemas as they are now, and every selection and all that schemas wrote is
+//! held against what was recorded. So a new build of a behaviour is tested against yesterday's drive.
 //!
 //! What the drivers exported comes from the recording, every schema takes its turns in the order of then and sees the values of
 //! then (`jde_host::replay`). Starts no driver, moves nothing.
@@ -10,6 +10,7 @@ mod drive;
 mod steps;
 mod tape;
 mod translation;
+mod values;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,8 +26,10 @@ use jde_host::{Handle, StartError};
 use crate::ReadError;
 use compare::Compared;
 pub use compare::{Comparison, Difference, Side};
-pub use drive::Drive;
+pub use drive::{Attached, Drive};
 use tape::Tape;
+use values::Held;
+pub use values::{Allowed, Deviation, Tolerance, Values};
 
 /// How far apart two times may be that are one: what happened by itself in a replay, as timers do, has not the machine's delay.
 const APART: Nanos = 1_000_000;
@@ -47,6 +50,14 @@ pub enum ReplayError {
         /// What it lacks.
         what: String,
     },
+    /// A tolerance is stated for a type that nothing is written of.
+    #[error("nothing in the application is a {name}{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
+    Tolerance {
+        /// The type.
+        name: String,
+        /// The nearest there is.
+        nearest: Option<String>,
+    },
     /// The application did not start.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -66,6 +77,8 @@ pub struct Span {
 pub struct Verdict {
     /// The selections, held against each other.
     pub comparison: Comparison,
+    /// What schemas did, held against what they did then; none if the recording, of an older version, does not tell.
+    pub values: Option<Values>,
     /// How far it went, ns.
     pub until: Nanos,
     /// Steps of turns that the recording has lost.
@@ -92,10 +105,10 @@ impl Default for Span {
 }
 
 impl Verdict {
-    /// Whether every selection is as it was.
+    /// Whether every selection is as it was, and all that schemas did.
     #[must_use]
     pub fn is_same(&self) -> bool {
-        self.comparison.different == 0
+        self.comparison.different == 0 && self.values.as_ref().is_none_or(|values| values.different == 0)
     }
 }
 
@@ -108,6 +121,7 @@ pub fn decide(
     application: Application,
     plugins: &Plugins,
     span: Span,
+    tolerance: &Tolerance,
     mut progress: impl FnMut(Nanos) -> bool,
 ) -> Result<Verdict, ReplayError> {
     let tape = Tape::new(drive, &application, &sources(&application))?;
@@ -123,6 +137,7 @@ pub fn decide(
         }
     });
     let mut decided = Decided::new(&application);
+    let mut held = Held::new(span, tolerance, &application);
     let past = Box::new(tape.clone());
     let mut replay = Replay::start(application, plugins, vec![observer], past, slack)?;
     let handle = replay.handle();
@@ -141,6 +156,9 @@ pub fn decide(
                 let saw = saw.remove(&decision.number).unwrap_or_default();
                 compared.replayed(decision, saw);
             }
+        }
+        for deed in replay.deeds() {
+            held.add(&deed);
         }
         let now = tape.time();
         for decision in tape.decisions() {
@@ -172,6 +190,7 @@ pub fn decide(
     Ok(Verdict {
         reloads: tape.reloads().into_iter().filter_map(name).collect(),
         comparison: compared.finish(until),
+        values: drive.cast().writes.then(|| held.finish()),
         until,
         lost_steps: tape.lost_steps(),
         missed: replay.missed(),

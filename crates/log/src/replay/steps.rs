@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use jde_core::Nanos;
 use jde_host::replay::Step;
-use jde_host::turn::Turn;
+use jde_host::turn::Told;
 
 /// Steps that wait for those before them.
 pub(super) struct Steps {
@@ -59,7 +59,7 @@ impl Steps {
     }
 
     /// Adds those of a turn.
-    pub(super) fn put(&mut self, turn: &Arc<Turn>) {
+    pub(super) fn put(&mut self, turn: &Arc<Told>) {
         for step in Step::of(turn) {
             self.count += 1;
             let key = (step.order, !step.is_transaction(), step.time, self.count);
@@ -125,12 +125,17 @@ impl Ord for Waiting {
 
 #[cfg(test)]
 mod tests {
-    use jde_host::turn::{Call, Moment};
+    use jde_host::turn::{Call, Moment, Turn};
 
     use super::*;
 
-    fn tick(order: u64, time: Nanos) -> Arc<Turn> {
-        Arc::new(Turn {
+    fn told(turn: Turn) -> Arc<Told> {
+        let ports = Vec::new();
+        Arc::new(Told { turn, ports })
+    }
+
+    fn tick(order: u64, time: Nanos) -> Arc<Told> {
+        told(Turn {
             kind: Turn::TICKED,
             checked: Moment { order, time },
             ..Turn::default()
@@ -138,8 +143,8 @@ mod tests {
     }
 
     /// A turn that looks behind transaction `after` and tells the rules in transaction `checked`.
-    fn check(after: u64, checked: u64, time: Nanos) -> Arc<Turn> {
-        Arc::new(Turn {
+    fn check(after: u64, checked: u64, time: Nanos) -> Arc<Told> {
+        told(Turn {
             kind: Turn::CYCLED,
             looked: Call {
                 after,

@@ -9,7 +9,7 @@ use jde_core::Nanos;
 use jde_host::app::Application;
 use jde_host::replay::{Old, Past, Source, Step};
 use jde_host::story::{Decision, Kind, Line, Touched};
-use jde_host::turn::Turn;
+use jde_host::turn::{INPUTS, Told, Turn};
 use jde_panel::Gesture;
 use jde_ros::{cdr, definition};
 use jde_types::Value;
@@ -24,8 +24,10 @@ use crate::turns::TOPIC;
 const PATIENCE: Nanos = 30_000_000_000;
 /// How much later than it was seen a value may have been published by what its writer says.
 const LATE: Nanos = 2_000_000_000;
-/// Values of a modulation that are kept for an operator's step.
+/// Fewest values of a variable that are kept for the steps in which they were written: those are read later than the values.
 const WRITTEN: usize = 64;
+/// Bytes kept of one beyond those.
+const ROOM: usize = 4 << 20;
 
 /// A recording on its way through a replay. Clones are the same one.
 #[derive(Clone)]
@@ -48,6 +50,10 @@ struct Inner {
     sources: Vec<Lane>,
     source_of: BTreeMap<String, usize>,
     written: BTreeMap<String, Written>,
+    /// Ports that belong to the next turn of a schema, by its number in the recording.
+    more: BTreeMap<u32, Vec<u32>>,
+    /// Turns of which not all ports are there.
+    partial: u64,
     /// What people did to panels and is not taken up again yet, by its number: who, and what.
     touches: BTreeMap<u64, (String, Gesture)>,
     decisions: Vec<Decision>,
@@ -55,7 +61,7 @@ struct Inner {
     reloads: Vec<(u32, Nanos)>,
 }
 
-/// The last values of a modulation or a period, by their numbers.
+/// The last values of a variable that schemas or operators write, by their numbers.
 struct Written {
     value_type: Arc<Type>,
     values: VecDeque<(u32, Vec<u8>)>,
@@ -146,6 +152,8 @@ impl Tape {
                         last: 0,
                     })
                     .collect(),
+                more: BTreeMap::new(),
+                partial: 0,
                 touches: BTreeMap::new(),
                 decisions: Vec::new(),
                 reloads: Vec::new(),
@@ -177,7 +185,8 @@ impl Tape {
     }
 
     pub(super) fn lost_steps(&self) -> u64 {
-        self.lock().steps.lost()
+        let inner = self.lock();
+        inner.steps.lost() + inner.partial
     }
 
     pub(super) fn damage(&self) -> Option<String> {
@@ -312,7 +321,18 @@ impl Inner {
         let Some(turn) = Turn::from_bytes(&bytes) else {
             return;
         };
-        let turn = self.translation.of(turn);
+        if turn.kind == Turn::MORE {
+            // A row that is begun anew is that of another turn.
+            let row = self.more.entry(turn.schema).or_default();
+            row.truncate((turn.detail as usize).saturating_sub(INPUTS));
+            row.extend_from_slice(&turn.inputs);
+            return;
+        }
+        let mut ports = turn.inputs.to_vec();
+        ports.extend(self.more.remove(&turn.schema).into_iter().flatten());
+        let has_ports = turn.inputs.len() == INPUTS;
+        self.partial += u64::from(has_ports && ports.len() != self.translation.ports_then(turn.schema));
+        let turn = self.translation.of(Told { turn, ports });
         if turn.kind == Turn::RELOADED {
             self.reloads.push((turn.schema, turn.time()));
         }
@@ -358,7 +378,7 @@ impl Inner {
         } else if let Some(Written { value_type, values }) = self.written.get_mut(variable)
             && let Ok(bytes) = cdr::decode(value_type, &message.data)
         {
-            if values.len() == WRITTEN {
+            if values.len() >= WRITTEN.max(ROOM / value_type.bytes.max(1)) {
                 values.pop_front();
             }
             values.push_back((message.sequence, bytes));

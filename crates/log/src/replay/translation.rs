@@ -2,7 +2,7 @@
 //! found by their names; what is not there any more is nobody's.
 
 use jde_host::app::Application;
-use jde_host::turn::{INPUTS, Turn};
+use jde_host::turn::{Told, Turn};
 
 use super::Drive;
 
@@ -10,6 +10,8 @@ use super::Drive;
 pub(super) struct Translation {
     schemas: Vec<Option<Member>>,
     groups: Vec<u64>,
+    /// Of each schema of the recording, how many ports it has.
+    counts: Vec<usize>,
 }
 
 struct Member {
@@ -39,33 +41,36 @@ impl Translation {
         Self {
             schemas: schemas.collect(),
             groups: groups.collect(),
+            counts: cast.schemas.iter().map(|then| then.ports.len()).collect(),
         }
     }
 
     /// A turn as the application numbers it.
-    pub(super) fn of(&self, mut turn: Turn) -> Turn {
+    pub(super) fn of(&self, told: Told) -> Told {
+        let Told { mut turn, ports } = told;
         match turn.kind {
-            Turn::STARTED | Turn::TICKED | Turn::ENDED => return turn,
+            Turn::STARTED | Turn::TICKED | Turn::ENDED => return Told { turn, ports },
             Turn::ARBITRATED => {
-                let group = usize::try_from(turn.detail)
-                    .ok()
-                    .and_then(|group| self.groups.get(group));
-                turn.detail = group.copied().unwrap_or(u64::MAX);
+                turn.detail = self.group(turn.detail);
             }
             _ => {}
         }
         let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
             // Its transactions count, and are nobody's.
             (turn.kind, turn.schema) = (0, u32::MAX);
-            return turn;
+            return Told { turn, ports };
         };
         turn.schema = member.number;
+        if turn.kind == Turn::LED && turn.way == Turn::CHANGED_POLICY {
+            turn.detail = self.group(turn.detail);
+            return Told { turn, ports };
+        }
         if turn.kind == Turn::LED {
             let child = usize::try_from(turn.detail)
                 .ok()
                 .and_then(|child| self.schemas.get(child)?.as_ref());
             turn.detail = child.map_or(u64::MAX, |child| u64::from(child.number));
-            return turn;
+            return Told { turn, ports };
         }
         if turn.kind == Turn::OPERATED {
             if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
@@ -75,15 +80,21 @@ impl Translation {
                     .position(|then| *then == Some(turn.detail as usize));
                 turn.detail = now.map_or(u64::MAX, |port| port as u64);
             }
-            return turn;
+            return Told { turn, ports };
         }
-        let then = turn.inputs;
-        let inputs = turn.inputs.resize(member.ports.len().min(INPUTS));
-        for (input, port) in inputs.iter_mut().zip(&member.ports) {
-            *input = port
-                .and_then(|port| then.get(port).copied())
-                .unwrap_or(Turn::UNSEEN);
-        }
-        turn
+        let told = |port: &Option<usize>| port.and_then(|port| ports.get(port).copied());
+        let ports = member.ports.iter().map(|port| told(port).unwrap_or(Turn::UNSEEN));
+        let ports = ports.collect();
+        Told { turn, ports }
+    }
+
+    fn group(&self, then: u64) -> u64 {
+        let group = usize::try_from(then).ok().and_then(|then| self.groups.get(then));
+        group.copied().unwrap_or(u64::MAX)
+    }
+
+    /// How many ports a schema of the recording has, by its number there.
+    pub(super) fn ports_then(&self, schema: u32) -> usize {
+        self.counts.get(schema as usize).copied().unwrap_or(0)
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Around {
     /// Its place among the files that others are told of.
     pub(super) place: usize,
     lost: BTreeMap<String, u64>,
-    /// Messages and bytes that had reached the file when the disk failed, and messages that had not.
+    /// Messages and bytes that had reached the file when the disk failed, and messages that are lost by that.
     left: (u64, u64, u64),
     /// How often a condition came true.
     fired: u32,
@@ -142,13 +142,16 @@ impl Around {
         file.finish(&self.lost)
     }
 
-    /// Lets go of the file where it is; answers with the number of messages that were on their way to it.
+    /// Lets go of the file where it is; answers with the number of messages that were given to it and are not kept.
     pub(super) fn abandon(&mut self) -> u64 {
         let Some(file) = self.file.take() else {
             return 0;
         };
-        self.left = (file.kept(), file.bytes(), file.unflushed());
-        file.unflushed()
+        let mut ended = file.ended();
+        // What was wrong is known; this is for how much of it the disk has.
+        let _ = ended.wait();
+        self.left = (ended.kept(), ended.bytes(), ended.unkept());
+        ended.unkept()
     }
 
     /// Tells how the file is doing.

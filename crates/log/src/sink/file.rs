@@ -1,14 +1,14 @@
-//! One file under way: its channels, when it was last flushed, and what is in no chunk yet. The first thing that fails is the
-//! last that is tried; counting what was lost is its owner's business.
+//! One file under way: its channels, when it was last flushed, and what of it the system and the disk have. The first thing that
+//! fails is the last that is tried; counting what was lost is its owner's business.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io;
 use std::time::{Duration, Instant};
 
-use super::syncer::Syncer;
+use super::syncer::{Disk, Syncer};
 use super::{Channel, lost_words};
 use crate::Origin;
+use crate::part::Mark;
 use crate::writer::{Output, Times, Writer};
 
 /// Time between two flushes: half of the second that may be lost.
@@ -17,26 +17,47 @@ const FLUSH: Duration = Duration::from_millis(500);
 /// A file under way.
 pub(crate) struct Begun {
     writer: Writer,
-    syncer: Option<Syncer>,
     /// The file's own numbers of channels.
     channels: Vec<u16>,
     flushed: Instant,
-    /// Messages since then.
-    unflushed: u64,
-    kept: u64,
+    messages: Messages,
+}
+
+/// A file that is whole, as far as this process can tell: the disk may not have all of it yet.
+pub(crate) struct Ended {
+    messages: Messages,
+    bytes: u64,
+}
+
+/// The messages of a file, and where they are.
+struct Messages {
+    syncer: Option<Syncer>,
+    given: u64,
+    /// Those that have reached the system.
+    flushed: u64,
+    /// The disk does not have all of what reached the system.
+    failed: bool,
 }
 
 impl Begun {
-    /// Begins a file; its head has reached the system when this returns. `disk` is asked to have it after each flush.
-    pub(crate) fn new(output: Output, disk: Option<File>, origin: &Origin) -> io::Result<Self> {
-        let writer = Writer::begin(output, origin)?;
+    /// Begins a file; its head has reached the system when this returns. The disk is asked to have it after each flush.
+    pub(crate) fn new(
+        output: Output,
+        disk: Option<Disk>,
+        origin: &Origin,
+        part: Option<&Mark>,
+    ) -> io::Result<Self> {
+        let writer = Writer::begin(output, origin, part)?;
         Ok(Self {
             writer,
-            syncer: disk.map(Syncer::start).transpose()?,
             channels: Vec::new(),
             flushed: Instant::now(),
-            unflushed: 0,
-            kept: 0,
+            messages: Messages {
+                syncer: disk.map(Syncer::start).transpose()?,
+                given: 0,
+                flushed: 0,
+                failed: false,
+            },
         })
     }
 
@@ -49,7 +70,12 @@ impl Begun {
     /// Adds a message to a channel that is open.
     pub(super) fn message(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
         // Counted before: if it fails, it is among those that are lost.
-        self.unflushed += 1;
+        self.messages.given += 1;
+        self.repeat(channel, times, data)
+    }
+
+    /// Adds a message that another file has already: it is not counted.
+    pub(super) fn repeat(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
         self.writer.message(self.channels[channel], times, data)
     }
 
@@ -57,53 +83,116 @@ impl Begun {
         self.writer.metadata(name, metadata)
     }
 
-    /// Flushes what half a second has brought.
+    /// Flushes all that there is.
+    pub(super) fn flush(&mut self) -> io::Result<()> {
+        self.flushed = Instant::now();
+        self.writer.flush()?;
+        self.messages.flushed();
+        Ok(())
+    }
+
+    /// Flushes what half a second has brought, and hears what the disk has said of what was flushed before.
     pub(super) fn flush_in_time(&mut self) -> io::Result<()> {
+        self.messages.check()?;
         if self.flushed.elapsed() < FLUSH {
             return Ok(());
         }
-        self.flushed = Instant::now();
-        if self.unflushed > 0 {
-            self.writer.flush()?;
-            self.flushed_all();
+        if self.messages.given > self.messages.flushed {
+            return self.flush();
         }
+        self.flushed = Instant::now();
         Ok(())
     }
 
     /// Writes what it lacks, the index and the end.
-    pub(super) fn finish(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
+    pub(super) fn close(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
         self.writer.flush()?;
         self.writer.metadata("jde/lost", lost_words(lost))?;
         self.writer.finish()?;
-        self.flushed_all();
+        self.messages.flushed();
         Ok(())
     }
 
-    /// Messages that have reached the system.
-    pub(super) fn kept(&self) -> u64 {
-        self.kept
+    /// The same, and waits until the disk has it.
+    pub(super) fn finish(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
+        self.close(lost)?;
+        self.messages.wait()
     }
 
-    /// Messages that have not.
-    pub(super) fn unflushed(&self) -> u64 {
-        self.unflushed
+    /// Lets go of it where it is, and of the memory that its index takes.
+    pub(super) fn ended(self) -> Ended {
+        let mut messages = self.messages;
+        if let Some(syncer) = &mut messages.syncer {
+            syncer.close();
+        }
+        Ended {
+            messages,
+            bytes: self.writer.bytes(),
+        }
+    }
+
+    /// Messages that have reached the system, and that the disk has not failed to keep.
+    pub(super) fn kept(&self) -> u64 {
+        self.messages.kept()
     }
 
     /// Bytes that have reached the system.
     pub(super) fn bytes(&self) -> u64 {
         self.writer.bytes()
     }
+}
 
-    fn flushed_all(&mut self) {
-        self.kept += std::mem::take(&mut self.unflushed);
-        if let Some(syncer) = &self.syncer {
-            syncer.ask();
-        }
+impl Ended {
+    /// What the disk says of all of it; none if it has not said it yet.
+    pub(super) fn poll(&mut self) -> Option<io::Result<()>> {
+        let is_done = self.messages.syncer.as_ref().is_none_or(Syncer::is_done);
+        is_done.then(|| self.messages.check())
+    }
+
+    /// Waits for it.
+    pub(super) fn wait(&mut self) -> io::Result<()> {
+        self.messages.wait()
+    }
+
+    pub(super) fn kept(&self) -> u64 {
+        self.messages.kept()
+    }
+
+    /// Messages that were given and are not kept.
+    pub(super) fn unkept(&self) -> u64 {
+        self.messages.given - self.messages.kept()
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
     }
 }
 
-/// The file, to ask its disk to have it; a pipe or a device has none.
-pub(crate) fn disk(file: &File) -> Option<File> {
-    let regular = file.metadata().is_ok_and(|about| about.is_file());
-    regular.then(|| file.try_clone().ok()).flatten()
+impl Messages {
+    fn flushed(&mut self) {
+        self.flushed = self.given;
+        if let Some(syncer) = &self.syncer {
+            syncer.ask(self.given);
+        }
+    }
+
+    fn check(&mut self) -> io::Result<()> {
+        let checked = self.syncer.as_ref().map_or(Ok(()), Syncer::check);
+        self.failed |= checked.is_err();
+        checked
+    }
+
+    fn wait(&mut self) -> io::Result<()> {
+        if let Some(syncer) = &mut self.syncer {
+            syncer.wait();
+        }
+        self.check()
+    }
+
+    fn kept(&self) -> u64 {
+        match &self.syncer {
+            Some(syncer) if self.failed => syncer.safe(),
+            Some(_) | None => self.flushed,
+        }
+    }
 }

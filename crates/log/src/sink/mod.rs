@@ -1,9 +1,10 @@
-//! Where the writing thread puts what has come: one file from beginning to end, or the files that conditions ask for. No sink
+//! Where the writing thread puts what has come: one file from beginning to end, one after the other, or the files that conditions ask for. No sink
 //! ever stops the thread for good: what it cannot write it counts.
 
 mod around;
 mod file;
 mod names;
+mod split;
 mod syncer;
 mod triggered;
 mod whole;
@@ -21,7 +22,10 @@ use crate::ring::About;
 use crate::trigger::Firing;
 use crate::writer::{Times, Writer};
 
-pub(crate) use file::{Begun, disk};
+pub(crate) use file::Begun;
+pub(crate) use names::create;
+pub(crate) use split::Split;
+pub(crate) use syncer::Disk;
 pub(crate) use triggered::{Plan, Triggered};
 pub(crate) use whole::Whole;
 

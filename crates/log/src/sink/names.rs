@@ -1,9 +1,21 @@
-//! The names of files that conditions ask for, and whether files can be made there at all.
+//! Making files, the names of those that are numbered, and whether files can be made there at all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::syncer::{Disk, disk};
+use crate::writer::Output;
 use crate::{Error, writer};
+
+/// Makes a file and the folders above it; answers also with its disk, if it has one.
+pub(crate) fn create(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
+    let file = writer::create(path, overwrite)?;
+    let disk = disk(&file).map_err(|error| Error::Create {
+        path: path.to_owned(),
+        error,
+    })?;
+    Ok((Box::new(file), disk))
+}
 
 /// Whether files can be made beside the one that is asked for. What it makes it takes away again.
 pub(super) fn probe(path: &Path) -> Result<(), Error> {

@@ -2,7 +2,7 @@
 //! oldest message on, until the time after the last firing is over. So nothing that comes while an old minute is being written
 //! waits for it, and what is in memory stays bounded whatever the disk does.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,17 +11,17 @@ use std::sync::atomic::Ordering;
 use jde_board::Nanos;
 
 use super::around::Around;
-use super::names::{numbered, probe};
-use super::{Begun, Channel, Says, Sink, disk};
+use super::names::{create, numbered, probe};
+use super::{Begun, Channel, Disk, Says, Sink};
 use crate::lane::{Shared, lock};
 use crate::recorder::{Happened, OnFile, Written};
 use crate::ring::{Content, Entry, Ring};
 use crate::trigger::Firing;
-use crate::writer::{self, Output, Times};
+use crate::writer::{Output, Times};
 use crate::{Error, Origin};
 
 /// Makes a file, or writes over one; answers also with what its disk is asked through.
-type Make = fn(&Path, bool) -> Result<(Output, Option<File>), Error>;
+type Make = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;
 
 /// Bytes of messages that are written before the queues are emptied again.
 const AT_ONCE: usize = 4 << 20;
@@ -78,11 +78,7 @@ impl Triggered {
             lost: Vec::new(),
             number: 1,
             current: None,
-            make: |path, overwrite| {
-                let file = writer::create(path, overwrite)?;
-                let disk = disk(&file);
-                Ok((Box::new(file), disk))
-            },
+            make: create,
             on_file,
             failing: false,
         })
@@ -127,10 +123,11 @@ impl Triggered {
             firing.time.saturating_add(self.plan.after),
             place,
         );
+        let is_ours = made.is_ok();
         let begun = made
             .map_err(|error| error.to_string())
             .and_then(|(output, disk)| {
-                Begun::new(output, disk, &self.origin)
+                Begun::new(output, disk, &self.origin, None)
                     .and_then(|file| {
                         let (channels, ring) = (&self.channels, &self.ring);
                         current.begin(file, &self.origin, firing, condition, channels, ring)
@@ -146,8 +143,9 @@ impl Triggered {
             Err(trouble) => {
                 self.failed(&trouble);
                 // What could not even be begun is of no use to anybody, and the next one takes its name.
+                // What could not be opened is somebody else's.
                 let path = lock(&self.shared.files)[place].path.clone();
-                if fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
+                if is_ours && fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
                     let _ = fs::remove_file(&path);
                 }
             }
@@ -155,7 +153,7 @@ impl Triggered {
     }
 
     /// The next file whose name is free.
-    fn create(&mut self) -> Result<(Output, Option<File>), Error> {
+    fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
             let made = (self.make)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
             if !matches!(made, Err(Error::Exists(_))) {

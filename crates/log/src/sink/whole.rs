@@ -1,4 +1,4 @@
-//! One file, from the beginning of the recording to its end, or to where the disk takes no more.
+//! All that comes, from the beginning of the recording to its end or to where the disk takes no more: in one file, or in parts.
 
 use std::io;
 use std::sync::Arc;
@@ -6,29 +6,47 @@ use std::sync::atomic::Ordering;
 
 use jde_board::Nanos;
 
-use super::{Begun, Channel, Says, Sink};
+use super::file::{Begun, Ended};
+use super::{Channel, Says, Sink, Split};
 use crate::lane::{Shared, lock};
 use crate::recorder::OnTrouble;
 use crate::trigger::Firing;
 use crate::writer::Times;
 
-/// Everything goes to one file.
+/// Everything goes to one file, or to one after the other.
 pub(crate) struct Whole {
     shared: Arc<Shared>,
     /// None once the disk takes no more.
     file: Option<Begun>,
     channels: Vec<Channel>,
     on_trouble: OnTrouble,
+    split: Option<Split>,
+    /// Parts that have ended, and of which the disk has not said that it has them.
+    ending: Vec<Ended>,
+    /// Messages and bytes of the parts of which it has.
+    done: (u64, u64),
+    told: bool,
 }
 
 impl Whole {
-    pub(crate) fn new(shared: &Arc<Shared>, file: Begun, on_trouble: OnTrouble) -> Self {
-        Self {
+    pub(crate) fn new(
+        shared: &Arc<Shared>,
+        file: Begun,
+        split: Option<Split>,
+        on_trouble: OnTrouble,
+    ) -> Self {
+        let whole = Self {
             shared: Arc::clone(shared),
             file: Some(file),
             channels: Vec::new(),
             on_trouble,
-        }
+            split,
+            ending: Vec::new(),
+            done: (0, 0),
+            told: false,
+        };
+        whole.note();
+        whole
     }
 
     /// Does something with the file; the first thing that fails is the last that is tried.
@@ -37,16 +55,85 @@ impl Whole {
             return;
         };
         let done = act(file);
-        let (kept, unflushed, bytes) = (file.kept(), file.unflushed(), file.bytes());
-        self.shared.bytes.store(bytes, Ordering::Relaxed);
-        self.shared.kept.store(kept, Ordering::Release);
-        if let Err(error) = done {
-            // What is in no chunk yet goes nowhere.
-            self.file = None;
-            self.shared.dropped.fetch_add(unflushed, Ordering::Relaxed);
+        self.note();
+        self.go_on(done);
+    }
+
+    /// Goes on, or ends here if something failed.
+    fn go_on(&mut self, done: io::Result<()>) {
+        let Err(error) = done else {
+            return;
+        };
+        // What is in no chunk yet goes nowhere, nor does what the disk has not had when it failed.
+        self.ending.extend(self.file.take().map(Begun::ended));
+        let mut lost = 0;
+        for mut ended in self.ending.drain(..) {
+            let _ = ended.wait();
+            lost += ended.unkept();
+            self.done.0 += ended.kept();
+            self.done.1 += ended.bytes();
+        }
+        self.shared.dropped.fetch_add(lost, Ordering::Relaxed);
+        self.note();
+        if !std::mem::replace(&mut self.told, true) {
             let words = error.to_string();
             *lock(&self.shared.trouble) = Some(words.clone());
             (self.on_trouble)(&words);
+        }
+    }
+
+    /// The next part begins at this time.
+    fn part(&mut self, time: Nanos) {
+        let (Some(split), Some(mut file)) = (&mut self.split, self.file.take()) else {
+            return;
+        };
+        let closed = file.close(&split.lost(self.shared.lost_of()));
+        let ended = file.ended();
+        let next = closed.and_then(|()| split.next(&ended, &self.channels, time));
+        self.ending.push(ended);
+        let done = next.map(|next| self.file = Some(next));
+        self.note();
+        self.go_on(done);
+    }
+
+    /// Hears what the disk has said of parts that have ended, and deletes those that are too many.
+    fn tend(&mut self) -> io::Result<()> {
+        let mut said = Ok(());
+        for mut ended in std::mem::take(&mut self.ending) {
+            match ended.poll() {
+                Some(Ok(())) => {
+                    self.done.0 += ended.kept();
+                    self.done.1 += ended.bytes();
+                }
+                None => self.ending.push(ended),
+                Some(Err(error)) => {
+                    said = Err(error);
+                    self.ending.push(ended);
+                }
+            }
+        }
+        let under_way = self.file.as_ref().map_or(0, Begun::bytes);
+        said.and_then(|()| self.split.as_mut().map_or(Ok(()), |split| split.prune(under_way)))
+    }
+
+    /// Tells others how it is doing.
+    fn note(&self) {
+        let (mut kept, mut bytes) = self.done;
+        for ended in &self.ending {
+            kept += ended.kept();
+            bytes += ended.bytes();
+        }
+        if let Some(file) = &self.file {
+            kept += file.kept();
+            bytes += file.bytes();
+        }
+        self.shared.bytes.store(bytes, Ordering::Relaxed);
+        self.shared.kept.store(kept, Ordering::Release);
+    }
+
+    fn note_parts(&self) {
+        if let Some(split) = &self.split {
+            lock(&self.shared.parts).clone_from(split.parts());
         }
     }
 }
@@ -57,9 +144,17 @@ impl Sink for Whole {
         self.channels.push(channel);
     }
 
-    fn message(&mut self, channel: usize, times: Times, data: &[u8], _: Says) {
+    fn message(&mut self, channel: usize, times: Times, data: &[u8], says: Says) {
+        if let (Some(split), Some(file)) = (&mut self.split, &self.file)
+            && split.is_over(times.log, file.bytes())
+        {
+            self.part(times.log);
+        }
         if self.file.is_none() {
-            self.channels[channel].lose(1, &self.shared);
+            return self.channels[channel].lose(1, &self.shared);
+        }
+        if let Some(split) = &mut self.split {
+            split.take(channel, times, data, says);
         }
         self.write(|file| file.message(channel, times, data));
     }
@@ -68,13 +163,28 @@ impl Sink for Whole {
 
     fn round(&mut self, _: Nanos) -> bool {
         self.write(Begun::flush_in_time);
+        if self.split.is_some() && self.file.is_some() {
+            let tended = self.tend();
+            self.go_on(tended);
+            self.note_parts();
+        }
         false
     }
 
     fn finish(&mut self) {
-        let lost = self.shared.lost_of();
-        self.write(|file| file.finish(&lost));
+        let mut lost = self.shared.lost_of();
+        if let Some(split) = &mut self.split {
+            lost = split.lost(lost);
+        }
         // Waits until the disk has it.
+        self.write(|file| file.finish(&lost));
+        let ended: Vec<_> = self.ending.iter_mut().map(Ended::wait).collect();
+        self.go_on(ended.into_iter().collect());
+        if self.file.is_some() {
+            let tended = self.tend();
+            self.go_on(tended);
+        }
+        self.note_parts();
         self.file = None;
     }
 }

@@ -6,7 +6,7 @@ mod troupe;
 use jde_board::value::Value;
 use jde_host::reload::How;
 use jde_host::{Handle, Operating};
-use jde_log::replay::{Drive, ReplayError, Span, Verdict, decide};
+use jde_log::replay::{Drive, ReplayError, Span, Tolerance, Verdict, decide};
 use jde_panel::{Button, Gesture, Touch};
 
 use drives::{SECOND, Scene};
@@ -14,14 +14,27 @@ use drives::{SECOND, Scene};
 fn again(scene: &Scene, sets: &[&str]) -> Verdict {
     let drive = Drive::open(scene.file()).unwrap();
     let application = scene.application(sets);
-    decide(&drive, application, scene.plugins(), Span::default(), |_| true).unwrap()
+    decide(
+        &drive,
+        application,
+        scene.plugins(),
+        Span::default(),
+        &Tolerance::default(),
+        |_| true,
+    )
+    .unwrap()
 }
 
 #[test]
 fn r16_a_drive_in_lockstep_is_decided_again_as_it_was() {
     let scene = Scene::lockstep("lockstep.mcap", 20 * SECOND, &[]);
     let verdict = again(&scene, &[]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert_eq!(
         verdict.comparison.same,
         scene.decisions(),
@@ -50,7 +63,12 @@ fn a_changed_constant_is_found_in_a_drive_in_lockstep() {
 fn r16_a_drive_in_real_time_is_decided_again_as_it_was() {
     let scene = Scene::real_time("real.mcap", 30 * SECOND, 5.0, &[]);
     let verdict = again(&scene, &[]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert_eq!(
         verdict.comparison.same,
         scene.decisions(),
@@ -100,7 +118,12 @@ fn r14_what_operators_did_is_done_again() {
         ],
     );
     let verdict = again(&scene, &[]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert_eq!(
         verdict.comparison.same,
         scene.decisions(),
@@ -128,7 +151,12 @@ fn r14_a_drive_in_which_a_build_took_over_says_so() {
     assert!(told[0].contains("of memory carried over (version 1)"), "{told:?}");
     let verdict = again(&scene, &[]);
     assert_eq!(verdict.reloads, [("vff".to_owned(), 6 * SECOND)]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert_eq!(verdict.comparison.same, scene.decisions());
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
@@ -156,8 +184,9 @@ fn another_application_is_told_apart_before_it_is_replayed() {
     let mut restored = scene.application(&["stop.ahead=0.9", "goon.period=100 ms"]);
     drive.restore(&mut restored, |_| false);
     assert_eq!(drive.differences(&restored), [""; 0]);
-    let (path, text) = drive.application().unwrap();
-    assert!(path.ends_with("safe-navigation.toml") && text.contains("safe-navigation"));
+    let attached = drive.application().unwrap();
+    assert_eq!(attached.name, "safe-navigation.toml");
+    assert!(attached.text.contains("safe-navigation"));
 }
 
 #[test]
@@ -166,7 +195,12 @@ fn a_drive_that_was_cut_off_is_taken_again_up_to_there() {
     let bytes = std::fs::read(scene.file()).unwrap();
     std::fs::write(scene.file(), &bytes[..bytes.len() / 2]).unwrap();
     let verdict = again(&scene, &[]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert!(verdict.damage.is_some());
     assert!(
         (SECOND..19 * SECOND).contains(&verdict.until),
@@ -185,6 +219,7 @@ fn a_recording_without_what_schemas_import_is_refused() {
         scene.application(&[]),
         scene.plugins(),
         Span::default(),
+        &Tolerance::default(),
         |_| true,
     );
     let Err(ReplayError::Lacks { what, .. }) = lacks else {
@@ -228,7 +263,12 @@ fn r14_what_people_did_to_panels_is_done_again() {
         ],
     );
     let verdict = again(&scene, &[]);
-    assert!(verdict.is_same(), "{:#?}", verdict.comparison.first);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
     assert_eq!(
         verdict.comparison.same,
         scene.decisions(),

@@ -1,5 +1,5 @@
 //! A troupe made to be hard to take again: senses that nobody can guess, derived values, a father that arbitrates, wakes its
-//! children apart and modulates them by the clock, and a schema that fails now and then.
+//! children apart, modulates them by the clock and changes its policy, a schema that fails now and then, and one with many inputs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Lockstep, Options, Running};
-use jde_log::replay::{Drive, Span, Verdict as Verdicts, decide};
+use jde_log::replay::{Drive, Span, Tolerance, Verdict as Verdicts, decide};
 use jde_log::{Origin, Recorder, Recording};
 use jde_schema::prelude::*;
 
@@ -49,15 +49,68 @@ struct Above {
     /// Its mean.
     #[import(optional)]
     mean: Import<f64>,
+    /// What another shows of it.
+    #[import(optional)]
+    shown: Import<f64>,
     /// From where on.
     #[modulation(default = 0.5)]
     from: Modulation<f64>,
     /// Fails above this.
     #[modulation(default = 2.0)]
     fragile: Modulation<f64>,
+    /// How much it does.
+    #[modulation(default = 1.0)]
+    strength: Modulation<f64>,
     /// What it does.
     #[actuator]
     effort: Actuator<f64>,
+}
+
+/// Looks at the same through more inputs than a turn has room for.
+macro_rules! many {
+    ($first:ident, $($input:ident),*; $last:ident) => {
+        /// What the last input showed, long after the first.
+        #[derive(Describe)]
+        #[schema(perceptive, period = "23ms")]
+        struct Many {
+            /// The first.
+            #[import]
+            $first: Import<f64>,
+            $(
+                /// Another.
+                #[import(optional)]
+                #[expect(dead_code, reason = "they only take up room")]
+                $input: Import<f64>,
+            )*
+            /// The last.
+            #[import]
+            $last: Import<f64>,
+            /// What it showed.
+            #[export]
+            shown: Export<f64>,
+        }
+
+        impl Schema for Many {
+            fn iterate(&mut self, cx: &Context) -> Result {
+                let first = self.$first.get(cx).map(|level| *level.value());
+                dawdle(cx, Duration::from_millis(6));
+                let last = self.$last.get(cx).map(|level| *level.value());
+                self.shown.write(cx, last.unwrap_or(-1.0) + first.unwrap_or(-1.0));
+                Ok(())
+            }
+        }
+    };
+}
+
+many!(i00, i01, i02, i03, i04, i05, i06, i07, i08, i09, i10, i11, i12, i13, i14, i15, i16, i17, i18, i19, i20, i21, i22, i23, i24, i25,
+    i26, i27, i28, i29, i30, i31, i32; i33);
+
+/// Others go on meanwhile, in real time.
+fn dawdle(cx: &Context, time: Duration) {
+    let since = Instant::now();
+    while cx.require_real_time().is_ok() && since.elapsed() < time {
+        std::hint::spin_loop();
+    }
 }
 
 /// Leads two.
@@ -106,12 +159,13 @@ impl Schema for Above {
         if *level.value() > self.fragile.get(cx) {
             return Err("too much".into());
         }
-        let mean = self.mean.get(cx).map_or(0.0, |mean| *mean.value());
-        Ok(Precondition::from(*level.value() > self.from.get(cx)).urgency(*level.value() + mean))
+        let [mean, shown] =
+            [&self.mean, &self.shown].map(|import| import.get(cx).map_or(0.0, |value| *value.value()));
+        Ok(Precondition::from(*level.value() > self.from.get(cx)).urgency(*level.value() + mean + shown))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.effort.command(cx, 1.0);
+        self.effort.command(cx, self.strength.get(cx));
         Ok(())
     }
 }
@@ -119,18 +173,22 @@ impl Schema for Above {
 impl Schema for Leader {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.one.wake(cx);
-        if self.turns == 0 && cx.require_real_time().is_ok() {
+        if self.turns == 0 {
             // One has looked, and its level has selected, long before the other is there.
-            let since = Instant::now();
-            while since.elapsed() < Duration::from_millis(30) {
-                std::hint::spin_loop();
-            }
+            dawdle(cx, Duration::from_millis(30));
         }
         self.turns += 1;
         if self.turns.is_multiple_of(40) {
             self.other.sleep(cx);
         } else {
             self.other.wake(cx);
+        }
+        if self.turns % 20 == 5 {
+            // Its level selects by the policy before, and then by this.
+            dawdle(cx, Duration::from_millis(8));
+            self.one.set_policy(cx, Policy::Urgency);
+            dawdle(cx, Duration::from_millis(8));
+            self.one.set_policy(cx, Policy::Father);
         }
         self.from.set(cx, 0.5 + 0.3 * cx.now().as_secs_f64().sin());
         Ok(())
@@ -152,8 +210,11 @@ impl Arbitrate for Leader {
     }
 }
 
-static TROUPE: jde_abi::raw::Plugin =
-    jde_schema::plugin!("troupe", "Hard to take again.", [Noise, Smooth, Above, Leader]);
+static TROUPE: jde_abi::raw::Plugin = jde_schema::plugin!(
+    "troupe",
+    "Hard to take again.",
+    [Noise, Smooth, Many, Above, Leader]
+);
 
 const TEXT: &str = r#"
 name  = "troupe"
@@ -163,14 +224,18 @@ type = "troupe/noise"
 [schemas.smooth]
 type    = "troupe/smooth"
 imports = { level = "noise.level" }
+[schemas.many]
+type    = "troupe/many"
+imports = { i00 = "noise.level", i33 = "noise.level" }
 [schemas.leader]
 type     = "troupe/leader"
 children = { one = "one", other = "other" }
 groups   = { work = { policy = "father" } }
 [schemas.one]
 type      = "troupe/above"
-imports   = { level = "noise.level", mean = "smooth.mean" }
+imports   = { level = "noise.level", mean = "smooth.mean", shown = "many.shown" }
 actuators = { effort = "noise.effort" }
+strength  = 1.0
 [schemas.other]
 type      = "troupe/above"
 imports   = { level = "noise.level" }
@@ -235,7 +300,15 @@ fn again(file: &Path, text: &str) -> Verdicts {
     let plugins = plugins();
     let drive = Drive::open(file).expect("it is a whole run");
     let application = application(&plugins, text);
-    decide(&drive, application, &plugins, Span::default(), |_| true).expect("it can be taken again")
+    decide(
+        &drive,
+        application,
+        &plugins,
+        Span::default(),
+        &Tolerance::default(),
+        |_| true,
+    )
+    .expect("it can be taken again")
 }
 
 #[track_caller]
@@ -244,10 +317,27 @@ fn same(head: &str, real: bool) {
     let file = folder.path().join("troupe.mcap");
     let (text, decisions) = recorded(&file, 1500, head, real);
     let verdict = again(&file, &text);
-    assert!(verdict.is_same(), "{:#?}", &verdict.comparison.first[..1]);
+    let first = (verdict.comparison.first.first(), &verdict.values);
+    assert!(verdict.is_same(), "{first:#?}");
     assert_eq!(verdict.comparison.same, decisions, "every selection is compared");
     assert!(decisions > 500, "{decisions}");
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
+    let values = verdict.values.expect("turns tell what schemas wrote");
+    assert_eq!((values.different, values.unknown), (0, Vec::new()));
+    assert!(values.same > 1000, "{}", values.same);
+    // The same is wanted, and the opposite done.
+    let verdict = again(&file, &text.replace("strength  = 1.0", "strength  = -1.0"));
+    assert_eq!(verdict.comparison.different, 0);
+    let values = verdict.values.expect("turns tell what schemas wrote");
+    assert_eq!(values.first.len(), 1, "{values:#?}");
+    let first = &values.first[0];
+    assert_eq!(
+        (&*first.schema, &*first.port, &*first.variable),
+        ("one", "effort", "noise.effort")
+    );
+    assert_eq!((&*first.then, &*first.now), ("1", "-1"));
+    assert_eq!(values.different, first.count);
+    assert!(first.count > 10 && values.same > 1000, "{values:#?}");
     // A twelfth of what it bore is too much now.
     let verdict = again(&file, &text.replace("fragile   = 0.98", "fragile   = 0.9"));
     assert!(!verdict.is_same());

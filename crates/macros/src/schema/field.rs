@@ -6,7 +6,7 @@ use syn::spanned::Spanned;
 use syn::{Attribute, Error, Expr, GenericArgument, Ident, LitStr, PathArguments, Result, Type};
 
 use super::options::{Options, is_text};
-use crate::text::{c, check_name, doc, duration};
+use crate::text::{c, check_name, doc, duration, unit};
 
 /// A field of a schema.
 pub(super) struct Field {
@@ -49,12 +49,16 @@ pub(super) enum Role {
     Child {
         group: Option<LitStr>,
         optional: bool,
+        many: bool,
     },
     Modulates {
         child: LitStr,
         optional: bool,
     },
 }
+
+/// The type of a role that any number of children have.
+const MANY: &str = "Children";
 
 /// Attribute, type of the field, options.
 const KINDS: &[(&str, &str, &[&str])] = &[
@@ -68,6 +72,7 @@ const KINDS: &[(&str, &str, &[&str])] = &[
     ("command", "Command", &["neutral", "validity", "unit", "name"]),
     ("actuator", "Actuator", &["optional", "unit", "name"]),
     ("child", "Child", &["group", "perceptive", "optional", "name"]),
+    ("child", MANY, &["group", "name"]),
     ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
 ];
 
@@ -103,6 +108,8 @@ impl Field {
                 "a field has one attribute that says what it is",
             ));
         }
+        let named = KINDS.iter().find(|kind| kind.0 == keyword && kind.1 == outer);
+        let (_, wanted, allowed) = named.copied().unwrap_or((keyword, wanted, allowed));
         if outer != wanted {
             let generic = if wanted == "Child" { "" } else { "<...>" };
             return Err(Error::new_spanned(
@@ -110,7 +117,7 @@ impl Field {
                 format!("a field with #[{keyword}] has the type `{wanted}{generic}`"),
             ));
         }
-        if wanted != "Child" && argument.is_none() {
+        if keyword != "child" && argument.is_none() {
             return Err(Error::new_spanned(
                 &field.ty,
                 format!("say what type of value: `{wanted}<LaserScan>`, say"),
@@ -122,8 +129,8 @@ impl Field {
             check_name(&name.value(), name.span())?;
             this.name = name.value();
         }
-        this.unit = options.unit.as_ref().map(LitStr::value).unwrap_or_default();
-        this.role = role(keyword, attribute, options)?;
+        this.unit = unit(options.unit.as_ref())?;
+        this.role = role(keyword, wanted == MANY, attribute, options)?;
         Ok(this)
     }
 
@@ -179,7 +186,19 @@ impl Field {
                 max,
                 fixed,
             } => {
-                let (default, min, max) = (constant(default), bound(min), bound(max));
+                let place = default.span();
+                let value = if is_text(default) {
+                    quote_spanned!(place => <#ty>::new(#default))
+                } else {
+                    quote!(#default)
+                };
+                let within = within(ty, &value, place, min.as_ref(), max.as_ref());
+                let default = quote_spanned! { place => {
+                    #within
+                    const INITIAL: <#ty as derived::Modulated>::Wire = derived::wire::<#ty>(#value);
+                    &INITIAL
+                } };
+                let (min, max) = (bound(min), bound(max));
                 let flags = flags(&[(*fixed, quote!(FIXED))]);
                 quote_spanned! { ty.span() =>
                     derived::modulation::<#ty>(#name, #doc, #unit, #default, (#min, #max), #flags)
@@ -208,7 +227,12 @@ impl Field {
 
     /// The table of a role for a child.
     pub(super) fn child_table(&self) -> TokenStream {
-        let Role::Child { group, optional } = &self.role else {
+        let Role::Child {
+            group,
+            optional,
+            many,
+        } = &self.role
+        else {
             return TokenStream::new();
         };
         let (name, doc) = (c(&self.name), c(&self.doc));
@@ -218,16 +242,46 @@ impl Field {
             quote!(PERCEPTIVE)
         };
         let group = c(&group.as_ref().map(LitStr::value).unwrap_or_default());
-        let flags = if *optional {
-            quote!(derived::raw::OPTIONAL)
-        } else {
-            quote!(0)
+        let flags = match (optional, many) {
+            (_, true) => quote!(derived::raw::OPTIONAL | derived::raw::MANY),
+            (true, false) => quote!(derived::raw::OPTIONAL),
+            (false, false) => quote!(0),
         };
         quote!(derived::child(derived::raw::#kind, #name, #group, #doc, #flags))
     }
 }
 
-fn role(keyword: &str, attribute: &Attribute, options: Options) -> Result<Role> {
+/// Assertions that a default is within its limits, and these in order, each at the place of what is wrong.
+fn within(
+    ty: &Type,
+    value: &TokenStream,
+    place: Span,
+    min: Option<&Expr>,
+    max: Option<&Expr>,
+) -> TokenStream {
+    let mut asserted = TokenStream::new();
+    if let (Some(min), Some(max)) = (min, max) {
+        asserted.extend(quote_spanned! { max.span() =>
+            #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
+            const _: () = ::core::assert!((#min) as f64 <= (#max) as f64, "`max` is below `min`");
+        });
+    }
+    if let Some(min) = min {
+        asserted.extend(quote_spanned! { place =>
+            #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
+            const _: () = { const IT: #ty = #value; ::core::assert!(IT as f64 >= (#min) as f64, "the default is below `min`") };
+        });
+    }
+    if let Some(max) = max {
+        asserted.extend(quote_spanned! { place =>
+            #[allow(clippy::unnecessary_cast, reason = "limits are written as any number")]
+            const _: () = { const IT: #ty = #value; ::core::assert!(IT as f64 <= (#max) as f64, "the default is above `max`") };
+        });
+    }
+    asserted
+}
+
+fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> Result<Role> {
     let missing = |what: &str| Error::new_spanned(attribute, what);
     Ok(match keyword {
         "import" => Role::Import {
@@ -270,6 +324,7 @@ fn role(keyword: &str, attribute: &Attribute, options: Options) -> Result<Role> 
             Role::Child {
                 group: options.group,
                 optional: options.optional,
+                many,
             }
         }
         _ => Role::Modulates {

@@ -57,7 +57,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 let shown = format!("{}.{}", child.value(), field.name);
                 ports.push(field.port_table(place(&child.value())));
                 // SAFETY (of what is written here): the table above has this number, this kind and this type.
-                quote!(unsafe { <#ty>::new(#number, #shown) })
+                quote!(unsafe { <#ty>::new(&PORTS, #number, #shown) })
             }
             Role::Import { .. }
             | Role::Export
@@ -67,7 +67,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 let (number, name) = (ports.len() as u32, &field.name);
                 ports.push(field.port_table(None));
                 // SAFETY (of what is written here): the table above has this number, this kind and this type.
-                quote!(unsafe { <#ty>::new(#number, #name) })
+                quote!(unsafe { <#ty>::new(&PORTS, #number, #name) })
             }
         };
         values.push(quote!(#member: #value));
@@ -76,16 +76,17 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     let kind = about.kind.constant();
     let (name, doc) = (c(&about.name), c(&about.doc));
     let (period, budget) = (about.period_ns, about.budget_ns);
+    let count = ports.len();
     Ok(quote! {
         const _: () = {
             use ::jde_schema::derived;
             #[allow(unused_imports, reason = "it is used by schemas without an arbitration, a panel or a memory of their own")]
             use derived::Without as _;
 
-            const PORTS: &[derived::raw::Port] = &[#(#ports),*];
+            static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
             const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
 
-            // SAFETY: tables and values are made from the same fields in the same order.
+            // SAFETY: tables and values are made from the same fields in the same order, and the static is this type's alone.
             unsafe impl derived::Describe for #ident {
                 const TABLE: derived::raw::Schema = derived::schema::<#ident>(
                     derived::About {
@@ -95,14 +96,14 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                         period_ns: #period,
                         budget_ns: #budget,
                     },
-                    PORTS,
+                    &PORTS,
                     CHILDREN,
                     derived::Own::<#ident>::ARBITRATE,
                 );
                 const PANEL: Option<derived::raw::Panel> = derived::Own::<#ident>::PANEL;
                 const STATE: Option<derived::raw::State> = derived::Own::<#ident>::STATE;
 
-                fn build() -> Self {
+                unsafe fn build() -> Self {
                     Self { #(#values),* }
                 }
             }
@@ -113,6 +114,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
 /// Refuses what the host would refuse later.
 fn check(about: &About, fields: &[Field]) -> Result<()> {
     let mut seen: Vec<(String, &Field)> = Vec::new();
+    let last = fields.iter().rfind(|field| field.is_child());
     for field in fields {
         let wrong = |what: String| Err(Error::new(field.span, what));
         match &field.role {
@@ -129,16 +131,24 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                     "only a motor schema has motor children; a perceptive one is #[child(perceptive)]".into(),
                 );
             }
+            Role::Child { many: true, .. } if !last.is_some_and(|last| std::ptr::eq(last, field)) => {
+                return wrong("`Children` come last: the application numbers them from there on".into());
+            }
             Role::Modulation { .. } if jde_abi::read::RESERVED.contains(&field.name.as_str()) => {
                 return wrong(format!(
                     "application files give `{}` a meaning of its own; choose another name for this modulation",
                     field.name
                 ));
             }
+            Role::Export | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
+                return wrong(String::from(
+                    "every schema has a variable `period` of its own; choose another name",
+                ));
+            }
             Role::Modulates { child, .. } => {
                 let known: Vec<&str> = fields
                     .iter()
-                    .filter(|field| field.is_child())
+                    .filter(|field| matches!(field.role, Role::Child { many: false, .. }))
                     .map(|field| field.name.as_str())
                     .collect();
                 if !known.contains(&child.value().as_str()) {

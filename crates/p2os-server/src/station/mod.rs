@@ -31,6 +31,8 @@ pub(crate) struct Station {
     start: Pose2,
     receiver: Receiver,
     phase: Phase,
+    /// What would come next of a hello that is said to a session that is open.
+    hello: Option<Sync>,
     motion: Motion,
     laser: Laser,
     camera: Camera,
@@ -98,6 +100,7 @@ impl Station {
             robot,
             receiver: Receiver::new(),
             phase: Phase::Waiting(Sync::Zero),
+            hello: None,
             motion: Motion::new(&config),
             laser: Laser::new(),
             camera: Camera::new(&config.head),
@@ -198,6 +201,7 @@ impl Station {
         self.sonars = true;
         (self.encoders, self.state) = (Asked::No, Asked::No);
         self.phase = Phase::Waiting(Sync::Zero);
+        self.hello = None;
         self.receiver = Receiver::new();
         self.silent = false;
         self.out.clear();
@@ -240,15 +244,33 @@ impl Station {
             // A client that begins anew, or did not hear the answer.
             (Phase::Waiting(_), Some(Sync::Zero)) => self.echo(Sync::Zero, Sync::One),
             (Phase::Waiting(Sync::One | Sync::Two), Some(Sync::One)) => self.echo(Sync::One, Sync::Two),
-            (Phase::Waiting(Sync::Two), Some(Sync::Two)) => {
-                self.send(self.names(world).to_packet());
-                self.phase = Phase::Ready;
-                self.note(What::Connected);
-            }
+            (Phase::Waiting(Sync::Two), Some(Sync::Two)) => self.meet(world),
             // Whatever else a client says before it has shaken hands is of an older session.
             (Phase::Waiting(_), _) => {}
-            (Phase::Ready | Phase::Open, _) => self.obey(world, Command::from_packet(packet), now),
+            // The three are also PULSE, OPEN and CLOSE. Nobody opens what he has open: in this order they are the hello of another,
+            // who came while nobody saw the one before leave.
+            (Phase::Open, Some(Sync::Two)) if self.hello == Some(Sync::Two) => {
+                self.leave(What::Left("another says hello on its line".to_owned()));
+                self.send(Ok(Sync::Zero.to_packet()));
+                self.send(Ok(Sync::One.to_packet()));
+                self.meet(world);
+            }
+            (Phase::Ready | Phase::Open, sync) => {
+                self.hello = match sync {
+                    Some(Sync::Zero) => Some(Sync::One),
+                    Some(Sync::One) if self.hello == Some(Sync::One) => Some(Sync::Two),
+                    _ => None,
+                };
+                self.obey(world, Command::from_packet(packet), now);
+            }
         }
+    }
+
+    /// The hello is over.
+    fn meet(&mut self, world: &World) {
+        self.send(self.names(world).to_packet());
+        self.phase = Phase::Ready;
+        self.note(What::Connected);
     }
 
     fn names(&self, world: &World) -> Names {

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use jde_p2os::{Command, Form, Names, Packet, Receiver, Sip, Sync};
 use jde_p2os_server::{Event, Options, Place, Server, Tally, What};
 use jde_sim::World;
+use jde_watchdog::Watchdog;
 
 /// A room of 10 x 8 m with one robot in it, and another.
 pub(crate) const ROOM: &str = r#"
@@ -33,6 +34,7 @@ pub(crate) struct Served {
     events: Arc<Mutex<Vec<Event>>>,
     pub(crate) addresses: Vec<SocketAddr>,
     pub(crate) terminals: Vec<PathBuf>,
+    _watchdog: Watchdog,
 }
 
 impl Served {
@@ -59,6 +61,7 @@ impl Served {
             events,
             addresses: Vec::new(),
             terminals: Vec::new(),
+            _watchdog: Watchdog::of_a_test(),
         };
         for place in places {
             match place {

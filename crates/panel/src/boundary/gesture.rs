@@ -71,7 +71,7 @@ pub unsafe fn read_gesture(gesture: *const raw::Gesture) -> Result<Option<(Strin
     // SAFETY: as above.
     let [widget, by, key] = [table.widget, table.by, table.key].map(|one| unsafe { text("a gesture", one) });
     let (widget, by, key) = (widget?, by?, key?);
-    let Some(touch) = touch(table, key) else {
+    let Some(touch) = touch(&table, key) else {
         return Ok(None);
     };
     Ok(Some((by, Gesture { widget, touch })))

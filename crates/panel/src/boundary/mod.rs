@@ -14,6 +14,8 @@ pub use pen::lend_pen;
 
 use core::ffi::{CStr, c_char};
 
+use jde_abi::table::Table;
+
 use crate::Broken;
 use crate::limits::wrong;
 
@@ -50,23 +52,11 @@ unsafe fn array<'a, T>(widget: &str, first: *const T, count: usize) -> Result<&'
     Ok(unsafe { core::slice::from_raw_parts(first, count) })
 }
 
-/// Whether a table of the plugin is there, as large as this ABI has it.
+/// A table of the plugin, as this ABI has it.
 ///
 /// # Safety
 /// `table` is null, not aligned, or begins with a size that is right.
-unsafe fn table<'a, T>(widget: &str, table: *const T) -> Result<&'a T, Broken> {
-    if table.is_null() || !table.is_aligned() {
-        return wrong(widget, "the pointer to its table is null or not aligned");
-    }
-    // SAFETY: the caller's; every table begins with its size.
-    let size = unsafe { table.cast::<u32>().read() } as usize;
-    if size < size_of::<T>() {
-        let needed = size_of::<T>();
-        return wrong(
-            widget,
-            format!("its table says it has {size} bytes, and this ABI needs {needed}"),
-        );
-    }
+unsafe fn table<T: Table>(widget: &str, table: *const T) -> Result<T, Broken> {
     // SAFETY: the caller's.
-    Ok(unsafe { &*table })
+    unsafe { jde_abi::table::read(table) }.or_else(|unreadable| wrong(widget, unreadable.to_string()))
 }

@@ -30,7 +30,7 @@ unsafe extern "C" fn add(drawing: *mut raw::Drawing, widget: *const raw::Widget)
     // SAFETY: the plugin gives the drawing of its pen and a widget.
     unsafe {
         within(drawing, |builder| {
-            let item = widgets::read(table("a widget", widget)?)?;
+            let item = widgets::read(&table("a widget", widget)?)?;
             builder.add(item)
         })
     }
@@ -41,7 +41,7 @@ unsafe extern "C" fn shape(drawing: *mut raw::Drawing, shape: *const raw::Shape)
     unsafe {
         within(drawing, |builder| {
             let inside = builder.inside().to_owned();
-            match shapes::read(&inside, builder.holds(), table(&inside, shape)?)? {
+            match shapes::read(&inside, builder.holds(), &table(&inside, shape)?)? {
                 Drawn::Shape(shape) => builder.shape(shape),
                 Drawn::Solid(solid) => builder.solid(solid),
                 Drawn::Trace(trace) => builder.trace(trace),

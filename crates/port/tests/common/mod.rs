@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::thread;
 
 use jde_port::{Address, Backoff, Link, Port};
+use jde_watchdog::Watchdog;
 
 /// Attempts follow each other at once, so that no test waits.
 pub(crate) const AT_ONCE: Backoff = Backoff {
@@ -15,8 +16,9 @@ pub(crate) fn port(address: &str) -> Port {
     Port::new(Address::parse(address).expect("an address"), AT_ONCE)
 }
 
-/// Polls with a clock that stands still until the link is as asked; whoever never gets there hangs, and the runner says so.
+/// Polls with a clock that stands still until the link is as asked.
 pub(crate) fn until(port: &mut Port, mut good: impl FnMut(&Link) -> bool) -> Link {
+    let _watchdog = Watchdog::of_a_test();
     loop {
         if good(port.poll(Duration::ZERO)) {
             return port.link().clone();
@@ -31,6 +33,7 @@ pub(crate) fn connected(port: &mut Port) {
 
 /// Reads until the connection is lost; why, and what came before.
 pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
+    let _watchdog = Watchdog::of_a_test();
     let mut heard = Vec::new();
     loop {
         port.read(&mut heard);
@@ -43,6 +46,7 @@ pub(crate) fn read_until_lost(port: &mut Port) -> (String, Vec<u8>) {
 
 /// Reads until so many bytes have come.
 pub(crate) fn read(port: &mut Port, count: usize) -> Vec<u8> {
+    let _watchdog = Watchdog::of_a_test();
     let mut heard = Vec::new();
     while heard.len() < count {
         port.poll(Duration::ZERO);

@@ -180,7 +180,7 @@ fn shown(drive: &Drive) -> Bounds {
         .flat_map(|bounds| [bounds.min, bounds.max])
         .collect();
     let reach = drive.robot_radius;
-    for at in &drive.path {
+    for at in drive.places() {
         points.extend([[at.x - reach, at.y - reach], [at.x + reach, at.y + reach]]);
     }
     points.extend(drive.targets.iter().map(|target| [target.x, target.y]));

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use super::frame::Frame;
 use super::palette::Palette;
-use super::{Drive, ground, way};
+use super::{Drive, Way, ground, way};
 use crate::drawing::{Align, Drawing, Font, Line, Tone};
 
 /// Size of the title, pixels.
@@ -80,8 +80,8 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
     }
     let signs = [
         (!drive.takeovers.is_empty(), Sign::Takeover, "takeover"),
-        (!drive.path.is_empty(), Sign::Start, "start"),
-        (!drive.path.is_empty(), Sign::End, "end"),
+        (drive.has_way(), Sign::Start, "start"),
+        (drive.has_way(), Sign::End, "end"),
         (
             drive.targets.iter().any(|target| target.reached),
             Sign::Reached,
@@ -153,9 +153,19 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
 /// Says how long, how far and how well.
 fn numbers(drive: &Drive) -> String {
     let mut numbers = Vec::new();
-    if let [first, .., last] = drive.path.as_slice() {
-        numbers.push(format!("{:.1} s", last.time - first.time));
-        numbers.push(format!("{:.1} m driven", drive.distance));
+    let driven: Vec<_> = drive.ways.iter().filter(|way| way.path.len() > 1).collect();
+    let times = || driven.iter().flat_map(|way| &way.path).map(|at| at.time);
+    if !driven.is_empty() {
+        let [first, last] = [times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max)];
+        numbers.push(format!("{:.1} s", last - first));
+        let far = |way: &&Way| match drive.ways.len() {
+            1 => format!("{:.1} m", way.distance),
+            _ => format!("{} {:.1} m", way.robot, way.distance),
+        };
+        numbers.push(format!(
+            "{} driven",
+            driven.iter().map(far).collect::<Vec<_>>().join(", ")
+        ));
     }
     if !drive.targets.is_empty() {
         let reached = drive.targets.iter().filter(|target| target.reached).count();
@@ -172,9 +182,8 @@ fn numbers(drive: &Drive) -> String {
 
 /// How long each winner stayed, seconds; time that goes back counts for nothing.
 fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
-    drive
-        .path
-        .windows(2)
+    let pairs = drive.ways.iter().flat_map(|way| way.path.windows(2));
+    pairs
         .map(|pair| (pair[0].winner, (pair[1].time - pair[0].time).max(0.0)))
         .collect()
 }
@@ -182,7 +191,8 @@ fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
 fn percent(time: f64, whole: f64) -> String {
     match if whole > 0.0 { 100.0 * time / whole } else { 0.0 } {
         share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
-        share => format!("{share:.0} %"),
+        // The sum of nothing is minus nought.
+        share => format!("{:.0} %", share.abs()),
     }
 }
 

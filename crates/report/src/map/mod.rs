@@ -27,10 +27,8 @@ pub struct Drive {
     pub shapes: Vec<Thing>,
     /// Where laser beams ended, for a drive without a world.
     pub scans: Vec<(f64, f64)>,
-    /// Where the robot was and who won, in the order of time.
-    pub path: Vec<Moment>,
-    /// How far it drove, metres: at least as far as along [`Drive::path`], of which some may be left out.
-    pub distance: f64,
+    /// Where its robots went.
+    pub ways: Vec<Way>,
     /// Names of the schemas that [`Moment::winner`], [`Takeover::to`] and [`Drive::winners`] count.
     pub schema_names: Vec<String>,
     /// Who won for any time, if only where nobody knows where the robot was; the others of the path and of the takeovers may be
@@ -44,6 +42,17 @@ pub struct Drive {
     pub takeover_count: u64,
     /// The robot's radius; 0 if nobody knows it.
     pub robot_radius: f64,
+}
+
+/// Where one robot went.
+#[derive(Clone, Debug, Default)]
+pub struct Way {
+    /// Its name, to tell it from others.
+    pub robot: String,
+    /// Where it was and who won, in the order of time.
+    pub path: Vec<Moment>,
+    /// How far it drove, metres: at least as far as along [`Way::path`], of which some may be left out.
+    pub distance: f64,
 }
 
 /// A thing of the world.
@@ -95,9 +104,20 @@ pub struct Takeover {
 }
 
 impl Drive {
+    /// Whether it is known where any robot was.
+    #[must_use]
+    pub fn has_way(&self) -> bool {
+        self.places().next().is_some()
+    }
+
+    /// Gives all places of all robots.
+    fn places(&self) -> impl Iterator<Item = &Moment> {
+        self.ways.iter().flat_map(|way| &way.path)
+    }
+
     /// Gives those who won where the robot is known to have been, each as often as that is known.
     fn seen(&self) -> impl Iterator<Item = usize> {
-        let path = self.path.iter().filter_map(|at| at.winner);
+        let path = self.places().filter_map(|at| at.winner);
         path.chain(self.takeovers.iter().map(|takeover| takeover.to))
     }
 }
@@ -166,9 +186,10 @@ fn finite(drive: &Drive) -> Drive {
         Outline::Circle { center, radius } => is_placed(&center) && is_placed(&[radius]),
     });
     drive.scans.retain(|(x, y)| is_placed(&[*x, *y]));
-    drive
-        .path
-        .retain(|at| is_placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
+    for way in &mut drive.ways {
+        way.path
+            .retain(|at| is_placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
+    }
     drive.targets.retain(|target| is_placed(&[target.x, target.y]));
     drive
         .takeovers

@@ -57,7 +57,10 @@ fn room() -> Drive {
                 moving: true,
             },
         ],
-        path,
+        ways: vec![Way {
+            path,
+            ..Way::default()
+        }],
         schema_names: vec!["goon".to_owned(), "vff".to_owned()],
         targets: vec![
             Target {
@@ -257,7 +260,10 @@ fn nothing_at_all_is_still_a_picture() {
 fn a_robot_that_stood_still_has_a_place() {
     let path = vec![moment(0.0, 3.0, -4.0, Some(0)); 3];
     let drive = Drive {
-        path,
+        ways: vec![Way {
+            path,
+            ..Way::default()
+        }],
         ..Drive::default()
     };
     let frame = frame(&drive);
@@ -290,10 +296,10 @@ fn bounds_without_an_extent_or_turned_around_do_no_harm() {
 #[test]
 fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
     let mut drive = room();
-    drive
+    drive.ways[0]
         .path
         .insert(1, moment(f64::NAN, f64::NAN, f64::INFINITY, Some(0)));
-    drive.path[0].winner = Some(77);
+    drive.ways[0].path[0].winner = Some(77);
     drive.shapes.push(still(Outline::Circle {
         center: [f64::NAN, 0.0],
         radius: 1.0,
@@ -318,7 +324,10 @@ fn more_winners_than_colours_are_told_apart_by_dashes() {
         .map(|step| moment(step as f64, step as f64, 0.0, Some(step)))
         .collect();
     let drive = Drive {
-        path,
+        ways: vec![Way {
+            path,
+            ..Way::default()
+        }],
         ..Drive::default()
     };
     let palette = Palette::of(&drive);
@@ -335,4 +344,43 @@ fn more_winners_than_colours_are_told_apart_by_dashes() {
 #[test]
 fn the_same_drive_gives_the_same_picture() {
     assert_eq!(draw(&room()).data(), draw(&room()).data());
+}
+
+#[test]
+fn every_robot_has_its_way_and_its_name() {
+    let mut drive = room();
+    let alone = draw(&drive);
+    drive.ways[0].robot = "left".to_owned();
+    drive.ways.push(Way {
+        robot: "right".to_owned(),
+        path: vec![moment(0.0, 2.0, 1.0, Some(1)), moment(4.0, 8.0, 1.0, Some(1))],
+        distance: 6.0,
+    });
+    let vff = Palette::of(&drive).tone(Some(1)).light();
+    assert_eq!(probe(&drive, 4.6, 1.0), vff);
+    let both = draw(&drive);
+    let (x, y) = frame(&drive).at(8.0, 1.0);
+    let (x, y) = (x as u32, y as u32);
+    // Right of where it is at the end, beyond its radius.
+    let name = |picture: &Pixmap| inked(picture, x + 45..x + 75, y - 8..y + 8);
+    assert!(name(&both) > name(&alone) + 20, "its name stands there");
+    let entries = legend::entries(&drive, &Palette::of(&drive));
+    let texts: Vec<_> = entries.iter().map(|entry| entry.text.as_str()).collect();
+    assert_eq!(&texts[..3], ["goon 43 %", "vff 50 %", "nobody 7 %"]);
+}
+
+#[test]
+fn who_never_won_has_nought_and_not_less() {
+    let mut drive = room();
+    drive.takeovers.push(Takeover {
+        x: 1.0,
+        y: 1.0,
+        to: 2,
+    });
+    drive.schema_names.push("stop".to_owned());
+    let entries = legend::entries(&drive, &Palette::of(&drive));
+    assert!(
+        entries.iter().any(|entry| entry.text == "stop 0 %"),
+        "{entries:?}"
+    );
 }

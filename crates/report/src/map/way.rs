@@ -1,4 +1,4 @@
-//! What the robot did: its way in the colours of those who won, the takeovers, the targets, its start and its end.
+//! What the robots did: their ways in the colours of those who won, the takeovers, the targets, their starts and ends.
 
 use super::frame::Frame;
 use super::palette::Palette;
@@ -18,6 +18,8 @@ const LEAST_ROBOT: f32 = 9.0;
 const CROSS: f32 = 5.0;
 const BADGE: f32 = 13.0;
 const BESIDE: f32 = 19.0;
+/// Size of the name of a robot, where there are several.
+const NAME: f32 = 16.0;
 /// Points nearer to each other than this many pixels are one.
 const SAME: f32 = 0.5;
 
@@ -30,7 +32,8 @@ pub(super) enum Robot {
 
 /// Draws the whole drive.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette: &Palette) {
-    let runs = runs(frame, &drive.path);
+    let ways: Vec<Vec<Run>> = drive.ways.iter().map(|way| runs(frame, &way.path)).collect();
+    let runs: Vec<&Run> = ways.iter().flatten().collect();
     for (_, points) in &runs {
         drawing.polyline(points, Line::new(Tone::Paper.faded(0.85), WAY + 2.0 * LIFT));
     }
@@ -38,7 +41,9 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
         drawing.polyline(points, line(palette, *winner));
     }
     let takeovers: Vec<(f32, f32)> = drive.takeovers.iter().map(|at| frame.at(at.x, at.y)).collect();
-    arrows(drawing, &runs, &takeovers, palette);
+    for way in &ways {
+        arrows(drawing, way, &takeovers, palette);
+    }
     for (at, place) in drive.takeovers.iter().zip(takeovers) {
         takeover(drawing, place, palette.tone(Some(at.to)));
     }
@@ -47,17 +52,20 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
         cross(drawing, frame.at(at.x, at.y));
     }
     let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
-    let ends = [
-        (drive.path.first(), Robot::Start),
-        (drive.path.last(), Robot::End),
-    ];
-    let robots: Vec<(f32, f32)> = ends
-        .iter()
-        .filter_map(|(at, _)| at.map(|at| frame.at(at.x, at.y)))
-        .collect();
-    for (at, which) in ends {
-        if let Some(at) = at {
-            robot(drawing, frame.at(at.x, at.y), radius, at.heading, which);
+    let mut robots = Vec::new();
+    for way in &drive.ways {
+        let ends = way.path.first().zip(way.path.last());
+        for (at, which) in ends
+            .iter()
+            .flat_map(|(first, last)| [(first, Robot::Start), (last, Robot::End)])
+        {
+            let place = frame.at(at.x, at.y);
+            robot(drawing, place, radius, at.heading, which);
+            robots.push(place);
+            if drive.ways.len() > 1 && which == Robot::End {
+                let beside = (place.0 + radius + NAME / 3.0, place.1);
+                drawing.label(&way.robot, NAME, beside, Align::Left, Tone::Ink);
+            }
         }
     }
     for at in &drive.targets {
@@ -129,7 +137,7 @@ fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
 }
 
 /// Gives the diagonal of a target on which its badge hides no robot and least of the way.
-fn beside((x, y): (f32, f32), runs: &[Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
+fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
     let places = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
     let hidden = |(x, y): (f32, f32)| {

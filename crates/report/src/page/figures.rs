@@ -16,7 +16,7 @@ const TIMES: f32 = 28.0;
 
 pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
     let drive = &page.tale.ending.drive;
-    if drive.path.is_empty() {
+    if !drive.has_way() {
         return None;
     }
     let drawing = map::draw(drive, false);

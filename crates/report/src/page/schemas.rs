@@ -29,8 +29,9 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
     let virtual_time = tale.lockstep == Some(true);
     Some(html! {
         p.note {
-            "The period is the time from one iteration to the next, without pauses; of drivers, whose turns are not recorded, from one "
-            "value of what they publish most often to the next. The chart shows it over time, least and greatest, and dashed the "
+            "The period is the time from one deadline at which a schema iterated to the next, without pauses; the first iteration after "
+            "a takeover comes at once and is none. Of drivers, whose turns are not recorded, it is the time from one value of what they "
+            "publish most often to the next. The chart shows it over time, least and greatest, and dashed the "
             "period as configured."
             @if virtual_time { " In virtual time iterations take no time, so there is no load." }
         }

@@ -41,7 +41,7 @@ fn missing(page: &Page<'_>) -> Vec<&'static str> {
     if tale.survey.messages == 0 {
         return missing;
     }
-    if tale.ending.drive.path.is_empty() {
+    if !tale.ending.drive.has_way() {
         missing.push("There is no path: no odometry and no ground truth was recorded.");
     }
     if tale.survey.decisions == 0 {
@@ -67,8 +67,11 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
             @if let Some(outcome) = tale.events.last_of("ended") {
                 div { dt { "How it ended" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
             }
-            @if let Some(distance) = ending.distance {
-                div { dt { "Distance" } dd { (format!("{distance:.1} m")) } }
+            @for way in ending.drive.ways.iter().filter(|way| way.path.len() > 1) {
+                div { dt { "Distance" } dd {
+                    (format!("{:.1} m", way.distance))
+                    @if ending.drive.ways.len() > 1 { small { (way.robot) } }
+                } }
             }
             @if let Some(collisions) = ending.collisions {
                 div { dt { "Collisions" } dd {

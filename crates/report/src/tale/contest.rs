@@ -109,7 +109,11 @@ impl Contest {
             }
         }
         self.recent.push_back(time);
-        while self.recent.front().is_some_and(|first| *first + BUSY < time) {
+        while self
+            .recent
+            .front()
+            .is_some_and(|first| first.saturating_add(BUSY) < time)
+        {
             self.recent.pop_front();
         }
         if self.busiest.is_none_or(|(most, _)| self.recent.len() > most) {

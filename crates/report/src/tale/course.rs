@@ -1,5 +1,5 @@
-//! Where the robot of a recording went: its path, targets, what its laser saw, and the world it drove in if that is known. Of several
-//! robots the first is followed, and all count for collisions.
+//! Where the robots of a recording went: their paths, targets, what their lasers saw, and the world they drove in if that is known.
+//! Of several missions the first is followed, and it is said so.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,35 +12,21 @@ use jde_sim::{RobotConfig, World};
 use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
+use super::robot::{Known, Robot};
 use super::thinned::Thinned;
-use crate::map::{Drive, Moment, Takeover, Target, Thing, is_placed};
+use crate::map::{Drive, Takeover, Target, Thing, Way};
 
-/// Most places of the path, takeovers and scans that are kept: more than a picture can show.
-const MOST_PLACES: usize = 40_000;
+/// Most takeovers that are kept: more than a picture can show.
 const MOST_TAKEOVERS: usize = 2000;
-const MOST_SCANS: usize = 2000;
-/// Time between two scans that are looked at: a scan a second is enough to show a building.
-const SCAN: Nanos = 1_000_000_000;
 /// Most targets.
 const MOST_TARGETS: usize = 1000;
 
 /// Collects it.
 pub(crate) struct Course {
     topics: Topics,
-    /// By topic, what is true of every robot.
-    truths: BTreeMap<String, Known>,
-    odometry: Option<Pose2D>,
-    pose: Option<Pose2D>,
-    /// The same place in the frame of the truth and of the odometry, seen first.
-    anchor: Option<(Pose2D, Pose2D)>,
-    path: Thinned<Moment>,
-    /// How far it drove, m, and from where it goes on; not thinned.
-    distance: f64,
-    place: Option<Pose2D>,
+    robots: Vec<Robot>,
     takeovers: Thinned<Takeover>,
     takeover_count: u64,
-    scans: Thinned<Vec<(f64, f64)>>,
-    scanned: Option<Nanos>,
     mission: Option<Mission>,
     route: Vec<(f64, f64)>,
     /// Targets that were known one by one, by how many were reached before: of a recording begun later the first are missing.
@@ -54,20 +40,14 @@ pub(crate) struct Course {
 /// Which topic says what.
 #[derive(Default)]
 struct Topics {
-    truths: Vec<String>,
-    odometry: Option<String>,
-    laser: Option<String>,
     mission: Option<String>,
+    /// Missions that are not followed.
+    other_missions: usize,
     route: Option<String>,
     world: Option<Channel>,
     radius: Option<Channel>,
-}
-
-/// What is true of a robot, whose counts go back to its start.
-struct Known {
-    /// Before the stretch that is told; none if it began in it.
-    before: Option<Truth>,
-    last: Truth,
+    /// Robots of which is known where they believe to be, and that are not followed.
+    left_out: Vec<String>,
 }
 
 /// What is known at the end.
@@ -79,8 +59,6 @@ pub(crate) struct Ending {
     pub(crate) collisions: Option<u64>,
     /// The least gap to anything, m; none if that was before.
     pub(crate) min_clearance: Option<f64>,
-    /// How far it drove, m.
-    pub(crate) distance: Option<f64>,
     /// What the map shows of its surroundings and why.
     pub(crate) remarks: Vec<String>,
 }
@@ -88,19 +66,12 @@ pub(crate) struct Ending {
 impl Course {
     pub(crate) fn new(recording: &Recording) -> Self {
         let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
+        let (topics, robots) = Topics::of(recording);
         Self {
-            topics: Topics::of(recording),
-            truths: BTreeMap::new(),
-            odometry: None,
-            pose: None,
-            anchor: None,
-            path: Thinned::new(MOST_PLACES),
-            distance: 0.0,
-            place: None,
+            topics,
+            robots,
             takeovers: Thinned::new(MOST_TAKEOVERS),
             takeover_count: 0,
-            scans: Thinned::new(MOST_SCANS),
-            scanned: None,
             mission: None,
             route: Vec::new(),
             found: BTreeMap::new(),
@@ -111,32 +82,18 @@ impl Course {
         }
     }
 
-    /// Takes in a message. `acting` is who acts now.
+    /// Takes in a message. `acting` says who acts now for a robot.
     pub(crate) fn message(
         &mut self,
         columns: Columns,
         time: Nanos,
         message: &Message,
-        acting: Option<usize>,
+        acting: impl Fn(&str) -> Option<usize>,
     ) {
         let topic = &message.channel.topic;
-        if self.topics.truths.contains(topic) {
-            if let Some(truth) = read::<Truth>(message) {
-                let followed = self.topics.truths.first() == Some(topic);
-                self.known(columns, time, message, truth);
-                if followed {
-                    self.at(columns, time, truth.pose, acting);
-                }
-            }
-        } else if self.topics.odometry.as_ref() == Some(topic) {
-            if let Some(odometry) = read::<Odometry>(message) {
-                self.odometry = Some(odometry.pose2d());
-                if self.topics.truths.is_empty() {
-                    self.at(columns, time, odometry.pose2d(), acting);
-                }
-            }
-        } else if self.topics.laser.as_ref() == Some(topic) {
-            self.laser(columns, time, message);
+        let shows_walls = self.shows_walls();
+        if let Some(robot) = self.robots.iter_mut().find(|robot| robot.has(topic)) {
+            robot.message(columns, time, message, shows_walls, acting);
         } else if self.topics.mission.as_ref() == Some(topic) {
             if let Some(mission) = read::<Mission>(message) {
                 self.mission(mission);
@@ -158,40 +115,83 @@ impl Course {
         {
             self.radius = Some(radius);
         }
-        if let (None, Some(truth), Some(odometry)) = (self.anchor, self.pose, self.odometry)
-            && !self.topics.truths.is_empty()
-        {
-            self.anchor = Some((truth, odometry));
-        }
     }
 
-    /// Somebody who acts takes over.
-    pub(crate) fn took_over(&mut self, to: usize) {
-        if let Some(Pose2D { x, y, .. }) = self.pose {
-            self.takeovers.add(Takeover { x, y, to });
-            self.takeover_count += 1;
+    /// Somebody who acts takes over, for the robots of which `acts` is true.
+    pub(crate) fn took_over(&mut self, to: usize, acts: impl Fn(&str) -> bool) {
+        let robots = self.robots.iter().filter(|robot| acts(&robot.name));
+        let poses: Vec<Pose2D> = robots.filter_map(|robot| robot.pose).collect();
+        for Pose2D { x, y, .. } in &poses {
+            self.takeovers.add(Takeover { x: *x, y: *y, to });
         }
+        self.takeover_count += u64::from(!poses.is_empty());
     }
 
-    /// Nothing more comes. `winners` are those of the schemas that won for any time.
-    pub(crate) fn finish(mut self, title: String, schema_names: Vec<String>, winners: Vec<usize>) -> Ending {
+    /// Whether there is one robot at most, for which everybody acts.
+    pub(crate) fn is_alone(&self) -> bool {
+        self.robots.len() <= 1
+    }
+
+    /// Whose mission is followed.
+    pub(crate) fn of_mission(&self) -> Option<&str> {
+        let topic = self.topics.mission.as_deref()?;
+        Some(named(topic.rsplit_once('/')?.0))
+    }
+
+    /// Nothing more comes. `winners` are those of the schemas that won for any time, and `led` is the robot that the mission is
+    /// about; the first if nobody knows.
+    pub(crate) fn finish(
+        mut self,
+        title: String,
+        schema_names: Vec<String>,
+        winners: Vec<usize>,
+        led: Option<&str>,
+    ) -> Ending {
         let mut remarks = Vec::new();
-        let targets = self.targets();
-        if self.path.step() > 1 {
-            remarks.push(format!("of the path every {}th place is shown", self.path.step()));
+        let targets = self.targets(led);
+        if let Some(step) = self
+            .robots
+            .iter()
+            .map(|robot| robot.path.step())
+            .max()
+            .filter(|step| *step > 1)
+        {
+            remarks.push(format!("of the path every {step}th place is shown"));
         }
-        let path = self.path.into_items();
+        if let (others @ 1.., Some(owner)) = (self.topics.other_missions, self.of_mission()) {
+            remarks.push(format!("of {} missions that of {owner} is shown", others + 1));
+        }
+        if !self.topics.left_out.is_empty() {
+            let names = self.topics.left_out.join(", ");
+            remarks.push(format!(
+                "the way of {names} is not drawn: nothing says where that is beside the others"
+            ));
+        }
+        let truths: Vec<_> = self
+            .robots
+            .iter_mut()
+            .filter_map(|robot| robot.truth.take())
+            .collect();
+        let has_truth = !truths.is_empty();
+        let mut scans = Vec::new();
+        let ways = self.robots.into_iter().map(|robot| {
+            scans.extend(robot.scans.into_items().into_iter().flatten());
+            Way {
+                robot: robot.name,
+                path: robot.path.into_items(),
+                distance: robot.distance,
+            }
+        });
         let mut drive = Drive {
             title,
             schema_names,
             winners,
-            distance: self.distance,
+            ways: ways.filter(|way| !way.path.is_empty()).collect(),
             takeovers: self.takeovers.into_items(),
             takeover_count: self.takeover_count,
             targets,
             ..Drive::default()
         };
-        let has_truth = !self.truths.is_empty();
         match self.world.take() {
             Some((_, Ok(world))) if has_truth => {
                 drive.bounds = Some(world.bounds());
@@ -211,21 +211,18 @@ impl Course {
             None => {}
         }
         if drive.shapes.is_empty() {
-            drive.scans = self.scans.into_items().into_iter().flatten().collect();
-            if !drive.scans.is_empty() && !path.is_empty() {
+            drive.scans = scans;
+            if !drive.scans.is_empty() && drive.has_way() {
                 remarks.push("dots are what the laser saw, a scan a second at most".to_owned());
             }
         }
-        drive.path = path;
-        let nearest = self
-            .truths
-            .values()
+        let nearest = truths
+            .iter()
             .min_by(|one, other| one.last.min_clearance.total_cmp(&other.last.min_clearance));
         Ending {
-            distance: (drive.path.len() > 1).then_some(drive.distance),
             mission: self.mission,
             collisions: has_truth.then(|| {
-                let contacts = self.truths.values().map(Known::collisions);
+                let contacts = truths.iter().map(Known::collisions);
                 contacts.fold(0, u64::saturating_add)
             }),
             min_clearance: nearest.and_then(Known::min_clearance),
@@ -234,60 +231,9 @@ impl Course {
         }
     }
 
-    fn known(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
-        let known = self
-            .truths
-            .entry(message.channel.topic.clone())
-            .or_insert_with(|| Known {
-                // Only the first of all values tells of nothing that was before it.
-                before: (message.sequence > 1).then_some(truth),
-                last: truth,
-            });
-        known.last = truth;
-        if time < columns.from {
-            known.before = Some(truth);
-        }
-    }
-
-    fn at(&mut self, columns: Columns, time: Nanos, pose: Pose2D, winner: Option<usize>) {
-        self.pose = Some(pose);
-        if columns.has(time) {
-            // What is no place is not drawn, and was not driven to.
-            if is_placed(&[pose.x, pose.y]) {
-                let from = self.place.replace(pose).unwrap_or(pose);
-                self.distance += (pose.x - from.x).hypot(pose.y - from.y);
-            }
-            self.path.add(Moment {
-                time: time as f64 / 1e9,
-                x: pose.x,
-                y: pose.y,
-                heading: pose.theta,
-                winner,
-            });
-        }
-    }
-
-    fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) {
-        let due = self.scanned.is_none_or(|last| time >= last + SCAN);
-        let shows_walls = matches!(self.world, Some((_, Ok(_)))) && !self.topics.truths.is_empty();
-        let (true, false, true, Some(robot)) = (due, shows_walls, columns.has(time), self.pose) else {
-            return;
-        };
-        let Some(scan) = read::<LaserScan>(message) else {
-            return;
-        };
-        self.scanned = Some(time);
-        let seen = scan.ranges.iter().enumerate().filter(|(_, range)| {
-            (scan.range_min..=scan.range_max).contains(*range) && **range < scan.range_max
-        });
-        let place = |(beam, range): (usize, &f32)| {
-            let angle = f64::from(scan.angle_min) + beam as f64 * f64::from(scan.angle_increment);
-            let (sin, cos) = angle.sin_cos();
-            let range = f64::from(*range);
-            let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
-            (place.x, place.y)
-        };
-        self.scans.add(seen.map(place).collect());
+    /// Whether the walls are drawn, so that nobody needs what the laser saw.
+    fn shows_walls(&self) -> bool {
+        matches!(self.world, Some((_, Ok(_)))) && self.robots.iter().any(|robot| robot.truth_topic.is_some())
     }
 
     fn mission(&mut self, mission: Mission) {
@@ -301,14 +247,17 @@ impl Course {
     }
 
     /// The targets, in the frame of the path; the route's where there is one.
-    fn targets(&self) -> Vec<Target> {
+    fn targets(&self, led: Option<&str>) -> Vec<Target> {
+        let of = |led: &str| self.robots.iter().find(|robot| robot.name == led);
+        let robot = led.and_then(of).or(self.robots.first());
+        let anchor = robot.and_then(|robot| robot.anchor.as_ref());
         // Without any place the mission counts something else.
         if self.found.is_empty() {
             return Vec::new();
         }
         let reached = self.mission.map_or(0, |mission| mission.reached as usize);
         let target = |(before, (x, y)): (usize, (f64, f64))| {
-            let (x, y) = match &self.anchor {
+            let (x, y) = match anchor {
                 Some((truth, odometry)) => {
                     let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
                     (place.x, place.y)
@@ -346,19 +295,6 @@ impl Course {
     }
 }
 
-impl Known {
-    fn collisions(&self) -> u64 {
-        let before = self.before.map_or(0, |before| before.collisions);
-        self.last.collisions.saturating_sub(before)
-    }
-
-    fn min_clearance(&self) -> Option<f64> {
-        let least = self.last.min_clearance;
-        let is_of_now = self.before.is_none_or(|before| least < before.min_clearance);
-        (is_of_now && least.is_finite()).then_some(least)
-    }
-}
-
 /// Of a file that others named, only what is a world is read.
 fn load(path: &Path, seed: u64) -> Result<World, String> {
     match std::fs::metadata(path) {
@@ -369,23 +305,66 @@ fn load(path: &Path, seed: u64) -> Result<World, String> {
 }
 
 impl Topics {
-    fn of(recording: &Recording) -> Self {
+    fn of(recording: &Recording) -> (Self, Vec<Robot>) {
         let all = |type_name: &str| {
             let of_type = recording
                 .channels()
                 .filter(|channel| channel.type_name == type_name && channel.encoding == "cdr");
             of_type.map(|channel| channel.topic.clone()).collect::<Vec<_>>()
         };
-        let truths = all(&definition::name(&Truth::describe()));
         let owner = |topic: &str| topic.rsplit_once('/').map(|(owner, _)| owner.to_owned());
-        // The robot that the truth is about, if it has one of these; else whoever has.
-        let robot = truths.first().and_then(|topic| owner(topic));
-        let of_robot = |type_name: &str| {
-            let mut found = all(type_name);
-            let own = found.iter().position(|topic| owner(topic) == robot).unwrap_or(0);
-            (!found.is_empty()).then(|| found.swap_remove(own))
+        let [truths, odometries, lasers] =
+            [&Truth::describe(), &Odometry::describe(), &LaserScan::describe()]
+                .map(|of| all(&definition::name(of)));
+        let commanded = |topic: &String| {
+            recording.channels().any(|channel| {
+                let is_command = channel
+                    .about
+                    .get("access")
+                    .is_some_and(|access| access == "command");
+                is_command && owner(&channel.topic) == owner(topic)
+            })
         };
-        let mission = all(&definition::name(&Mission::describe())).into_iter().next();
+        // Odometry is published also by those who correct it: a robot is who is commanded.
+        let (own, mut others): (Vec<_>, Vec<_>) = odometries.iter().partition(|topic| commanded(topic));
+        let mut named_by: Vec<&String> = if !truths.is_empty() {
+            truths.iter().collect()
+        } else if !own.is_empty() {
+            others.clear();
+            own
+        } else {
+            others.drain(..others.len().min(1)).collect()
+        };
+        let mut left_out = Vec::new();
+        if !truths.is_empty() {
+            // Where they believe to be is in frames of their own.
+            let known = |topic: &&String| truths.iter().any(|truth| owner(truth) == owner(topic));
+            left_out = odometries
+                .iter()
+                .filter(|topic| commanded(topic) && !known(topic))
+                .collect();
+        } else {
+            left_out.append(&mut others);
+        }
+        if named_by.is_empty() {
+            named_by = lasers.iter().take(1).collect();
+        }
+        let alone = named_by.len() == 1;
+        // What a robot has by itself; if it is the only one, else whoever has.
+        let of = |robot: &str, topics: &[String]| {
+            let own = topics.iter().find(|topic| owner(topic) == owner(robot));
+            own.or(topics.first().filter(|_| alone)).cloned()
+        };
+        let count = named_by.len();
+        let robots = named_by.iter().map(|topic| Robot {
+            truth_topic: of(topic, &truths),
+            odometry_topic: of(topic, &odometries),
+            laser_topic: of(topic, &lasers),
+            ..Robot::new(named(&owner(topic).unwrap_or_default()), count)
+        });
+        let robots = robots.collect();
+        let missions = all(&definition::name(&Mission::describe()));
+        let mission = missions.first().cloned();
         let of_mission = mission.as_deref().and_then(owner);
         let routes = all(&definition::name(&Route::describe()));
         let variable = |name: &str, unit: &str| {
@@ -396,20 +375,28 @@ impl Topics {
             fits.next().cloned()
         };
         let world = variable(".world", "path");
-        Self {
-            odometry: of_robot(&definition::name(&Odometry::describe())),
-            laser: of_robot(&definition::name(&LaserScan::describe())),
+        let topics = Self {
             route: routes.into_iter().find(|topic| owner(topic) == of_mission),
             radius: world.as_ref().and_then(|_| variable(".radius", "m")),
             world,
             mission,
-            truths,
-        }
+            other_missions: missions.len().saturating_sub(1),
+            left_out: left_out
+                .into_iter()
+                .map(|topic| named(&owner(topic).unwrap_or_default()).to_owned())
+                .collect(),
+        };
+        (topics, robots)
     }
 }
 
+/// The name of who has the topics below that one.
+fn named(owner: &str) -> &str {
+    owner.trim_start_matches('/')
+}
+
 /// A message as the value of a type.
-fn read<T: jde_types::Value>(message: &Message) -> Option<T> {
+pub(super) fn read<T: jde_types::Value>(message: &Message) -> Option<T> {
     let bytes = cdr::decode(&T::describe(), &message.data).ok()?;
     T::from_bytes(&bytes)
 }
@@ -438,6 +425,7 @@ fn single(channel: &Channel, message: &Message) -> Option<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tale::robot::MOST_PLACES;
 
     #[test]
     fn distance_and_takeovers_count_also_where_they_are_thinned() {
@@ -445,19 +433,19 @@ mod tests {
         let file = folder.path().join("empty.mcap");
         crate::tests::recorder(&file, None).finish();
         let mut course = Course::new(&Recording::open(&file).unwrap());
+        course.robots.push(Robot::new("robot", 1));
         let columns = Columns::new(0, 1_000_000, 100);
+        let nobody = |_: &str| None;
         for step in 0..=100_000_u64 {
-            course.at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), None);
-            course.took_over(0);
+            course.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), nobody);
+            course.took_over(0, |_| true);
         }
         // Lost for a moment.
-        course.at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), None);
-        course.at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), None);
-        let ending = course.finish(String::new(), Vec::new(), Vec::new());
-        assert!(ending.drive.path.len() <= MOST_PLACES && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
-        assert_eq!(
-            (ending.distance, ending.drive.takeover_count),
-            (Some(100_002.0), 100_001)
-        );
+        course.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), nobody);
+        course.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), nobody);
+        let ending = course.finish(String::new(), Vec::new(), Vec::new(), None);
+        let way = &ending.drive.ways[0];
+        assert!(way.path.len() <= MOST_PLACES && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
+        assert_eq!((way.distance, ending.drive.takeover_count), (100_002.0, 100_001));
     }
 }

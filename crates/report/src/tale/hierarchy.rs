@@ -1,7 +1,7 @@
 //! Who is in a recording: schemas, and the groups in which they compete; by what it says of its schemas, else by the names that its
 //! selections and states have.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use jde_host::story::Decision;
 use jde_log::Cast;
@@ -16,6 +16,8 @@ pub(crate) struct Hierarchy {
     pub(crate) groups: Vec<Group>,
     schema_places: HashMap<String, usize>,
     group_places: HashMap<String, usize>,
+    /// Robots of which it is known who commands them.
+    commanded: HashSet<String>,
 }
 
 /// A schema.
@@ -28,6 +30,8 @@ pub(crate) struct Schema {
     pub(crate) group: Option<usize>,
     /// Period as configured at the start, ns.
     pub(crate) period: Option<u64>,
+    /// The robots that it commands; none if nobody says.
+    pub(crate) commands: Vec<String>,
 }
 
 /// A competition.
@@ -61,6 +65,8 @@ impl Hierarchy {
                 let schema = &mut hierarchy.schemas[place];
                 schema.type_name.clone_from(&member.type_name);
                 schema.period = member.period_ns;
+                schema.commands.clone_from(&member.commands);
+                hierarchy.commanded.extend(member.commands.iter().cloned());
             }
         }
         for troupe in &cast.groups {
@@ -124,6 +130,27 @@ impl Hierarchy {
     /// Motor schemas without motor children: those that can act.
     pub(crate) fn is_actor(&self, schema: usize) -> bool {
         self.schemas[schema].group.is_some() && self.groups_of(schema).next().is_none()
+    }
+
+    /// Whether a schema acts for a robot: it commands it, or nobody says who does.
+    pub(crate) fn acts_for(&self, schema: usize, robot: &str) -> bool {
+        !self.commanded.contains(robot) || self.schemas[schema].commands.iter().any(|own| own == robot)
+    }
+
+    /// The robot that a schema commands, or whoever is below it; none if nobody says.
+    pub(crate) fn led_by(&self, name: &str) -> Option<String> {
+        let mut below = vec![self.find(name)?];
+        // Each is looked at once: a file may say anything.
+        for place in 0..self.schemas.len() {
+            let schema = *below.get(place)?;
+            if let Some(robot) = self.schemas[schema].commands.first() {
+                return Some(robot.clone());
+            }
+            let groups: Vec<usize> = self.groups_of(schema).collect();
+            let members = groups.iter().flat_map(|group| &self.groups[*group].members);
+            below.extend(members.copied());
+        }
+        None
     }
 
     /// All of it, children below their fathers, and at the end who competes with nobody.

@@ -9,6 +9,7 @@ mod durations;
 mod events;
 mod hierarchy;
 mod restless;
+mod robot;
 mod thinned;
 mod trace;
 mod work;
@@ -137,7 +138,7 @@ impl Tale {
     /// Whether there is anything to draw: a path, states or numbers.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.ending.drive.path.is_empty()
+        !self.ending.drive.has_way()
             && !self.bands.iter().any(Band::was_awake)
             && self.traces.iter().all(|(_, trace)| trace.range().is_none())
     }
@@ -158,6 +159,8 @@ impl Tale {
                 damage.offset, self.survey.bytes, damage.reason
             ));
         }
+        let parts = self.survey.parts.as_ref();
+        remarks.extend(parts.and_then(|parts| Some(format!("of the recording {}", parts.lacks()?))));
         let lost: u64 = self.survey.lost.values().sum();
         if lost > 0 {
             remarks.push(format!("{lost} values were lost while it was recorded"));
@@ -181,7 +184,8 @@ struct Reader {
     last: u64,
     /// Of each group, who wins now.
     winners: Vec<Option<usize>>,
-    acting: Option<usize>,
+    /// Who acts now.
+    acting: Vec<usize>,
     /// By topic: which numbers are in its messages.
     series: HashMap<String, Vec<usize>>,
     /// By topic: of which schema it is the configured period.
@@ -252,7 +256,7 @@ impl Reader {
             first,
             last,
             winners: Vec::new(),
-            acting: None,
+            acting: Vec::new(),
             series,
             periods,
             exports,
@@ -297,7 +301,12 @@ impl Reader {
         if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| happens) {
             work.began(self.tale.coarse, time);
         }
-        self.course.message(columns, time, message, self.acting);
+        let (hierarchy, acting, alone) = (&self.tale.hierarchy, &self.acting, self.course.is_alone());
+        let acting_for = |robot: &str| {
+            let mut acting = acting.iter().copied();
+            acting.find(|schema| alone || hierarchy.acts_for(*schema, robot))
+        };
+        self.course.message(columns, time, message, acting_for);
     }
 
     fn line(&mut self, time: Nanos, line: Line, happens: bool) {
@@ -325,7 +334,9 @@ impl Reader {
                         let to = decision.choice.as_deref();
                         let to = to.and_then(|name| self.tale.hierarchy.find(name));
                         if let Some(to) = to.filter(|to| self.tale.hierarchy.is_actor(*to)) {
-                            self.course.took_over(to);
+                            let (hierarchy, alone) = (&self.tale.hierarchy, self.course.is_alone());
+                            self.course
+                                .took_over(to, |robot| alone || hierarchy.acts_for(to, robot));
                         }
                         self.tale.switches.add(decision);
                     }
@@ -372,14 +383,20 @@ impl Reader {
             State::Slept | State::Checking | State::Ready if *winner == Some(schema) => *winner = None,
             State::Slept | State::Checking | State::Ready => return,
         }
-        let roots = (0..hierarchy.groups.len()).find(|group| hierarchy.father(*group).is_none());
-        let mut acting = roots.and_then(|group| self.winners[group]);
+        let roots = (0..hierarchy.groups.len()).filter(|group| hierarchy.father(*group).is_none());
+        let mut winning: Vec<usize> = roots.filter_map(|group| self.winners[group]).collect();
+        let mut acting = Vec::new();
         // No deeper than there are schemas: a file may say anything.
-        for _ in 0..hierarchy.schemas.len() {
-            let Some(father) = acting.filter(|schema| !hierarchy.is_actor(*schema)) else {
+        for _ in 0..=hierarchy.schemas.len() {
+            let (act, lead): (Vec<_>, Vec<_>) = winning
+                .into_iter()
+                .partition(|schema| hierarchy.is_actor(*schema));
+            acting.extend(act);
+            let groups = lead.into_iter().flat_map(|father| hierarchy.groups_of(father));
+            winning = groups.filter_map(|group| self.winners[group]).collect();
+            if winning.is_empty() || acting.len() > hierarchy.schemas.len() {
                 break;
-            };
-            acting = hierarchy.groups_of(father).find_map(|group| self.winners[group]);
+            }
         }
         self.acting = acting;
     }
@@ -453,7 +470,13 @@ impl Reader {
         let winners = schemas
             .filter(|schema| tale.hierarchy.is_actor(*schema))
             .collect();
-        tale.ending = self.course.finish(tale.title.clone(), names, winners);
+        let led = self
+            .course
+            .of_mission()
+            .and_then(|owner| tale.hierarchy.led_by(owner));
+        tale.ending = self
+            .course
+            .finish(tale.title.clone(), names, winners, led.as_deref());
         self.tale
     }
 }

@@ -15,7 +15,7 @@ pub(crate) struct Work {
     pub(crate) iterations: u64,
     /// Turns in which it checked its precondition or iterated.
     pub(crate) cycles: u64,
-    /// From one iteration to the next, without a pause between.
+    /// From one deadline at which it iterated to the next, without a pause between.
     pub(crate) periods: Durations,
     /// The same over time, s.
     pub(crate) over_time: Trace,
@@ -38,11 +38,11 @@ impl Work {
 
     /// It took a turn.
     pub(crate) fn turn(&mut self, columns: Columns, turn: &Turn) {
-        if turn.kind != Turn::CYCLED || !turn.acted.happened() {
-            self.pause(columns);
-        }
-        if turn.kind != Turn::CYCLED {
-            return;
+        match turn.kind {
+            Turn::CYCLED => {}
+            Turn::AWOKE | Turn::SLEPT => return self.pause(columns),
+            // A father arbitrates between two of its iterations, and a panel is touched there.
+            _ => return,
         }
         self.cycles += 1;
         let begun = if turn.looked.happened() {
@@ -51,13 +51,20 @@ impl Work {
             turn.acted.clock
         };
         self.busy.add(turn.time().saturating_sub(begun));
-        if turn.acted.happened() {
-            self.iterations += 1;
-            self.began(columns, begun);
+        let acted = turn.acted.happened();
+        self.iterations += u64::from(acted);
+        match (turn.way, acted) {
+            // The first iteration after a takeover comes at once, between two deadlines.
+            (Turn::FIRST, true) => self.pause(columns),
+            (_, true) => self.began(columns, begun),
+            // Its deadline came, and it was not WINNER.
+            (Turn::ANY, false) => self.pause(columns),
+            // A value came, and it looked again without waiting for its deadline (R12).
+            (_, false) => {}
         }
     }
 
-    /// It began to do again what it does periodically.
+    /// It began to do what it does periodically.
     pub(crate) fn began(&mut self, columns: Columns, time: Nanos) {
         if let Some(period) = self.last.and_then(|last| time.checked_sub(last)) {
             self.periods.add(period);
@@ -88,9 +95,10 @@ mod tests {
         }
     }
 
-    fn turn(ms: u64, acts: bool) -> Turn {
+    fn turn(ms: u64, way: u8, acts: bool) -> Turn {
         let mut turn = Turn {
             kind: Turn::CYCLED,
+            way,
             looked: call(ms),
             ..Turn::default()
         };
@@ -113,11 +121,59 @@ mod tests {
             (400, true),
             (500, true),
         ] {
-            work.turn(columns, &turn(ms, acts));
+            work.turn(columns, &turn(ms, Turn::ANY, acts));
         }
         assert_eq!((work.cycles, work.iterations), (6, 5));
         assert_eq!((work.periods.count(), work.periods.worst()), (3, Some(110e6)));
         assert_eq!(work.busy.worst(), Some(3e6));
         assert_eq!(work.over_time.range(), Some((0.1, 0.11)));
+    }
+
+    #[test]
+    fn r12_a_look_that_a_value_calls_for_is_no_pause() {
+        let columns = Columns::new(0, 1_000_000_000, 10);
+        let mut work = Work::new(columns);
+        let (any, first) = (Turn::ANY, Turn::FIRST);
+        let turns = [
+            // It takes over between two deadlines, which is no rhythm yet.
+            (60, first, true),
+            (75, any, true),
+            (100, first, false),
+            (125, first, false),
+            (150, any, true),
+            (175, first, false),
+            (225, any, true),
+            // It loses its place and gets it again.
+            (250, first, false),
+            (275, first, true),
+            (300, any, true),
+            (375, any, true),
+        ];
+        for (ms, way, acts) in turns {
+            work.turn(columns, &turn(ms, way, acts));
+        }
+        assert_eq!((work.cycles, work.iterations), (11, 7));
+        assert_eq!(work.periods.count(), 3);
+        assert_eq!(work.periods.mean(), Some(75e6));
+        assert_eq!(work.periods.worst(), Some(75e6));
+    }
+
+    #[test]
+    fn r4_a_father_that_arbitrates_keeps_its_rhythm() {
+        let columns = Columns::new(0, 1_000_000_000, 10);
+        let mut work = Work::new(columns);
+        let other = |kind| Turn {
+            kind,
+            ..turn(130, 0, false)
+        };
+        work.turn(columns, &turn(100, Turn::ANY, true));
+        for kind in [Turn::ARBITRATED, Turn::TOUCHED, Turn::RELOADED] {
+            work.turn(columns, &other(kind));
+        }
+        work.turn(columns, &turn(200, Turn::ANY, true));
+        assert_eq!(work.periods.worst(), Some(100e6));
+        work.turn(columns, &other(Turn::SLEPT));
+        work.turn(columns, &turn(300, Turn::ANY, true));
+        assert_eq!((work.periods.count(), work.iterations), (1, 3));
     }
 }

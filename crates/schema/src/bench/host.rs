@@ -8,7 +8,7 @@ use core::slice;
 use core::time::Duration;
 
 use jde_abi::describe::Role;
-use jde_abi::raw;
+use jde_abi::{raw, table};
 
 use super::place::Place;
 use crate::child::{Policy, State};
@@ -33,8 +33,8 @@ pub(super) static HOST: raw::Host = raw::Host {
     log,
     fail,
     extension,
-    retract,
-    real_time,
+    retract: Some(retract),
+    real_time: Some(real_time),
 };
 
 /// # Safety
@@ -164,12 +164,13 @@ unsafe extern "C" fn child(cx: *mut raw::Context, child: u32, out: *mut raw::Chi
         let Some(child) = place(cx).children.get(child as usize).filter(|_| !out.is_null()) else {
             return raw::BAD_ARGUMENT;
         };
-        out.write(raw::ChildStatus {
+        let status = raw::ChildStatus {
             size: size_of::<raw::ChildStatus>() as u32,
             state: child.state.code(),
             faulted: u32::from(child.faulted),
             reserved: 0,
-        });
+        };
+        table::write(out, &status);
         raw::OK
     }
 }

@@ -77,9 +77,9 @@ impl<S> Bench<S> {
         }
     }
 
-    fn memory(&self) -> &'static raw::State {
+    fn memory(&self) -> raw::State {
         // SAFETY: the bench read this table, and found it right.
-        match unsafe { state::of(self.table) } {
+        match unsafe { state::of(&self.table) } {
             Ok(Some(table)) => table,
             Ok(None) => panic!(
                 "`{}` has no memory of its own: `impl Memory` gives it one",

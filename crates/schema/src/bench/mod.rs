@@ -16,8 +16,8 @@ use core::marker::PhantomData;
 use core::ptr;
 use core::time::Duration;
 
-use jde_abi::{describe, raw, read};
-use jde_types::Value;
+use jde_abi::{describe, raw, read, table};
+use jde_types::{Modulated, Value, wire};
 
 pub use failure::Failure;
 pub use memory::Remembered;
@@ -63,7 +63,7 @@ use crate::schema::{Precondition, Schema};
 /// assert_eq!(bench.exported::<f64>("whole"), Some(42.0));
 /// ```
 pub struct Bench<S = Foreign> {
-    table: &'static raw::Schema,
+    table: raw::Schema,
     about: describe::Schema,
     place: Box<Place>,
     instance: *mut c_void,
@@ -254,8 +254,16 @@ impl<S> Bench<S> {
     }
 
     /// Writes a modulation, as its father would.
-    pub fn set<T: Value>(&mut self, name: &str, value: T) {
-        let port = self.port::<T>(Kind::Modulation, name);
+    ///
+    /// # Panics
+    /// If it is not finite or outside of what the modulation takes, which every host refuses.
+    #[track_caller]
+    pub fn set<T: Modulated>(&mut self, name: &str, value: T) {
+        let port = self.port::<T::Wire>(Kind::Modulation, name);
+        let value = wire(value);
+        if let Err(wrong) = self.place.refuses_value(port, value.as_bytes()) {
+            panic!("`{name}` {wrong}");
+        }
         self.place.put(port, &value);
     }
 
@@ -296,6 +304,13 @@ impl<S> Bench<S> {
     /// Gives the schema authority over actuators and children, or takes it (R7).
     pub fn set_authority(&mut self, authority: bool) {
         self.place.authority = authority;
+    }
+
+    /// Names the children of a role that any number may have, each with its group, as an application does: all asleep. Until
+    /// then there is one, with the name of the role.
+    pub fn name_children(&mut self, named: &[(&str, &str)]) {
+        self.about = self.about.with_children(named.iter().copied());
+        self.place.children = place::Place::asleep(&self.about);
     }
 
     /// Puts a child in a state; its precondition holds if that is READY or WINNER.
@@ -347,9 +362,9 @@ impl<S> Bench<S> {
 
     /// The newest value written to a modulation of a child.
     #[must_use]
-    pub fn modulated<T: Value>(&self, child: &str, name: &str) -> Option<T> {
-        self.place
-            .written(self.port::<T>(Kind::ChildModulation(self.child(child)), name))
+    pub fn modulated<T: Modulated>(&self, child: &str, name: &str) -> Option<T> {
+        let port = self.port::<T::Wire>(Kind::ChildModulation(self.child(child)), name);
+        T::of(&self.place.written(port)?)
     }
 
     /// The children that are awake, in the order of their roles.
@@ -384,7 +399,7 @@ impl<S> Bench<S> {
 impl<S> Bench<S> {
     /// # Safety
     /// The table, all it points to, and its functions follow the rules of `raw`.
-    unsafe fn of(table: &'static raw::Schema) -> Result<Self, Failure> {
+    unsafe fn of(own: &'static raw::Schema) -> Result<Self, Failure> {
         let plugin = raw::Plugin {
             magic: raw::MAGIC,
             abi_major: raw::ABI_MAJOR,
@@ -394,7 +409,7 @@ impl<S> Bench<S> {
             name: c"bench".as_ptr(),
             version: ptr::null(),
             doc: ptr::null(),
-            schemas: table,
+            schemas: own,
             schema_count: 1,
             reserved: 0,
         };
@@ -403,6 +418,8 @@ impl<S> Bench<S> {
             Ok(plugin) => plugin.schemas.into_iter().next(),
             Err(refusal) => panic!("{refusal}"),
         };
+        // SAFETY: the caller's table.
+        let table = unsafe { table::read(own) }.expect("it was read just now");
         let (Some(about), Some(create)) = (about, table.create) else {
             panic!("a table without `create`")
         };
@@ -415,7 +432,7 @@ impl<S> Bench<S> {
         };
         let cx = ptr::from_mut(&mut *bench.place).cast();
         // SAFETY: the table's own function, our host and context.
-        bench.instance = unsafe { create(table, &raw const host::HOST, cx) };
+        bench.instance = unsafe { create(own, &raw const host::HOST, cx) };
         if bench.instance.is_null() {
             return Err(Failure {
                 code: raw::FAILED,

@@ -3,7 +3,7 @@
 
 #![allow(unsafe_code)]
 
-use jde_abi::raw;
+use jde_abi::{raw, table};
 use jde_panel::{Item, List, Shape, Solid, Touch, Trace};
 
 use super::names::unknown;
@@ -75,14 +75,12 @@ impl<S> Bench<S> {
         })
     }
 
-    fn panel(&self) -> &'static raw::Panel {
-        let id = std::ffi::CString::new(raw::ABILITY_PANEL).unwrap_or_default();
-        // SAFETY: the table's own function.
-        let panel = self.table.ability.map(|ability| unsafe { ability(id.as_ptr()) });
-        // SAFETY: what it gives for that id is such a table, and lives as long as the process.
-        match panel.and_then(|panel| unsafe { panel.cast::<raw::Panel>().as_ref() }) {
-            Some(panel) => panel,
-            None => panic!("`{}` has no panel: `impl Panel` gives it one", self.about.name),
+    fn panel(&self) -> raw::Panel {
+        // SAFETY: the bench read this table, and found it right.
+        match unsafe { table::ability(&self.table, raw::ABILITY_PANEL) } {
+            Ok(Some(panel)) => panel,
+            Ok(None) => panic!("`{}` has no panel: `impl Panel` gives it one", self.about.name),
+            Err(wrong) => panic!("the panel of `{}` is of no use: {wrong}", self.about.name),
         }
     }
 }

@@ -68,16 +68,9 @@ impl Place {
             loaned: false,
             port: port.clone(),
         };
-        let child = |child: &jde_abi::describe::Child| ChildPlace {
-            motor: child.motor,
-            state: State::Slept,
-            precondition: false.into(),
-            faulted: false,
-            policy: None,
-        };
         Self {
             ports: about.ports.iter().map(port).collect(),
-            children: about.children.iter().map(child).collect(),
+            children: Self::asleep(about),
             now: Duration::ZERO,
             authority: true,
             real_time: true,
@@ -85,6 +78,31 @@ impl Place {
             reason: None,
             drawing: None,
         }
+    }
+
+    /// Its children, all asleep.
+    pub(super) fn asleep(about: &Schema) -> Vec<ChildPlace> {
+        let child = |child: &jde_abi::describe::Child| ChildPlace {
+            motor: child.motor,
+            state: State::Slept,
+            precondition: false.into(),
+            faulted: false,
+            policy: None,
+        };
+        about.children.iter().map(child).collect()
+    }
+
+    /// Why a modulation does not take a value.
+    pub(super) fn refuses_value(&self, port: usize, bytes: &[u8]) -> Result<(), String> {
+        let port = &self.ports[port].port;
+        if !finite(&port.value_type, bytes) {
+            return Err(String::from("is not finite, and a modulation is"));
+        }
+        let Role::Modulation { limits, .. } = &port.role else {
+            return Ok(());
+        };
+        let held = limits.check(&port.value_type, bytes);
+        held.map_err(|not_allowed| not_allowed.words(&port.unit))
     }
 
     pub(super) fn put<T: Value>(&mut self, port: usize, value: &T) {

@@ -6,7 +6,7 @@
 use core::ffi::{CStr, c_char, c_void};
 use core::{ptr, slice};
 
-use jde_abi::raw;
+use jde_abi::{raw, table};
 
 use super::calls::call;
 use crate::context::Context;
@@ -60,7 +60,7 @@ unsafe extern "C" fn save<S: Memory>(
     saver: *const raw::Saver,
 ) -> i32 {
     // SAFETY: the host's saver, which lives until this call returns.
-    let Some(saver) = (unsafe { saver.as_ref() }) else {
+    let Ok(saver) = (unsafe { table::read(saver) }) else {
         return raw::BAD_ARGUMENT;
     };
     let save = |schema: &mut S, cx: &Context<'_>| {
@@ -105,9 +105,10 @@ unsafe extern "C" fn draw<S: Panel>(
     pen: *const raw::Pen,
 ) -> i32 {
     // SAFETY: the host's pen, which lives until this call returns.
-    let Some(mut pen) = (unsafe { panel::pen_of(pen) }) else {
+    let Ok(pen) = (unsafe { table::read(pen) }) else {
         return raw::BAD_ARGUMENT;
     };
+    let mut pen = panel::Pen::of(&pen);
     let draw = |schema: &mut S, cx: &Context<'_>| {
         schema.draw(cx, &mut pen);
         Ok(())

@@ -5,7 +5,7 @@
 use core::ffi::{c_char, c_void};
 use core::ptr::{self, NonNull};
 
-use jde_abi::raw;
+use jde_abi::{raw, table};
 
 use super::guard::guard;
 use crate::context::Context;
@@ -15,7 +15,8 @@ use crate::schema::{Arbitrate, Schema};
 
 /// What the host's pointer to an instance points to.
 struct Instance<S> {
-    host: &'static raw::Host,
+    /// As this SDK has it: what the host's lacks is missing here.
+    host: raw::Host,
     schema: S,
 }
 
@@ -26,25 +27,30 @@ pub(super) unsafe extern "C" fn create<S: Schema>(
     host: *const raw::Host,
     raw: *mut raw::Context,
 ) -> *mut c_void {
-    // SAFETY: a host's table begins with its size and version; only with both right is the rest of it used. It lives as long
-    // as any instance.
-    let host: &'static raw::Host = unsafe {
-        let head = host.cast::<u32>();
-        if host.is_null()
-            || (head.read() as usize) < size_of::<raw::Host>()
-            || head.add(1).read() != raw::ABI_MAJOR
-        {
+    // SAFETY: a host's table begins with its size and version, which never move; only with both right is the rest of it used.
+    let host = unsafe {
+        if host.is_null() || host.cast::<u32>().add(1).read() != raw::ABI_MAJOR {
             return ptr::null_mut();
         }
-        &*host
+        table::read(host)
+    };
+    let Ok(host) = host else {
+        return ptr::null_mut();
     };
     let Some(raw) = NonNull::new(raw) else {
         return ptr::null_mut();
     };
-    match guard(S::build) {
+    // SAFETY: what is made here is called through its own table alone.
+    match guard(|| unsafe { S::build() }) {
         Ok(schema) => Box::into_raw(Box::new(Instance { host, schema })).cast(),
         Err(said) => {
-            Context { host, raw }.fail(&said);
+            let ports = const { S::TABLE.ports };
+            let cx = Context {
+                host: &host,
+                raw,
+                ports,
+            };
+            cx.fail(&said);
             ptr::null_mut()
         }
     }
@@ -76,14 +82,13 @@ pub(super) unsafe extern "C" fn check<S: Schema>(
         if !urgency.is_finite() {
             return Err(format!("its check offered an urgency of {urgency}; it must be finite").into());
         }
-        // SAFETY: the host's pointer to room for the answer.
-        unsafe {
-            answer.write(raw::Precondition {
-                size: size_of::<raw::Precondition>() as u32,
-                ready: u32::from(precondition.ready),
-                urgency,
-            });
-        }
+        let filled = raw::Precondition {
+            size: size_of::<raw::Precondition>() as u32,
+            ready: u32::from(precondition.ready),
+            urgency,
+        };
+        // SAFETY: the host's pointer to room for the answer, which states its size.
+        unsafe { table::write(answer, &filled) };
         Ok(())
     };
     if answer.is_null() {
@@ -113,8 +118,8 @@ pub(super) unsafe extern "C" fn arbitrate<S: Arbitrate>(
     };
     let arbitrate = |schema: &mut S, cx: &Context<'_>| {
         let verdict = schema.arbitrate(cx, &level)?;
-        // SAFETY: the host's pointer to room for the answer.
-        unsafe { answer.write(raw_verdict(&verdict)) };
+        // SAFETY: the host's pointer to room for the answer, which states its size.
+        unsafe { table::write(answer, &raw_verdict(&verdict)) };
         Ok(())
     };
     // SAFETY: the host's pointers.
@@ -156,8 +161,9 @@ pub(super) unsafe fn call<S: Schema>(
         return raw::BAD_ARGUMENT;
     };
     let cx = Context {
-        host: instance.host,
+        host: &instance.host,
         raw,
+        ports: const { S::TABLE.ports },
     };
     let schema = &mut instance.schema;
     match guard(|| function(schema, &cx).map_err(|error| words(&error))) {

@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 use core::ptr;
 
 use jde_abi::raw;
-use jde_types::Value;
+use jde_types::{Modulated, Value};
 
 use super::{abilities, calls};
 use crate::memory::Memory;
@@ -123,20 +123,27 @@ pub const fn export<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'s
 
 /// The table of a modulation.
 #[must_use]
-pub const fn modulation<T: Value>(
+pub const fn modulation<T: Modulated>(
     name: &'static CStr,
     doc: &'static CStr,
     unit: &'static CStr,
-    default: &'static T,
+    default: &'static T::Wire,
     (min, max): (f64, f64),
     flags: u32,
 ) -> raw::Port {
+    let choices = T::CHOICES.len();
     raw::Port {
         initial: ptr::from_ref(default).cast(),
-        min,
-        max,
+        min: if choices > 0 { 0.0 } else { min },
+        max: if choices > 0 { choices as f64 - 1.0 } else { max },
+        choices: if choices > 0 {
+            T::CHOICES.as_ptr()
+        } else {
+            ptr::null()
+        },
+        choice_count: choices as u32,
         flags,
-        ..port::<T>(raw::MODULATION, name, doc, unit)
+        ..port::<T::Wire>(raw::MODULATION, name, doc, unit)
     }
 }
 
@@ -172,7 +179,7 @@ pub const fn actuator<T: Value>(
 
 /// The table of a modulation of a child.
 #[must_use]
-pub const fn child_modulation<T: Value>(
+pub const fn child_modulation<T: Modulated>(
     name: &'static CStr,
     doc: &'static CStr,
     unit: &'static CStr,
@@ -182,7 +189,7 @@ pub const fn child_modulation<T: Value>(
     raw::Port {
         child,
         flags,
-        ..port::<T>(raw::CHILD_MODULATION, name, doc, unit)
+        ..port::<T::Wire>(raw::CHILD_MODULATION, name, doc, unit)
     }
 }
 
@@ -256,5 +263,8 @@ const fn port<T: Value>(
         validity_ns: 0,
         flags: 0,
         child: 0,
+        choices: ptr::null(),
+        choice_count: 0,
+        reserved: 0,
     }
 }

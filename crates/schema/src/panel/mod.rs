@@ -62,7 +62,6 @@ pub use at::At;
 pub use jde_panel::{Button, Color, Ink, Item, List, Shape, Solid, Stroke, Touch, Trace, Words};
 pub use mark::Mark;
 pub use pen::Pen;
-pub(crate) use pen::of as pen_of;
 pub use plane::{Canvas, Curves, Plane, Plot};
 pub use space::{Scene, Space};
 pub use widget::Widget;

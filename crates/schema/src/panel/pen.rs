@@ -17,6 +17,12 @@ pub struct Pen<'p> {
     raw: &'p raw::Pen,
 }
 
+impl<'p> Pen<'p> {
+    pub(crate) fn of(raw: &'p raw::Pen) -> Self {
+        Self { raw }
+    }
+}
+
 impl Pen<'_> {
     /// A heading.
     pub fn heading(&mut self, text: impl AsRef<str>) {
@@ -137,20 +143,5 @@ impl Pen<'_> {
 
     fn widget(&mut self, kind: u32, id: &str, label: &str) -> Widget<'_> {
         Widget::new(self.raw, kind, id, label)
-    }
-}
-
-/// The host's pen, if it is as large as this SDK knows it.
-///
-/// # Safety
-/// `pen` is null, or the host's and lives as long as `'p`.
-pub(crate) unsafe fn of<'p>(pen: *const raw::Pen) -> Option<Pen<'p>> {
-    if pen.is_null() {
-        return None;
-    }
-    // SAFETY: the caller's; every table begins with its size, and only with that right is the rest of it used.
-    unsafe {
-        let whole = (pen.cast::<u32>().read() as usize) >= size_of::<raw::Pen>();
-        whole.then(|| Pen { raw: &*pen })
     }
 }

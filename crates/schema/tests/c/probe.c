@@ -38,7 +38,7 @@ static int32_t iterate(void *instance, jde_context *cx)
 {
     const jde_host *host = host_of_all;
     jde_sample sample;
-    jde_child_status status;
+    jde_child_status status = {(uint32_t)sizeof(jde_child_status), 0u, 0u, 0u};
     void *room;
     (void)instance;
     EXPECT(JDE_BAD_ARGUMENT, host->read(cx, 99u, &sample));

@@ -2,11 +2,11 @@
 //!
 //! Trinary maps only. Cells that are occupied become solid; unknown ones do not, but no robot starts there.
 
-use std::fs;
 use std::path::Path;
 
+use super::bytes;
 use super::document::{Document, Table};
-use super::grid::{Cell, Grid};
+use super::grid::{Block, Cell, Grid};
 use super::picture::Picture;
 use super::sheet::{self, Facts};
 use super::things;
@@ -16,6 +16,9 @@ use crate::geometry::Pose2;
 use crate::scene::Fixture;
 use crate::shape::Outline;
 
+/// Most rectangles of occupied cells: a hundred times a large building's, and what the tree of shapes holds in a second.
+const MOST_BLOCKS: usize = 500_000;
+
 pub(crate) struct Map {
     name: String,
     /// Metres a side of a cell.
@@ -23,6 +26,8 @@ pub(crate) struct Map {
     /// The lower left corner of the image in the world.
     origin: Pose2,
     grid: Grid,
+    /// What covers its occupied cells.
+    blocks: Vec<Block>,
 }
 
 /// The map that the world names, if it names one.
@@ -32,7 +37,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
     };
     let name = root.required("map", values::text)?;
     let path = document.path().parent().unwrap_or(Path::new("")).join(&name);
-    let text = match fs::read_to_string(&path) {
+    let text = match bytes::text(&path) {
         Ok(text) => text,
         Err(error) => {
             root.fault(
@@ -43,6 +48,15 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
         }
     };
     match load(&name, &path, &text) {
+        Ok(map) if map.blocks.len() > MOST_BLOCKS => {
+            let message = format!(
+                "the map `{}` has {} separate walls, and at most {MOST_BLOCKS} are possible: clean the image of noise",
+                path.display(),
+                map.blocks.len()
+            );
+            root.fault(&item.span(), message);
+            None
+        }
         Ok(map) => Some(Some(map)),
         Err(faults) => {
             faults.into_iter().for_each(|fault| document.push(fault));
@@ -53,7 +67,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
 
 impl Map {
     pub(crate) fn fixtures(&self) -> impl Iterator<Item = Fixture> {
-        self.grid.blocks().into_iter().map(|block| {
+        self.blocks.iter().map(|block| {
             let (left, right) = (block.left as f64, block.right as f64);
             let (bottom, top) = (block.bottom as f64, block.top as f64);
             let outline = Outline::Box {
@@ -115,6 +129,7 @@ fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
     } = sheet::read(path, text)?;
     let grid = judge(&picture, negate, occupied, free);
     Ok(Map {
+        blocks: grid.blocks(),
         name: name.to_owned(),
         resolution,
         origin,

@@ -2,6 +2,7 @@
 //!
 //! All faults of the world and its map are found and reported together; nothing is guessed, and nothing is ignored.
 
+mod bytes;
 mod document;
 mod grid;
 mod loose;
@@ -29,8 +30,12 @@ use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
 
-/// How finely the ways of movers are looked over for things in them, in metres.
+pub(crate) use self::bytes::text as text_of;
+
+/// How finely the ways of movers are looked over for things in them, in metres; a very long way is looked over in [`MOST_LOOKS`].
 const STRIDE: f64 = 0.05;
+/// Most places of a way that are looked at: half a kilometre of it.
+const MOST_LOOKS: usize = 10_000;
 
 /// A world that can be built: its files had no faults.
 pub(crate) struct Plan {
@@ -135,7 +140,7 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     }
     for (mover, span) in &movers {
         let mut met: Vec<&str> = Vec::new();
-        let solids: Vec<_> = mover::Mover::along(mover, STRIDE).collect();
+        let solids: Vec<_> = mover::Mover::along(mover, STRIDE, MOST_LOOKS).collect();
         met.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
         met.sort_unstable();
         met.dedup();

@@ -104,7 +104,7 @@ fn walk(
     let clearance = table.optional("clearance", CLEARANCE, values::positive);
     let patience = table.optional("wait", WAIT, values::not_negative);
     let (way, at_end) = (way?, if closed? { AtEnd::Loop } else { AtEnd::TurnBack });
-    if at_end == AtEnd::Loop && way[0] == way[way.len() - 1] {
+    if at_end == AtEnd::Loop && !values::apart(way[way.len() - 1], way[0]) {
         table.fault(
             table.span(),
             "is a `loop` whose `way` ends where it starts: drop the last point",

@@ -2,11 +2,10 @@
 //!
 //! Transparency is ignored, as in ROS map servers in their trinary mode.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use super::pgm;
+use super::{bytes, pgm};
 use crate::error::Fault;
 
 /// Ten thousand cells a side: 500 m at 5 cm.
@@ -26,7 +25,8 @@ pub(crate) fn read(path: &Path) -> Result<Picture, Fault> {
         line,
         message,
     };
-    let bytes = fs::read(path).map_err(|error| fault(None, format!("cannot read the image: {error}")))?;
+    let bytes = bytes::of(path, bytes::MOST_IMAGE)
+        .map_err(|error| fault(None, format!("cannot read the image: {error}")))?;
     if bytes.starts_with(b"\x89PNG") {
         png(&bytes).map_err(|message| fault(None, message))
     } else {

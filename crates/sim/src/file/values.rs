@@ -15,6 +15,9 @@ pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
 /// Greatest coordinate or length, in metres: what is farther in a world of robots is a slip of the pen.
 const FAR: f64 = 1e5;
 
+/// Least distance of two points that follow each other, in metres: what is nearer is lost by rounding at the end of a long way.
+const LEAST_LEG: f64 = 1e-6;
+
 /// Greatest speed of what moves on its own, in m/s, as that of robots.
 const FASTEST: f64 = 20.0;
 
@@ -61,6 +64,11 @@ pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
     }
 }
 
+/// Whether two points are as far from each other as a leg of a way has to be long.
+pub(crate) fn apart(from: [f64; 2], to: [f64; 2]) -> bool {
+    libm::hypot(to[0] - from[0], to[1] - from[1]) >= LEAST_LEG
+}
+
 /// A point `[x, y]`.
 pub(crate) fn point(item: &Item<'_>) -> Read<[f64; 2]> {
     pair(item, "a point [x, y]", number)
@@ -86,7 +94,7 @@ pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
             format!("has {} points: expected two or more", points.len()),
         ));
     }
-    match points.windows(2).position(|pair| pair[0] == pair[1]) {
+    match points.windows(2).position(|pair| !apart(pair[0], pair[1])) {
         Some(index) => Err((
             items[index + 1].span(),
             format!("has point {} on the one before it: move or drop it", index + 2),

@@ -1,4 +1,4 @@
-//! A ring of sonars: several rays a cone, the nearest echo wins.
+//! A ring of sonars: the nearest thing in each cone, however thin.
 //!
 //! Echoes from mirrors, crosstalk and surfaces that reflect away from the sensor are not modelled.
 
@@ -14,8 +14,6 @@ pub struct SonarConfig {
     pub mounts: Vec<Pose2>,
     /// The whole angle of each cone, in radians.
     pub cone: f64,
-    /// Rays across a cone, edges included.
-    pub rays: usize,
     /// The nearest distance it can measure, in metres.
     pub range_min: f64,
     /// The farthest distance it can measure, in metres.
@@ -52,8 +50,6 @@ impl Default for SonarConfig {
             mounts,
             // The main lobe of the Polaroid transducer, about 30 degrees.
             cone: 30f64.to_radians(),
-            // Five degrees apart: a leg of a chair at 1 m is not missed.
-            rays: 7,
             range_min: 0.0,
             range_max: 5.0,
             sigma: 0.01,
@@ -79,9 +75,6 @@ impl SonarConfig {
         check("sonar cone", self.cone, "0 to π rad", |value| {
             (0.0..=std::f64::consts::PI).contains(&value)
         })?;
-        check("sonar rays", self.rays as f64, "1 to 1000", |value| {
-            (1.0..=1e3).contains(&value)
-        })?;
         check("sonar range_min", self.range_min, "0 m or more", |value| {
             value >= 0.0
         })?;
@@ -94,7 +87,7 @@ impl SonarConfig {
         check("sonar sigma", self.sigma, "0 m or more", |value| value >= 0.0)
     }
 
-    /// Fills one range a sonar; `cast` gives the distance to the first thing on a ray.
+    /// Fills one range a sonar; `cast` gives the distance to the first thing in the cone around a direction.
     pub(crate) fn measure(
         &self,
         robot: Pose2,
@@ -104,19 +97,9 @@ impl SonarConfig {
     ) {
         for (index, (mount, range)) in self.mounts.iter().zip(ranges).enumerate() {
             let sonar = robot.compose(*mount);
-            let nearest = (0..self.rays)
-                .filter_map(|ray| cast([sonar.x, sonar.y], sonar.heading + self.offset(ray)))
-                .reduce(f64::min);
+            let nearest = cast([sonar.x, sonar.y], sonar.heading);
             let error = self.sigma * noise.normals(index as u32)[0];
             *range = super::reading(nearest, error, self.range_min, self.range_max);
-        }
-    }
-
-    fn offset(&self, ray: usize) -> f64 {
-        if self.rays == 1 {
-            0.0
-        } else {
-            self.cone * (ray as f64 / (self.rays - 1) as f64 - 0.5)
         }
     }
 }

@@ -7,7 +7,6 @@ mod pictures;
 mod robots;
 mod senses;
 
-use std::fs;
 use std::mem;
 use std::path::Path;
 
@@ -55,7 +54,7 @@ impl World {
     /// Errors: all the faults of the files together, each with its file and line.
     pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let path = path.as_ref();
-        let text = fs::read_to_string(path).map_err(|error| {
+        let text = file::text_of(path).map_err(|error| {
             WorldError::Faults(vec![Fault {
                 file: path.to_owned(),
                 line: None,

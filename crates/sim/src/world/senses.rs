@@ -6,6 +6,7 @@ use parry2d_f64::math::Vector;
 
 use super::{RobotId, World};
 use crate::battery::Battery;
+use crate::cone::Cone;
 use crate::error::WorldError;
 use crate::head::Head;
 use crate::loose::Body;
@@ -38,8 +39,8 @@ impl World {
         ring.check()?;
         buffer("sonars", ranges.len(), ring.mounts.len())?;
         let noise = self.noise(robot, Purpose::Sonar, ring.stream);
-        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, angle| {
-            self.cast_ray(origin, angle, ring.range_max, Some(robot))
+        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, heading| {
+            self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot))
         });
         Ok(())
     }
@@ -108,6 +109,30 @@ impl World {
         self.cast(Echo::Sound, origin, angle, max, except)
     }
 
+    /// Gives the distance to the first thing, mover or robot but `except`, in a cone of so many radians around a direction, half a turn at
+    /// most: nothing in it is missed, however thin it is. Nothing beyond `max` metres. A person is a round body to it.
+    pub fn cast_cone(
+        &self,
+        origin: [f64; 2],
+        heading: f64,
+        cone: f64,
+        max: f64,
+        except: Option<RobotId>,
+    ) -> Option<f64> {
+        let edges = [heading - cone / 2.0, heading + cone / 2.0];
+        let mut nearest = None;
+        for edge in edges {
+            let before = nearest.unwrap_or(max);
+            nearest = self.cast(Echo::Sound, origin, edge, before, except).or(nearest);
+        }
+        let cone = Cone::new(origin, edges[0], edges[1]);
+        nearest = self.scene.nearest_in(&cone, nearest.unwrap_or(max)).or(nearest);
+        self.each_free(Echo::Sound, except, |solid| {
+            nearest = cone.sees(solid, nearest.unwrap_or(max)).or(nearest);
+        });
+        nearest
+    }
+
     fn cast(
         &self,
         echo: Echo,
@@ -118,25 +143,29 @@ impl World {
     ) -> Option<f64> {
         let ray = solid::ray(origin, angle);
         let mut nearest = self.scene.cast(&ray, max);
-        let mut consider = |solid: &solid::Solid| {
+        self.each_free(echo, except, |solid| {
             if let Some(distance) = solid.cast(&ray, nearest.unwrap_or(max)) {
                 nearest = Some(distance);
             }
-        };
+        });
+        nearest
+    }
+
+    /// Looks at everything that does not stand where it is, but one robot.
+    fn each_free(&self, echo: Echo, except: Option<RobotId>, mut look: impl FnMut(&solid::Solid)) {
         for mover in &self.movers {
             match echo {
-                Echo::Light => mover.feet().iter().for_each(&mut consider),
-                Echo::Sound => consider(mover.solid()),
+                Echo::Light => mover.feet().iter().for_each(&mut look),
+                Echo::Sound => look(mover.solid()),
             }
         }
-        self.loose.bodies().iter().for_each(|body| consider(body.solid()));
+        self.loose.bodies().iter().for_each(|body| look(body.solid()));
         for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
-            consider(&solid::Solid::new(&Outline::Circle {
+            look(&solid::Solid::new(&Outline::Circle {
                 center: disc.center,
                 radius: disc.radius,
             }));
         }
-        nearest
     }
 
     fn noise(&self, robot: RobotId, purpose: Purpose, stream: u16) -> Noise {

@@ -11,7 +11,7 @@ use egui_kittest::kittest::{By, NodeT, Queryable};
 use jde_host::app::{self, Application};
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::{Handle, Options, Running};
-use jde_link::{Client, Events, Folder, Link, Reach, Settings, Title};
+use jde_link::{Client, Events, Folders, Link, Reach, Settings, Title};
 
 use crate::session::Session;
 
@@ -30,7 +30,7 @@ pub(crate) struct Robot {
     // Let go in this order: nobody looks into what ends.
     _link: Link,
     running: Running,
-    folder: Folder,
+    folder: Folders,
     files: tempfile::TempDir,
 }
 
@@ -59,7 +59,7 @@ impl Robot {
 
     fn start(application: Application, plugins: &Plugins, executor: Option<&str>) -> Self {
         let files = tempfile::tempdir().expect("a folder for the test");
-        let folder = Folder::at(files.path().join("jde"));
+        let folder = Folders::at(files.path().join("jde"));
         let events = Events::of(&application);
         let mut title = Title::new(&application, 1.0);
         if let Some(executor) = executor {

@@ -13,7 +13,7 @@ use jde_core::State;
 use jde_host::Handle;
 use jde_host::plugin::{Plugins, SearchPath};
 use jde_host::snapshot::HoldKind;
-use jde_link::{Folder, Reach};
+use jde_link::{Folders, Reach};
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};
@@ -98,9 +98,9 @@ fn the_only_application_is_opened_at_once_and_left_for_the_start_page_which_open
 fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_again() {
     let robot = Robot::of("safe-navigation");
     let place = tempfile::tempdir().expect("a folder");
-    let reach = Reach::Local(Folder::at(place.path().join("jde")));
+    let reach = Reach::Local(Folders::at(place.path().join("jde")));
     let settings = jde_link::Settings {
-        folder: Folder::at(place.path().join("jde")),
+        folder: Folders::at(place.path().join("jde")),
         ..jde_link::Settings::local("robot")
     };
     let first = robot.serve(&settings);
@@ -121,7 +121,7 @@ fn an_application_that_died_is_shown_as_it_was_and_opened_again_once_it_runs_aga
 #[test]
 fn an_application_that_is_not_there_is_said_on_the_start_page() {
     let folder = tempfile::tempdir().expect("a folder");
-    let reach = Reach::Local(Folder::at(folder.path().join("jde")));
+    let reach = Reach::Local(Folders::at(folder.path().join("jde")));
     let mut window = open(opening(reach, Some("nobody")), None);
     until(&mut window, |window| {
         says(window, "no application is called `nobody`") && has(window, "Recordings")
@@ -196,7 +196,7 @@ fn a_recording_that_takes_too_long_is_cancelled_and_its_player_ends() {
     let folder = tempfile::tempdir().expect("a folder");
     let told = folder.path().join("pid");
     let script = format!("echo $$ > {0}.part; mv {0}.part {0}; exec cat", told.display());
-    let mut opening = opening(Reach::Local(Folder::at(folder.path().to_owned())), None);
+    let mut opening = opening(Reach::Local(Folders::at(folder.path().to_owned())), None);
     opening.recording = Some(PathBuf::from("long.mcap"));
     opening.player = ["sh", "-c", &script].map(OsString::from).to_vec();
     let mut window = open(opening, None);
@@ -342,7 +342,7 @@ impl Elsewhere {
             .map_while(Result::ok)
             .find_map(|line| Some(line.split_once("served at ")?.1.to_owned()));
         let place = place.expect("it says where");
-        (Self(child), Reach::Local(Folder::at(PathBuf::from(place))))
+        (Self(child), Reach::Local(Folders::at(PathBuf::from(place))))
     }
 
     fn suspend(&self) {

@@ -93,28 +93,60 @@ pub(super) fn refuse_without_certificate(
     }
 }
 
-/// Reports addresses of the network at which anybody may connect.
-pub(super) fn refuse_open(report: &mut Report, link: &Link, section: &Section, listen: &[Written]) {
-    // A user who is asked for wrongly is asked for all the same.
-    if link.insecure || section.get("user").is_some() {
-        return;
-    }
-    let asks = link.tls.as_ref().is_some_and(|tls| tls.clients);
-    for Written { text, address } in listen.iter().filter(|written| written.address.is_network()) {
-        if address.protocol == "tls" && asks {
-            continue;
-        }
-        let what = section.key("listen");
-        report
-            .fault(
-                &text.span,
-                format!("{what} has {}, where anybody on the network may connect", quote(text.text)),
-            )
-            .advise(if address.protocol == "tls" {
-                "add an `authority` to `tls`, which asks clients for certificates, or `user` and `password-file`; or write insecure = true"
+/// Reports every way by which somebody could be met who has proved nothing: the link cannot tell one connection from another, so all
+/// of them prove as much.
+pub(super) fn refuse_unproven(
+    report: &mut Report,
+    link: &Link,
+    section: &Section,
+    listen: &[Written],
+    connect: &[Written],
+) {
+    // What is asked for wrongly, or is not there, is asked for all the same.
+    let user = section.get("user").is_some();
+    let authority = section
+        .get("tls")
+        .is_some_and(|tls| tls.get_ref().get("authority").is_some());
+    let asks = user || link.tls.as_ref().is_some_and(|tls| tls.clients);
+    let proves = |written: &Written| written.address.protocol == "tls" && authority;
+    let ways = [("listen", listen), ("connect", connect)];
+    for (key, written) in ways
+        .into_iter()
+        .flat_map(|(key, all)| all.iter().map(move |one| (key, one)))
+    {
+        let (what, text) = (section.key(key), &written.text);
+        let shown = quote(text.text);
+        let mut fault = |message: String, advice: &str| {
+            report.fault(&text.span, message).advise(advice);
+        };
+        if user && !proves(written) {
+            fault(
+                format!(
+                    "{what} has {shown}, where the password would be given to whoever answers, or could be passed on"
+                ),
+                "use \"tls/...\" with an `authority` in `tls`, or remove `user` and `password-file`",
+            );
+        } else if link.insecure {
+        } else if key == "connect" && !proves(written) {
+            fault(
+                format!("{what} has {shown}, and nothing proves who answers there"),
+                "connect by \"tls/...\" with an `authority` in `tls`; or write insecure = true",
+            );
+        } else if key == "listen" && !(proves(written) && asks) {
+            let who = if written.address.is_network() {
+                "anybody on the network"
             } else {
-                "add `user` and `password-file`, or listen by \"tls/...\" with `tls`; or write insecure = true"
-            });
+                "every user of this machine"
+            };
+            fault(
+                format!("{what} has {shown}, where {who} may connect"),
+                if written.address.protocol == "tls" {
+                    "add an `authority` to `tls`, which asks clients for certificates; or write insecure = true"
+                } else {
+                    "listen by \"tls/...\" with an `authority` in `tls`; or write insecure = true"
+                },
+            );
+        }
     }
 }
 

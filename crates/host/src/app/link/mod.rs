@@ -10,11 +10,11 @@
 //! connect       = ["tls/base.local:7447"] # others to look for, for ever
 //! discover      = false                   # find others by multicast, where it listens
 //! access        = "operate"               # or "read": what clients from the network may do
-//! user          = "lab"                   # with password-file: asked of every connection from the network
+//! user          = "lab"                   # with password-file: asked of whoever connects, within TLS
 //! password-file = "link.password"         # holds the password, on its first line
 //! tls           = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem", clients = true }
 //! stale         = "1s"                    # when what was imported from elsewhere no longer counts
-//! insecure      = false                   # true: listen on the network although anybody may connect
+//! insecure      = false                   # true: speak with whoever is there, although nothing proves who that is
 //! off           = false                   # true: no link at all
 //! ```
 
@@ -22,6 +22,7 @@ mod address;
 mod guard;
 mod read;
 
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 
 use jde_core::Nanos;
@@ -46,13 +47,13 @@ pub struct Link {
     pub discover: bool,
     /// What clients from the network may do.
     pub access: Access,
-    /// What is asked of every connection from the network, and given to those it connects to.
+    /// What is asked of whoever connects, and given to those it connects to; only within TLS with an authority.
     pub login: Option<Login>,
     /// Certificates.
     pub tls: Option<Tls>,
     /// How old a value from elsewhere may get before it is taken back, ns.
     pub stale_ns: Nanos,
-    /// Listens on the network even where anybody may connect.
+    /// Listens where anybody may connect, and connects to whoever is there.
     pub insecure: bool,
     /// No link at all.
     pub off: bool,
@@ -126,6 +127,28 @@ impl Link {
     #[must_use]
     pub fn is_name(name: &str) -> bool {
         (1..=LONGEST_NAME).contains(&name.len()) && name.chars().all(is_legal)
+    }
+
+    /// Files of secrets that others than their owner can read.
+    pub(in crate::app) fn warnings(&self) -> Vec<String> {
+        let identity = self.tls.as_ref().and_then(|tls| tls.identity.as_ref());
+        let password = self
+            .login
+            .as_ref()
+            .map(|login| ("password", &login.password_file));
+        let key = identity.map(|identity| ("key", &identity.key));
+        let readable = |file: &PathBuf| {
+            let found = std::fs::metadata(file);
+            found.is_ok_and(|found| found.permissions().mode() & 0o044 != 0)
+        };
+        let secrets = password.into_iter().chain(key);
+        secrets
+            .filter(|(_, file)| readable(file))
+            .map(|(what, file)| {
+                let file = file.display();
+                format!("other users of this machine can read the {what} in {file}; say `chmod 600 {file}`")
+            })
+            .collect()
     }
 
     /// Whether it can be reached from other machines.

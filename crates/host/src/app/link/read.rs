@@ -58,7 +58,7 @@ pub(in crate::app) fn read(report: &mut Report, top: &Section, application: &str
     link.insecure = flag(report, &section, "insecure");
     link.off = flag(report, &section, "off");
     guard::refuse_without_certificate(report, &link, &section, &listen);
-    guard::refuse_open(report, &link, &section, &listen);
+    guard::refuse_unproven(report, &link, &section, &listen, &connect);
     if link.discover && !listen.iter().any(|written| written.address.is_network()) {
         let what = section.key("discover");
         report

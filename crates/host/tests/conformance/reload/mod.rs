@@ -22,6 +22,7 @@ on_every_executor!(
     r10_a_new_build_takes_over_between_two_iterations_and_the_level_hears_nothing_of_it,
     r14_a_reload_is_told_as_the_doing_of_whoever_asked_for_it,
     what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched,
+    a_modulation_that_the_file_sets_is_needed_be_it_at_its_default,
     a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to,
     the_numbers_of_a_build_are_its_own,
     a_schema_that_sleeps_is_reloaded_asleep,
@@ -225,6 +226,24 @@ fn what_speaks_against_a_build_is_said_all_at_once_and_nothing_is_touched(execut
     assert!(!rig.stage.did("walker 1 save"));
     assert_eq!(rig.see("walker").reload, None);
     rig.stop();
+}
+
+fn a_modulation_that_the_file_sets_is_needed_be_it_at_its_default(executor: Executor) {
+    let gone = |app: &str| {
+        let mut rig = start_with(executor, ORIGINAL, app);
+        rig.until_did("walker 1 step 1");
+        let walker = rig.place("walker");
+        let reasons = rig.operator().replace(walker, &build(14), How::default());
+        rig.stop();
+        reasons.err().unwrap_or_default().join("; ")
+    };
+    let default = gone(&APP.replace("2 m/s", "1 m/s"));
+    assert!(
+        default.contains("`speed` is gone, and the application sets it"),
+        "{default}"
+    );
+    let unset = gone(&APP.replace("speed = \"2 m/s\"", ""));
+    assert!(!unset.contains("speed"), "{unset}");
 }
 
 fn a_build_that_remembers_nothing_begins_anew_and_so_does_one_that_is_to(executor: Executor) {

@@ -5,7 +5,8 @@ use jde_core::Health;
 use jde_host::event::Event;
 use jde_host::reload::How;
 
-use super::{level_heard, reload, start, undone};
+use super::walker::build;
+use super::{level_heard, outcome, reload, start, undone};
 use crate::common::{Executor, Rig, in_real_time, on_every_executor};
 
 on_every_executor!(
@@ -21,6 +22,7 @@ mod hanging {
         a_build_that_hangs_on_trial_is_given_up_for_the_one_before,
         a_build_that_hangs_while_it_takes_over_is_given_up_too,
         a_hang_after_the_trial_is_followed_by_the_build_that_runs,
+        a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it,
     );
 }
 
@@ -201,6 +203,30 @@ fn a_hang_after_the_trial_is_followed_by_the_build_that_runs(executor: Executor)
     let since = rig.stage.lines().len();
     until_walks(&mut rig, 8, since);
     assert_eq!(undone(&rig), [""; 0]);
+    rig.stage.note(|| "let go".to_owned());
+    rig.stop();
+}
+
+fn a_build_that_waits_behind_a_call_that_hangs_takes_over_after_it(executor: Executor) {
+    let mut rig = start(executor);
+    let how = How {
+        probation: 0,
+        ..How::default()
+    };
+    reload(&mut rig, 17, how).expect("it fits");
+    rig.until_did("walker 17 waits");
+    // Both await the end of its iteration; it goes to sleep first, and does not return from that.
+    let walker = rig.place("walker");
+    let operator = rig.operator();
+    operator.hold_asleep(walker).expect("it can be stopped");
+    let order = operator.replace(walker, &build(2), how).expect("it fits");
+    rig.stage.note(|| "go".to_owned());
+    rig.until_did("walker 17 hangs");
+    outcome(&mut rig, &order).expect("whoever takes the next turn carries it out");
+    operator.release(walker).expect("it was stopped");
+    rig.until_did("walker 2 step 1");
+    // Another may take over now.
+    reload(&mut rig, 1, how).expect("it fits");
     rig.stage.note(|| "let go".to_owned());
     rig.stop();
 }

@@ -50,7 +50,13 @@ impl Own {
             (7, Call::Awake) => Err("it does not get up".into()),
             (8, Call::Iterate) if self.own_steps == 2 => self.hang(stage),
             (9, Call::Save) => panic!("it forgot"),
-            (15, Call::Restore) | (16, Call::Check) => self.hang(stage),
+            (15, Call::Restore) | (16, Call::Check) | (17, Call::Sleep) => self.hang(stage),
+            (17, Call::Iterate) if self.own_steps == 2 => {
+                self.say("waits".to_owned());
+                let stage = Stage::of(stage);
+                stage.wait_until(|| stage.did("go"));
+                Ok(())
+            }
             (_, Call::Check) => Ok(()),
             (_, Call::Iterate) => {
                 self.say(format!("step {}", self.steps));
@@ -216,6 +222,7 @@ build!(12: OTHER, Other, "runner", {});
 build!(14: BARE, Bare, "walker", {});
 build!(15: HANGS_AT_ONCE, HangsAtOnce);
 build!(16: HANGS_FIRST, HangsFirst);
+build!(17: HANGS_LAST, HangsLast);
 
 /// The same in another order and with more, which is all optional; it says what it sees.
 #[derive(Describe)]
@@ -286,6 +293,7 @@ pub(super) fn build(number: u32) -> Loaded {
         14 => &BARE,
         15 => &HANGS_AT_ONCE,
         16 => &HANGS_FIRST,
+        17 => &HANGS_LAST,
         other => panic!("there is no build {other}"),
     };
     Loaded::linked_in(table).expect("its tables are right")

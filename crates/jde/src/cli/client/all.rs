@@ -1,23 +1,19 @@
-//! Everything at once: stopped in one application or in all of them, and let go on again (R14).
+//! Everything at once: stopped in one application or in all of them, and let go on again (R14). Asks nothing before it says so.
 
-use std::io::Write;
-use std::thread;
+use std::io::{self, Write};
 
-use jde_host::snapshot::Snapshot;
-use jde_link::message::{About, Action, Request};
-use jde_link::{Client, Error};
+use jde_link::message::{Action, Request};
 
 use super::{Context, Target};
-use crate::failure::Failure;
+use crate::failure::{Failure, shown};
 use crate::terminal::{self, BAD, FAINT, GOOD};
-
-/// What was done in one application: its name, and who was meant.
-type Done = (String, Result<Vec<String>, Error>);
 
 /// Stops everything.
 pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
-    tell(
-        each(context, target, &Action::StopAll)?,
+    each(
+        context,
+        target,
+        Action::StopAll,
         "stopped, every command is neutral",
         "`jde release --all` lets it go on",
     )
@@ -25,91 +21,48 @@ pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
 
 /// Lets everything go on.
 pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure> {
-    tell(
-        each(context, target, &Action::ReleaseAll)?,
+    each(
+        context,
+        target,
+        Action::ReleaseAll,
         "released",
         "the hierarchy decides again",
     )
 }
 
-/// Has all of them do it at the same time: one that does not answer must not keep the others waiting.
-fn each(context: &Context, target: &Target, action: &Action) -> Result<Vec<Done>, Failure> {
-    let client = context.client(target)?;
-    let named = context.named(target);
-    let meant = |about: &About| {
-        named.as_ref().is_none_or(|named| match named.split_once('@') {
-            Some((name, id)) => name == about.name && about.id.starts_with(id),
-            None => *named == about.name,
-        })
-    };
-    let all: Vec<About> = client
-        .applications()?
-        .into_iter()
-        .filter(|about| about.executor != "replay" && meant(about))
-        .collect();
-    if all.is_empty() {
-        // Says which there are, if another was meant.
-        client.application(named.as_deref())?;
-        return Err(Failure::Broken(
-            "only recordings play; they move nothing".to_owned(),
-        ));
-    }
-    Ok(thread::scope(|scope| {
-        let asked: Vec<_> = all
-            .into_iter()
-            .map(|about| {
-                let client = &client;
-                scope.spawn(move || {
-                    let done = one(client, &format!("{}@{}", about.name, about.id), action);
-                    (about.name, done)
-                })
-            })
-            .collect();
-        let joined = asked.into_iter().map(|thread| {
-            thread
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        });
-        joined.collect()
-    }))
-}
-
-/// Has one do it first, and then asks whom that meant.
-fn one(client: &Client, name: &str, action: &Action) -> Result<Vec<String>, Error> {
-    let remote = client.application(Some(name))?;
-    remote.operate(&Request {
+/// Has all of them do it at the same time, and tells what came of it as it comes: one that does not answer keeps nobody waiting.
+fn each(context: &Context, target: &Target, action: Action, done: &str, then: &str) -> Result<(), Failure> {
+    let request = Request {
         by: jde_link::operator(),
-        action: action.clone(),
+        action,
         lease_ms: None,
-    })?;
-    Ok(roots(&remote.hierarchy()?))
-}
-
-fn roots(snapshot: &Snapshot) -> Vec<String> {
-    let tops = snapshot.groups.iter().filter(|group| group.father.is_none());
-    let places = tops.flat_map(|group| &group.members);
-    places
-        .map(|place| snapshot.schemas[*place].name.clone())
-        .collect()
-}
-
-fn tell(all: Vec<Done>, done: &str, then: &str) -> Result<(), Failure> {
+    };
     let mut out = terminal::out();
     let mut failed = Vec::new();
-    for (name, roots) in all {
-        match roots {
-            Ok(roots) => writeln!(out, "{name}: {GOOD}{} {done}{GOOD:#}", roots.join(", "))?,
-            Err(error) => {
-                writeln!(out, "{name}: {BAD}{error}{BAD:#}")?;
-                failed.push(name);
+    let mut told: io::Result<()> = Ok(());
+    let (reach, named) = (context.reach(target)?, context.named(target));
+    jde_link::everything(&reach, named.as_deref(), &request, &mut |heard| {
+        let who = shown(heard.who.as_ref());
+        let said = match &heard.outcome {
+            Ok(roots) => {
+                let roots: Vec<_> = roots.iter().map(|root| shown(root.as_ref())).collect();
+                writeln!(out, "{who}: {GOOD}{} {done}{GOOD:#}", roots.join(", "))
             }
-        }
-    }
+            Err(error) => {
+                let said = writeln!(out, "{who}: {BAD}{}{BAD:#}", shown(error.to_string().as_ref()));
+                failed.push(who);
+                said
+            }
+        };
+        // Whether anybody reads it or not, all are waited for.
+        let said = said.and_then(|()| out.flush());
+        told = std::mem::replace(&mut told, Ok(())).and(said);
+    })?;
     if failed.is_empty() {
+        told?;
         writeln!(out, "{FAINT}{then}{FAINT:#}")?;
         return Ok(());
     }
-    out.flush()?;
     Err(Failure::Broken(format!(
         "{} did not do it; if it moves something, press the robot's own emergency stop",
         failed.join(", ")

@@ -1,7 +1,7 @@
 //! `jde events`: what happens in a running application.
 
-use std::io::Write;
-use std::sync::mpsc::channel;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -14,11 +14,14 @@ use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
+use crate::queue::{Queue, Taken};
 use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
 use crate::why;
 
 /// Lines of each kind that an application keeps.
 const KEPT: usize = 1000;
+/// Lines that may wait to be shown: all that were kept, and some that come meanwhile. Of more the oldest are dropped, counted and said.
+const WAITING: usize = 8192;
 
 /// Show what happens: takeovers with their reasons, faults, overruns, operators; the last ones first, then as they come.
 #[derive(Args)]
@@ -54,18 +57,18 @@ impl Events {
         } else {
             &[Kind::Decision, Kind::Happening]
         };
-        let (tell, told) = channel();
+        let told = Queue::new(WAITING);
+        let interrupted = Arc::new(AtomicBool::new(false));
         let _interrupts = {
-            let tell = tell.clone();
+            let (told, interrupted) = (Arc::clone(&told), Arc::clone(&interrupted));
             Interrupts::call(move || {
-                let _ = tell.send(None);
+                interrupted.store(true, Ordering::Relaxed);
+                told.close();
             })?
         };
         {
-            let tell = tell.clone();
-            remote.on_gone(move || {
-                let _ = tell.send(None);
-            });
+            let told = Arc::clone(&told);
+            remote.on_gone(move || told.close());
         }
         // Most selections change nothing and are not shown: the last takeovers may be anywhere among those that are kept.
         let last = if self.all || self.last == 0 {
@@ -73,24 +76,27 @@ impl Events {
         } else {
             KEPT
         };
-        let ends = tell.clone();
-        let watching = remote.events(kinds, last, move |happened| {
-            // Nobody listens any more at the end.
-            let _ = tell.send(Some(happened));
-        })?;
-        if self.once {
-            drop(watching);
-            let _ = ends.send(None);
-            return self.earlier(told.into_iter().map_while(|happened| happened));
+        let tell = Arc::clone(&told);
+        let _watching = remote.events(kinds, last, move |happened| tell.add(happened))?;
+        let mut earlier = Vec::new();
+        while let Taken::Next { what, .. } = told.take_now() {
+            earlier.push(what);
         }
-        drop(ends);
-        let earlier: Vec<_> = told.try_iter().collect();
-        let over = earlier.iter().any(Option::is_none);
-        self.earlier(earlier.into_iter().flatten())?;
+        self.earlier(&earlier)?;
+        if self.once {
+            return Ok(());
+        }
         let ended =
             |happened: &Happened| matches!(&happened.line, Line::Happening(line) if line.kind == "ended");
-        while !over && let Ok(Some(happened)) = told.recv() {
-            self.show(&happened)?;
+        let mut unread = 0;
+        while let Some((happened, missed)) = told.take() {
+            if interrupted.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            unread += missed;
+            if self.wants(&happened.line) {
+                self.show(&happened, std::mem::take(&mut unread))?;
+            }
             if ended(&happened) {
                 return Ok(());
             }
@@ -102,7 +108,8 @@ impl Events {
     }
 
     /// Shows the last of each kind of what happened before.
-    fn earlier(&self, happened: impl Iterator<Item = Happened>) -> Result<(), Failure> {
+    fn earlier(&self, happened: &[Happened]) -> Result<(), Failure> {
+        let happened = happened.iter();
         let wanted: Vec<_> = happened.filter(|happened| self.wants(&happened.line)).collect();
         let mut skip = Kind::ALL.map(|kind| {
             let count = wanted
@@ -114,7 +121,7 @@ impl Events {
         for happened in &wanted {
             let skip = &mut skip[happened.line.kind() as usize];
             if *skip == 0 {
-                self.show(happened)?;
+                self.show(happened, 0)?;
             } else {
                 *skip -= 1;
             }
@@ -129,12 +136,10 @@ impl Events {
         }
     }
 
-    fn show(&self, happened: &Happened) -> Result<(), Failure> {
-        if !self.wants(&happened.line) {
-            return Ok(());
-        }
+    /// Shows a line, and how many of whatever kind before it nobody read in time.
+    fn show(&self, happened: &Happened, unread: u64) -> Result<(), Failure> {
         if self.json {
-            let (number, missed) = (happened.number, happened.missed);
+            let (number, missed) = (happened.number, happened.missed + unread);
             return print_json(&match &happened.line {
                 Line::Decision(decision) => {
                     json!({ "stream": "decisions", "number": number, "missed": missed, "line": decision })
@@ -148,6 +153,12 @@ impl Events {
             });
         }
         let mut out = terminal::out();
+        if unread > 0 {
+            writeln!(
+                out,
+                "{WARN}{unread} lines were missed{WARN:#}: nobody read them in time"
+            )?;
+        }
         if happened.missed > 0 && self.all {
             writeln!(out, "{WARN}{} lines were missed{WARN:#}", happened.missed)?;
         }
@@ -160,7 +171,7 @@ impl Events {
             )?,
             Line::Happening(happening) => {
                 let style = match happening.kind.as_str() {
-                    "faulted" | "hung" | "left-behind" | "late" | "chatters" => BAD,
+                    "faulted" | "hung" | "left-behind" | "late" | "chatters" | "stalled" => BAD,
                     "ok" | "ended" => GOOD,
                     _ => WARN,
                 };

@@ -19,7 +19,7 @@ use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 use super::pace::Pace;
 use super::{Context, Target};
 use crate::cli::quantity;
-use crate::cli::recording::{RecordedPanels, Waiting};
+use crate::cli::recording::{RecordedPanels, Splitting, Waiting};
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
 use crate::session::{self, Panels, Recorded};
@@ -40,6 +40,7 @@ const TELL: Duration = Duration::from_millis(500);
   jde record drive.mcap
   jde record laser.mcap 'pioneer.laser' '*.mission' --for 60s
   jde record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
+  jde record drive.mcap --split 10min --keep 20GB
   jde record drive.mcap --panels=example
   jde record drive.mcap --app robot2 --at tcp/robot2:7447")]
 pub(crate) struct Record {
@@ -61,10 +62,13 @@ pub(crate) struct Record {
     panels: RecordedPanels,
     #[command(flatten)]
     waiting: Waiting,
+    #[command(flatten)]
+    splitting: Splitting,
 }
 
 impl Record {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+        let split = self.splitting.wanted()?;
         let (remote, patterns) = context.of_one(&self.target, &self.only)?;
         let variables = remote.variables(false)?;
         let names: Vec<_> = variables.iter().map(|variable| variable.name.clone()).collect();
@@ -76,13 +80,14 @@ impl Record {
         let options = options(&remote, self.overwrite);
         let around = self.waiting.wanted();
         let waits = around.is_some();
-        let recorder = match around {
-            Some(around) => Recorder::wait(
+        let recorder = match (around, split) {
+            (Some(around), _) => Recorder::wait(
                 &self.file,
                 options,
                 session::when(&around, names_of(&remote, &variables)?)?,
             ),
-            None => Recorder::create(&self.file, options),
+            (None, Some(split)) => Recorder::split(&self.file, options, split),
+            (None, None) => Recorder::create(&self.file, options),
         };
         let recorder = recorder.map_err(|error| session::no_recording(error, &self.file))?;
         let recorder = Arc::new(recorder);
@@ -128,13 +133,7 @@ impl Record {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
         out.flush()?;
-        match recorded.trouble {
-            Some(trouble) => Err(Failure::Broken(format!(
-                "{} ends too soon: {trouble}",
-                recorded.file
-            ))),
-            None => Ok(()),
-        }
+        recorded.whole()
     }
 }
 
@@ -188,6 +187,8 @@ fn wait(
     remote.on_gone(move || {
         let _ = tell.send(());
     });
+    // The recording goes on, whether anybody reads how far it is or not.
+    let _no_waiting = terminal::wait_for_nobody();
     let mut out = terminal::err();
     let live = terminal::is_interactive();
     let name = &remote.about().name;
@@ -242,11 +243,9 @@ fn watch(remote: &Remote, variable: &VariableInfo, topic: Topic) -> Result<Watch
             }
             return;
         };
-        if let Some(last) = last
-            && sample.sequence > last + 1
-        {
-            topic.lose(sample.sequence - last - 1);
-        }
+        // What comes from a peer need not be in order.
+        let missed = last.map_or(0, |last| sample.sequence.saturating_sub(last).saturating_sub(1));
+        topic.lose(missed);
         last = Some(sample.sequence);
         let stamps = Stamps {
             published,

@@ -73,7 +73,7 @@ impl Reload {
         let undone: Vec<_> = reloaded
             .schemas
             .iter()
-            .filter(|(_, became)| !matches!(became, Became::Reloaded(_) | Became::Unchanged))
+            .filter(|(_, became)| matches!(became, Became::Undone(_) | Became::Waiting))
             .map(|(schema, _)| schema.as_str())
             .collect();
         if reloaded.is_done() {
@@ -95,6 +95,11 @@ fn tell(reloaded: &Reloaded, words: &mut Words) -> io::Result<()> {
             Became::Unchanged => writeln!(
                 words,
                 "{schema} runs what is in {} already",
+                reloaded.file.display()
+            )?,
+            Became::Restarted => writeln!(
+                words,
+                "{schema} runs what is in {} already; it had faulted and tries again",
                 reloaded.file.display()
             )?,
             Became::Undone(reason) => writeln!(words, "{BAD}{schema} goes on as before{BAD:#}: {reason}")?,

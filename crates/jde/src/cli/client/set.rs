@@ -106,6 +106,7 @@ impl Set {
             faults,
             unusable: false,
             missing: false,
+            withheld: Vec::new(),
         })?;
         let action = Action::Modulate {
             schema,

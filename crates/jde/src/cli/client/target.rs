@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_link::{Client, Folder, Login, Reach, Remote, Tls};
+use jde_link::{Client, Folders, Login, Reach, Remote, Tls};
 use serde::Deserialize;
 
 use crate::complete;
@@ -83,7 +83,6 @@ impl Context {
     }
 
     /// Where applications are looked for.
-    #[cfg(feature = "view")]
     pub(crate) fn reach(&self, target: &Target) -> Result<Reach, Failure> {
         let (_, at, key) = self.asked(target, None);
         reach(&at, key.as_deref())
@@ -139,7 +138,7 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
                 "name one: --at tls/robot2:7447; on this machine nothing is needed",
             ));
         }
-        return Ok(Reach::Local(Folder::of_user()));
+        return Ok(Reach::Local(Folders::of_user()));
     }
     let (login, tls) = key.map_or(Ok((None, None)), read_key)?;
     Ok(Reach::Network {
@@ -172,14 +171,7 @@ fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
     let folder = file.parent().unwrap_or(Path::new("."));
     let path = |path: &PathBuf| folder.join(path).to_string_lossy().into_owned();
     let login = match (&key.user, &key.password_file) {
-        (Some(user), Some(password)) => {
-            let password_file = folder.join(password);
-            let password = fs::read_to_string(&password_file).map_err(Failure::file(&password_file))?;
-            Some(Login {
-                user: user.clone(),
-                password: password.trim_end_matches(['\r', '\n']).to_owned(),
-            })
-        }
+        (Some(user), Some(password)) => Some(Login::read(user, &folder.join(password))?),
         (None, None) => None,
         (Some(_), None) | (None, Some(_)) => {
             return Err(Failure::usage(
@@ -212,7 +204,7 @@ mod tests {
     fn a_key_names_files_beside_it_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("key.toml");
-        fs::write(folder.path().join("password"), "secret\n").unwrap();
+        fs::write(folder.path().join("password"), "secret\r\nfor the lab\n").unwrap();
         fs::write(&file, "user = \"lab\"\npassword-file = \"password\"\n").unwrap();
         let (login, tls) = read_key(&file).unwrap();
         let login = login.unwrap();

@@ -94,7 +94,7 @@ fn table(variables: &[VariableInfo], docs: bool) -> Table {
         if docs {
             row.push(
                 if variable.access == "modulation" && variable.range != Default::default() {
-                    variable.range.into()
+                    (&variable.range).into()
                 } else {
                     Cell::default()
                 },

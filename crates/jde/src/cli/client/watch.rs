@@ -1,6 +1,7 @@
 //! `jde watch`: values as they come, in lines or drawn over time.
 
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use clap::Args;
@@ -16,11 +17,14 @@ use crate::cli::{print_json, quantity};
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::Interrupts;
+use crate::queue::{Queue, Taken};
 use crate::strip;
-use crate::terminal::{self, FAINT};
+use crate::terminal::{self, FAINT, WARN};
 
 /// How often a plot wants values: twice for each of its redraws.
 const PLOT: Rate = Rate::Hz(50);
+/// Values that may wait to be shown: a few seconds of the fastest variable. Of more the oldest are dropped, counted and said.
+const WAITING: usize = 4096;
 
 /// Show values as they come, of variables or of fields of them.
 #[derive(Args)]
@@ -48,12 +52,13 @@ pub(crate) struct Watch {
     json: bool,
 }
 
-/// What is told by those who watch.
-enum Told {
-    Sample(usize, Sample),
-    /// The application of this number is gone.
-    Gone(String),
-    Interrupted,
+/// What comes from those who watch.
+struct Told {
+    /// Values, with the number of their variable.
+    samples: Arc<Queue<(usize, Sample)>>,
+    /// An application that is gone.
+    gone: Arc<OnceLock<String>>,
+    interrupted: Arc<AtomicBool>,
 }
 
 /// One of the variables.
@@ -71,7 +76,11 @@ impl Watch {
                 "leave it out, or give --json, to watch in a pipe",
             ));
         }
-        let (tell, told) = channel();
+        let told = Told {
+            samples: Queue::new(WAITING),
+            gone: Arc::default(),
+            interrupted: Arc::default(),
+        };
         let rate = match (self.rate, self.plot) {
             (Some(hz), _) => Rate::at_least(hz),
             (None, true) => PLOT,
@@ -81,13 +90,17 @@ impl Watch {
         let mut watching = Vec::new();
         for asked in &self.variables {
             let (remote, asked) = context.of(&self.target, asked)?;
-            let (one, watch) = self.begin(&remote, asked, watched.len(), rate, &tell)?;
+            let (one, watch) = self.begin(&remote, asked, watched.len(), rate, &told)?;
             watched.push(one);
             watching.push(watch);
         }
-        let _interrupts = Interrupts::call(move || {
-            let _ = tell.send(Told::Interrupted);
-        })?;
+        let _interrupts = {
+            let (interrupted, samples) = (Arc::clone(&told.interrupted), Arc::clone(&told.samples));
+            Interrupts::call(move || {
+                interrupted.store(true, Ordering::Relaxed);
+                samples.close();
+            })?
+        };
         if self.plot {
             return self.draw(&watched, told);
         }
@@ -100,7 +113,7 @@ impl Watch {
         asked: &str,
         number: usize,
         rate: Rate,
-        tell: &Sender<Told>,
+        told: &Told,
     ) -> Result<(Watched, Watching), Failure> {
         let known = remote.variables(false)?;
         let (variable, path) = name::variable(asked, known.iter().map(|known| known.name.as_str()))?;
@@ -112,19 +125,18 @@ impl Watch {
                 format!("name a field, such as {asked}.FIELD; `jde get {variable}` shows them"),
             ));
         }
-        let gone = tell.clone();
         let application = remote.about().name.clone();
         remote.on_gone({
-            let application = application.clone();
+            let (application, gone) = (application.clone(), Arc::clone(&told.gone));
+            let samples = Arc::clone(&told.samples);
             move || {
-                let _ = gone.send(Told::Gone(application));
+                // The first is told.
+                let _ = gone.set(application);
+                samples.close();
             }
         });
-        let tell = tell.clone();
-        let watch = remote.watch(variable, rate, move |sample| {
-            // Nobody listens any more at the end.
-            let _ = tell.send(Told::Sample(number, sample));
-        })?;
+        let samples = Arc::clone(&told.samples);
+        let watch = remote.watch(variable, rate, move |sample| samples.add((number, sample)))?;
         let watched = Watched {
             application,
             variable: variable.to_owned(),
@@ -133,24 +145,26 @@ impl Watch {
         Ok((watched, watch))
     }
 
-    fn tell(&self, watched: &[Watched], told: &Receiver<Told>) -> Result<(), Failure> {
+    fn tell(&self, watched: &[Watched], told: &Told) -> Result<(), Failure> {
         let mut left = self.count;
-        while left != Some(0)
-            && let Ok(told) = told.recv()
-        {
-            match told {
-                Told::Sample(number, sample) => {
-                    self.line(&watched[number], watched.len() > 1, &sample)?;
-                    left = left.map(|left| left - 1);
-                }
-                Told::Gone(name) => return Err(jde_link::Error::Gone(name).into()),
-                Told::Interrupted => break,
+        while left != Some(0) {
+            let next = told.samples.take();
+            if told.interrupted.load(Ordering::Relaxed) {
+                return Ok(());
             }
+            let Some(((number, sample), missed)) = next else {
+                break;
+            };
+            self.line(&watched[number], watched.len() > 1, &sample, missed)?;
+            left = left.map(|left| left - 1);
         }
-        Ok(())
+        match told.gone.get() {
+            Some(name) if left != Some(0) => Err(jde_link::Error::Gone(name.clone()).into()),
+            Some(_) | None => Ok(()),
+        }
     }
 
-    fn line(&self, watched: &Watched, several: bool, sample: &Sample) -> Result<(), Failure> {
+    fn line(&self, watched: &Watched, several: bool, sample: &Sample, missed: u64) -> Result<(), Failure> {
         let part = &watched.part;
         // An element past the end of a list is none.
         let value = sample.bytes.as_deref().and_then(|bytes| part.value(bytes).ok());
@@ -164,9 +178,16 @@ impl Watch {
                 "sequence": sample.sequence,
                 "writer": sample.writer,
                 "value": value.as_ref().map(to_json),
+                "missed": missed,
             }));
         }
         let mut out = terminal::out();
+        if missed > 0 {
+            writeln!(
+                out,
+                "{WARN}{missed} values were missed{WARN:#}: nobody read them in time"
+            )?;
+        }
         write!(out, "{FAINT}{:>9.3} s{FAINT:#}  ", sample.time as f64 / 1e9)?;
         if several {
             write!(out, "{}  ", part.name())?;
@@ -179,7 +200,7 @@ impl Watch {
         Ok(())
     }
 
-    fn draw(&self, watched: &[Watched], told: Receiver<Told>) -> Result<(), Failure> {
+    fn draw(&self, watched: &[Watched], told: Told) -> Result<(), Failure> {
         let names = watched.iter().map(|watched| match watched.part.unit.as_str() {
             "" => watched.part.name().to_owned(),
             unit => format!("{} [{unit}]", watched.part.name()),
@@ -192,8 +213,6 @@ impl Watch {
         let mut source = Incoming {
             told,
             watched,
-            gone: None,
-            interrupted: false,
             several: applications.len() > 1,
             start: Instant::now(),
         };
@@ -204,10 +223,8 @@ impl Watch {
 
 /// Values on their way into a plot.
 struct Incoming<'w> {
-    told: Receiver<Told>,
+    told: Told,
     watched: &'w [Watched],
-    gone: Option<String>,
-    interrupted: bool,
     /// Of several applications.
     several: bool,
     start: Instant,
@@ -216,42 +233,41 @@ struct Incoming<'w> {
 impl strip::Source for Incoming<'_> {
     fn take(&mut self) -> Vec<strip::Sample> {
         let mut samples = Vec::new();
-        while let Ok(told) = self.told.try_recv() {
-            match told {
-                Told::Sample(trace, sample) => {
-                    let number = sample
-                        .bytes
-                        .as_deref()
-                        .and_then(|bytes| self.watched[trace].part.number(bytes));
-                    let time = if self.several {
-                        // Each application counts from its own start: here all count from when this began.
-                        self.start.elapsed().as_secs_f64() - sample.age as f64 / 1e9
-                    } else if sample.sequence == 0 {
-                        // What has been there since the start is drawn from now on.
-                        (sample.time + sample.age) as f64 / 1e9
-                    } else {
-                        sample.time as f64 / 1e9
-                    };
-                    samples.push(strip::Sample {
-                        trace,
-                        time,
-                        // A value that is none breaks the line.
-                        value: number.unwrap_or(f64::NAN),
-                    });
-                }
-                Told::Gone(name) => self.gone = Some(name),
-                Told::Interrupted => self.interrupted = true,
-            }
+        // What was dropped meanwhile came between two pictures, and would have had no place in them.
+        while let Taken::Next {
+            what: (trace, sample),
+            ..
+        } = self.told.samples.take_now()
+        {
+            let number = sample
+                .bytes
+                .as_deref()
+                .and_then(|bytes| self.watched[trace].part.number(bytes));
+            let time = if self.several {
+                // Each application counts from its own start: here all count from when this began.
+                self.start.elapsed().as_secs_f64() - sample.age as f64 / 1e9
+            } else if sample.sequence == 0 {
+                // What has been there since the start is drawn from now on.
+                (sample.time + sample.age) as f64 / 1e9
+            } else {
+                sample.time as f64 / 1e9
+            };
+            samples.push(strip::Sample {
+                trace,
+                time,
+                // A value that is none breaks the line.
+                value: number.unwrap_or(f64::NAN),
+            });
         }
         samples
     }
 
     fn status(&self) -> Option<String> {
-        let name = self.gone.as_ref()?;
+        let name = self.told.gone.get()?;
         Some(format!("{name} is gone   q leave"))
     }
 
     fn is_over(&self) -> bool {
-        self.interrupted
+        self.told.interrupted.load(Ordering::Relaxed)
     }
 }

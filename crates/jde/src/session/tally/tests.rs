@@ -101,18 +101,18 @@ fn a_selection_that_changes_nothing_is_no_takeover() {
 #[test]
 fn who_acts_is_the_winner_at_the_bottom() {
     let mut tally = tally();
-    assert_eq!(tally.acting(), None);
+    assert_eq!(tally.acting(), [0; 0]);
     tally.hear(&changed(0, 3, State::Slept, State::Winner));
     tally.hear(&changed(0, 0, State::Checking, State::Winner));
     assert_eq!(
         tally.acting(),
-        None,
+        [0; 0],
         "a father whose children stand by does not act"
     );
     tally.hear(&changed(1, 2, State::Ready, State::Winner));
-    assert_eq!(tally.acting(), Some(2));
+    assert_eq!(tally.acting(), [2]);
     tally.hear(&changed(2, 2, State::Winner, State::Slept));
     tally.hear(&changed(2, 1, State::Ready, State::Winner));
-    assert_eq!(tally.acting(), Some(1));
+    assert_eq!(tally.acting(), [1]);
     assert_eq!(tally.actors().collect::<Vec<_>>(), [1, 2]);
 }

@@ -1,6 +1,7 @@
 //! Disks that run full while a file is written, and before it is.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::Write;
 use std::sync::Mutex;
 use std::sync::mpsc::sync_channel;
@@ -12,6 +13,7 @@ use super::*;
 use crate::Recording;
 use crate::lane::{Holds, Lane};
 use crate::ring::About;
+use crate::writer;
 
 const SECOND: Nanos = 1_000_000_000;
 
@@ -39,7 +41,7 @@ impl Write for Small {
 /// How many files were made.
 static MADE: Mutex<usize> = Mutex::new(0);
 
-fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<File>), Error> {
+fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
     let mut made = MADE.lock().unwrap();
     *made += 1;
     let file = writer::create(path, overwrite)?;

@@ -98,6 +98,7 @@ pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Optio
         overruns: 0,
         refused: 0,
         faults: 0,
+        restarts_left: None,
         left: 0,
         operator: None,
         panel: kind == Kind::Motor,

@@ -56,7 +56,7 @@ pub(super) fn name(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo) {
             let _ = write!(hint, ", {}", info.range);
         }
         if info.fixed {
-            hint.push_str("\nread on awakening only");
+            hint.push_str("\ntaken on awakening only");
         }
     }
     if !row.doc.is_empty() {

@@ -1,6 +1,5 @@
-//! The folder in which the applications of one user on one machine announce themselves: private to the user, a file and a
-//! socket for each application. A file counts for as long as its application holds a lock on it, so that neither `kill -9`
-//! nor a number of a process used twice can deceive. Opens no session.
+//! A folder in which applications announce themselves: private to the user, a file and a socket for each application. A file counts
+//! for as long as its application holds a lock on it, so that neither `kill -9` nor a number of a process used twice can deceive.
 
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{Read, Write as _};
@@ -21,15 +20,17 @@ const LOCK: &str = "lock";
 /// How long others may take to choose theirs.
 const CHOOSING: Duration = Duration::from_secs(10);
 
-/// The private folder of a user.
+/// A folder that is to be the user's alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Folder {
+pub(super) struct Place {
     path: PathBuf,
+    /// What is above it is made as well.
+    deep: bool,
 }
 
 /// A name that is ours, while nobody else can choose one.
 pub(crate) struct Claim {
-    folder: Folder,
+    folder: Place,
     pub(crate) name: String,
     pub(crate) id: String,
     /// Let go of with the claim.
@@ -38,7 +39,7 @@ pub(crate) struct Claim {
 
 /// An application that is announced; dropped, it is not any more.
 pub(crate) struct Announced {
-    folder: Folder,
+    folder: Place,
     id: String,
     /// Its lock says that the application is there.
     _file: File,
@@ -51,45 +52,26 @@ pub(crate) struct Entry {
     pub(crate) socket: PathBuf,
 }
 
-impl Folder {
-    /// The folder of this user: `jde` in `$XDG_RUNTIME_DIR` or in `/run/user/<uid>`, or `jde-<uid>` among the temporary files
-    /// where the system gives users none.
-    #[must_use]
-    pub fn of_user() -> Self {
-        let user = rustix::process::getuid().as_raw();
-        let own = |folder: &PathBuf| {
-            folder.is_absolute()
-                && std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
-        };
-        let named = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
-        // A shell without the variable, as `su` makes them, finds the same applications.
-        let usual = Some(PathBuf::from(format!("/run/user/{user}")));
-        let runtime = named.filter(own).or(usual.filter(own));
-        Self {
-            path: match runtime {
-                Some(runtime) => runtime.join("jde"),
-                None => std::env::temp_dir().join(format!("jde-{user}")),
-            },
-        }
+impl Place {
+    pub(super) fn at(path: PathBuf) -> Self {
+        Self { path, deep: false }
     }
 
-    /// Another folder.
-    #[must_use]
-    pub fn at(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into() }
+    /// One that is made with all folders above it.
+    pub(super) fn deep(path: PathBuf) -> Self {
+        Self { path, deep: true }
     }
 
     /// Where it is.
-    #[must_use]
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The applications that run, in the order of their start. Clears away what those left that were killed.
+    /// The applications that run, in no order. Clears away what those left that were killed.
     ///
     /// # Errors
     /// [`Error::Folder`]; there being none is no error.
-    pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
+    pub(super) fn list(&self) -> Result<Vec<Entry>, Error> {
         match std::fs::symlink_metadata(&self.path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
             _ => self.check()?,
@@ -112,21 +94,25 @@ impl Folder {
                 Found::Left => self.clear(id),
             }
         }
-        entries.sort_by(|a, b| (a.about.started_ns, &a.about.id).cmp(&(b.about.started_ns, &b.about.id)));
         Ok(entries)
     }
 
-    /// Chooses a name: the one wanted, or, if that is taken and was not asked for, the same with a number.
+    /// Chooses a name: the one wanted, or, if that is taken by one of those who run and was not asked for, the same with a number.
     ///
     /// # Errors
     /// [`Error::Folder`]; [`Error::NameTaken`] for a name that was asked for; [`Error::Name`].
-    pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
+    pub(super) fn claim(
+        &self,
+        wanted: &str,
+        asked_for: bool,
+        running: impl Fn() -> Result<Vec<Entry>, Error>,
+    ) -> Result<Claim, Error> {
         if !keys::is_name(wanted) {
             return Err(Error::Name(wanted.to_owned()));
         }
         self.make()?;
         let lock = self.lock()?;
-        let running = self.list()?;
+        let running = running()?;
         self.sweep(&running)?;
         let holder = |name: &str| running.iter().find(|entry| entry.about.name == name);
         let mut name = wanted.to_owned();
@@ -158,20 +144,18 @@ impl Folder {
         Ok(claim)
     }
 
-    /// A file that only this user can read, which is gone when dropped.
-    pub(crate) fn secret(&self, text: &str) -> Result<Secret, Error> {
-        self.make()?;
-        let path = self.path.join(format!("{}.tmp", new_id()?));
-        write(&path, text).map_err(|error| self.unusable(error))?;
-        Ok(Secret { path })
-    }
-
     fn socket(&self, id: &str) -> PathBuf {
         self.path.join(format!("{id}.sock"))
     }
 
     fn make(&self) -> Result<(), Error> {
-        match DirBuilder::new().mode(0o700).create(&self.path) {
+        let make = || {
+            if let Some(above) = self.path.parent().filter(|_| self.deep) {
+                DirBuilder::new().mode(0o700).recursive(true).create(above)?;
+            }
+            DirBuilder::new().mode(0o700).create(&self.path)
+        };
+        match make() {
             Ok(()) => Ok(()),
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => self.check(),
             Err(error) => Err(self.unusable(error)),
@@ -272,6 +256,14 @@ impl Claim {
         self.folder.socket(&self.id)
     }
 
+    /// A file that only this user can read, which is gone when dropped.
+    pub(crate) fn secret(&self, text: &str) -> Result<Secret, Error> {
+        let folder = &self.folder;
+        let path = folder.path.join(format!("{}.tmp", new_id()?));
+        write(&path, text).map_err(|error| folder.unusable(error))?;
+        Ok(Secret { path })
+    }
+
     /// Lets everybody know; the application listens by now.
     pub(crate) fn announce(self, about: &About) -> Result<Announced, Error> {
         let folder = &self.folder;
@@ -370,4 +362,28 @@ pub(crate) fn new_id() -> Result<String, Error> {
         .read_exact(&mut bytes)
         .map_err(|error| Error::Open(error.to_string()))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use crate::message::{About, Network};
+
+    /// What an application says of itself.
+    pub(in crate::folder) fn about() -> About {
+        About {
+            name: String::new(),
+            id: String::new(),
+            protocol: crate::PROTOCOL,
+            version: String::new(),
+            host: String::new(),
+            user: String::new(),
+            pid: 1,
+            application: String::new(),
+            file: String::new(),
+            started_ns: 0,
+            executor: String::new(),
+            speed: 1.0,
+            network: Network::Closed,
+        }
+    }
 }

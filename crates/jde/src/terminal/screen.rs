@@ -1,20 +1,25 @@
 //! The terminal while a view has it: raw, on its alternate screen, and given back on every way out.
 //!
-//! It refuses to draw.
+//! It refuses to draw, and to wait: a picture that the terminal has not taken yet is not drawn over, and one that is gone is told.
 
-use std::io::{self, IsTerminal, Stdout, Write};
+use std::io::{self, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
 
-use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
 use ratatui::crossterm::cursor::Show;
+use ratatui::crossterm::event::{self, Event, KeyEvent, KeyEventKind};
 use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{
     Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
+use ratatui::{Frame, Terminal};
+
+use super::hang_up::wait_for_key;
+use super::{Printer, err, is_interactive, raw_out, settle};
 
 /// Panics of other threads that are kept to be told at the end: the first ones hold the cause.
 const PANICS_KEPT: usize = 20;
@@ -22,13 +27,52 @@ const PANICS_KEPT: usize = 20;
 /// Whether the terminal is ours. Given back twice, it would put its cursor over what was printed in between.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
+/// The terminal of a view.
+pub(crate) struct Screen {
+    terminal: Terminal<CrosstermBackend<Printer>>,
+    out: Printer,
+}
+
+impl Screen {
+    /// Draws a picture, if the terminal has taken the one before.
+    ///
+    /// # Errors
+    /// The terminal is gone.
+    pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
+        if self.out.is_idle() {
+            self.terminal.draw(draw)?;
+        }
+        Ok(())
+    }
+
+    /// The next key that is pressed until then; none if none is.
+    ///
+    /// # Errors
+    /// The terminal is gone.
+    pub(crate) fn key(&mut self, until: Instant) -> io::Result<Option<KeyEvent>> {
+        let mut most = Duration::ZERO;
+        loop {
+            wait_for_key(most)?;
+            while event::poll(Duration::ZERO)? {
+                if let Event::Key(key) = event::read()?
+                    && key.kind != KeyEventKind::Release
+                {
+                    return Ok(Some(key));
+                }
+            }
+            most = until.saturating_duration_since(Instant::now());
+            if most.is_zero() {
+                return Ok(None);
+            }
+        }
+    }
+}
+
 /// Gives `view` the terminal and takes it back afterwards; a panic of `view` goes on once the terminal is as before.
 ///
 /// Meanwhile panics of other threads are kept, not printed over the picture, and told on standard error at the end.
-pub(crate) fn with_screen<T>(
-    view: impl FnOnce(&mut Terminal<CrosstermBackend<Stdout>>) -> io::Result<T>,
-) -> io::Result<T> {
-    if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
+pub(crate) fn with_screen<T>(view: impl FnOnce(&mut Screen) -> io::Result<T>) -> io::Result<T> {
+    if !is_interactive() {
         return Err(io::Error::new(
             io::ErrorKind::Unsupported,
             "this view needs a terminal for its input and output: run it without a pipe",
@@ -53,29 +97,33 @@ pub(crate) fn with_screen<T>(
     }));
 
     let result = panic::catch_unwind(AssertUnwindSafe(|| {
-        take().and_then(|mut terminal| view(&mut terminal))
+        take().and_then(|mut screen| view(&mut screen))
     }));
 
     give_back();
     panic::set_hook(Box::new(move |info| before(info)));
     for told in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        let _ = writeln!(io::stderr(), "{told}");
+        let _ = writeln!(err(), "{told}");
     }
     result.unwrap_or_else(|panic| panic::resume_unwind(panic))
 }
 
-fn take() -> io::Result<Terminal<CrosstermBackend<Stdout>>> {
+fn take() -> io::Result<Screen> {
+    // What was printed before is seen before.
+    settle()?;
     TAKEN.store(true, Ordering::Relaxed);
     enable_raw_mode()?;
+    let mut out = raw_out();
     // Not by `Terminal::clear`, which asks where the cursor is: the console of a robot may never answer.
-    execute!(io::stdout(), EnterAlternateScreen, Clear(ClearType::All))?;
-    Terminal::new(CrosstermBackend::new(io::stdout()))
+    execute!(out, EnterAlternateScreen, Clear(ClearType::All))?;
+    let terminal = Terminal::new(CrosstermBackend::new(raw_out()))?;
+    Ok(Screen { terminal, out })
 }
 
 /// A terminal that is gone cannot be told so: errors mean nothing here.
 fn give_back() {
     if TAKEN.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();
-        let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
+        let _ = execute!(raw_out(), LeaveAlternateScreen, Show);
     }
 }

@@ -1,0 +1,218 @@
+//! How tables of different minor versions meet: whoever reads takes what the shorter of the two has, whoever fills in what another
+//! lent fills in no more than that has room for. It follows no pointer within a table; that is for [`crate::read`].
+
+#![allow(unsafe_code)]
+
+use core::fmt;
+use core::mem::MaybeUninit;
+use core::ptr;
+
+use crate::raw;
+
+/// A table that states its size.
+///
+/// # Safety
+/// It is in C layout, and a `u32` at `SIZE_AT` is its size; a value all of whose bytes from `LEAST` on are 0 is valid.
+pub unsafe trait Table: Copy {
+    /// Bytes it had in the minor version that brought it. A shorter one is no such table.
+    const LEAST: usize;
+    /// Where its size is. That of a plugin comes after its mark and its version.
+    const SIZE_AT: usize = 0;
+}
+
+/// Why a table cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unreadable {
+    /// The pointer is null or not aligned.
+    Pointer,
+    /// It is shorter than it ever was.
+    Short {
+        /// Bytes that it says it has.
+        stated: u32,
+        /// Bytes that it had at least, in every version.
+        least: usize,
+    },
+}
+
+impl fmt::Display for Unreadable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pointer => write!(f, "the pointer to its table is null or not aligned"),
+            Self::Short { stated, least } => {
+                write!(
+                    f,
+                    "a table says it has {stated} bytes, and this ABI needs {least}"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for Unreadable {}
+
+/// A copy of a table as this version has it: what a shorter one lacks is 0, none or null; what a longer one has beyond is left.
+///
+/// # Errors
+/// [`Unreadable`].
+///
+/// # Safety
+/// `table` is null, not aligned, or a table of as many bytes as it states.
+pub unsafe fn read<T: Table>(table: *const T) -> Result<T, Unreadable> {
+    if table.is_null() || !table.is_aligned() {
+        return Err(Unreadable::Pointer);
+    }
+    // SAFETY: the caller's.
+    let stated = unsafe { table.byte_add(T::SIZE_AT).cast::<u32>().read() };
+    if (stated as usize) < T::LEAST {
+        return Err(Unreadable::Short {
+            stated,
+            least: T::LEAST,
+        });
+    }
+    let mut copy = MaybeUninit::<T>::zeroed();
+    let bytes = size_of::<T>().min(stated as usize);
+    // SAFETY: both have that many bytes; what is beyond them may be 0 by the contract of `Table`.
+    unsafe {
+        ptr::copy_nonoverlapping(table.cast::<u8>(), copy.as_mut_ptr().cast::<u8>(), bytes);
+        Ok(copy.assume_init())
+    }
+}
+
+/// Fills in a table that the other side lent, as far as its size says. The size stays; one that says too little counts as the least.
+///
+/// # Safety
+/// `room` points to a table of as many bytes as it states, or of the least; nobody else uses it meanwhile.
+pub unsafe fn write<T: Table>(room: *mut T, value: &T) {
+    const SIZE: usize = size_of::<u32>();
+    const { assert!(T::SIZE_AT == 0, "what is lent begins with its size") };
+    let room = room.cast::<u8>();
+    // SAFETY: the caller's.
+    let stated = unsafe { room.cast::<u32>().read() } as usize;
+    let value = ptr::from_ref(value).cast::<u8>();
+    // SAFETY: the caller's; the bytes of a table are those of its fields, and the value has as many as are copied.
+    unsafe {
+        if stated >= size_of::<T>() {
+            ptr::copy_nonoverlapping(value.add(SIZE), room.add(SIZE), size_of::<T>() - SIZE);
+        } else {
+            ptr::copy_nonoverlapping(value.add(SIZE), room.add(SIZE), stated.max(T::LEAST) - SIZE);
+        }
+    }
+}
+
+/// What a type of schema gives for the id of an ability; nothing if it has none.
+///
+/// # Errors
+/// [`Unreadable`].
+///
+/// # Safety
+/// `schema` follows the rules of [`raw`], and `T` is the table of that ability.
+pub unsafe fn ability<T: Table>(schema: &raw::Schema, id: &str) -> Result<Option<T>, Unreadable> {
+    let Some(ability) = schema.ability else {
+        return Ok(None);
+    };
+    let id = std::ffi::CString::new(id).expect("an id holds no NUL");
+    // SAFETY: the caller's function, and a text that lives for the call.
+    let table = unsafe { ability(id.as_ptr()) }.cast::<T>();
+    if table.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: what a plugin gives for that id is such a table.
+    unsafe { read(table) }.map(Some)
+}
+
+macro_rules! tables {
+    ($($table:ident $least:literal),* $(,)?) => { $(
+        // SAFETY: it is in C layout and states its size there; its fields are numbers, pointers and functions that may be missing,
+        // but for functions within the least.
+        unsafe impl Table for raw::$table {
+            const SIZE_AT: usize = core::mem::offset_of!(raw::$table, size);
+            const LEAST: usize = {
+                assert!($least <= size_of::<raw::$table>(), "tables only grow");
+                $least
+            };
+        }
+    )* };
+}
+
+// The sizes are those of a machine of 64 bits. A new table enters with the size it has; none of these numbers ever changes.
+tables! {
+    Plugin 64, Schema 128, Port 80, Child 40, Type 48, Field 64,
+    Precondition 16, Level 32, Candidate 24, Verdict 136, ChildStatus 16, Host 128,
+    Panel 24, Pen 40, Widget 128, Shape 104, Gesture 104,
+    State 24, Saver 24,
+}
+
+const _: () = assert!(
+    size_of::<raw::Sample>() == 40,
+    "it states no size, so it never changes"
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table as a later version has it.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Later {
+        size: u32,
+        first: u32,
+        second: u64,
+    }
+
+    // SAFETY: numbers in C layout, the size first.
+    unsafe impl Table for Later {
+        const LEAST: usize = 8;
+    }
+
+    fn later(size: u32) -> Later {
+        Later {
+            size,
+            first: 1,
+            second: 2,
+        }
+    }
+
+    #[test]
+    fn of_a_shorter_table_what_is_missing_is_nothing() {
+        // SAFETY: it has at least the bytes that it states.
+        let read = |size| unsafe { read(&raw const *Box::new(later(size))) };
+        let second = |size| read(size).map(|table| (table.first, table.second));
+        assert_eq!(second(8), Ok((1, 0)));
+        assert_eq!(second(16), Ok((1, 2)));
+        assert_eq!(second(7), Err(Unreadable::Short { stated: 7, least: 8 }));
+    }
+
+    #[test]
+    fn of_a_longer_table_what_is_beyond_is_left() {
+        let longer = (later(24), 3_u64);
+        // SAFETY: it has the bytes that it states.
+        assert_eq!(unsafe { read(&raw const longer.0) }, Ok(later(24)));
+    }
+
+    #[test]
+    fn a_pointer_to_nothing_is_no_table() {
+        // SAFETY: null and what is not aligned are looked at.
+        unsafe {
+            assert_eq!(read::<Later>(ptr::null()), Err(Unreadable::Pointer));
+            assert_eq!(
+                read::<Later>(ptr::without_provenance(9)),
+                Err(Unreadable::Pointer)
+            );
+        }
+    }
+
+    #[test]
+    fn nothing_is_written_past_what_was_lent() {
+        for (stated, second) in [(0, 9), (8, 9), (12, 0xF_0000_0002), (16, 2), (99, 2)] {
+            let mut room = Later {
+                size: stated,
+                first: 9,
+                second: if stated == 12 { 0xF_0000_0009 } else { 9 },
+            };
+            // SAFETY: room for all that may be written.
+            unsafe { write(&raw mut room, &later(16)) };
+            assert_eq!((room.size, room.first, room.second), (stated, 1, second));
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Roots that exclude each other for nothing: they compete in one group, and no actuator is commanded by two of them, so that one
+//! stands still while another acts. That may be meant; so it is said and not refused. So is a plugin in C++ that may throw.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::report::quote_all;
+use super::{Application, Binding, Group, Instance};
+
+/// Roots, and the commands that they share.
+type Share = (Vec<usize>, BTreeSet<(usize, usize)>);
+
+impl Application {
+    /// What may not be meant although nothing is wrong with it, a sentence or two each, with the line.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let levels = self.groups.iter().filter(|group| group.father.is_none());
+        let strangers = levels.filter_map(|level| self.strangers(level));
+        strangers
+            .chain(self.throwers())
+            .chain(self.link.warnings())
+            .collect()
+    }
+
+    /// Says so of plugins in C++ that run in the host's process and do not say that they catch what they throw.
+    fn throwers(&self) -> impl Iterator<Item = String> {
+        let numbers = 0..self.plugins.len();
+        numbers.filter(|number| self.plugins[*number].throws).filter_map(|number| {
+            let here = |instance: &&Instance| instance.plugin == number && instance.isolate.is_none();
+            let of: Vec<_> = self.instances.iter().filter(here).collect();
+            let line = of.iter().map(|instance| instance.line).min()?;
+            let names = quote_all(of.iter().map(|instance| instance.name.as_str()));
+            Some(format!(
+                "line {line}: {names} are of the plugin `{}`, which is in C++: an exception that leaves one of its functions ends the \
+                 application. Write isolate = \"process\", or have the plugin catch it (jde_guarded and JDE_PLUGIN_GUARDED of jde.h)",
+                self.plugins[number].name
+            ))
+        })
+    }
+
+    /// Says so where the members of a level share nothing.
+    fn strangers(&self, level: &Group) -> Option<String> {
+        let mut below: HashMap<usize, BTreeSet<(usize, usize)>> = HashMap::new();
+        for (number, instance) in self.instances.iter().enumerate() {
+            let commands = instance.bindings.iter().filter_map(|binding| match binding {
+                Binding::Actuator { target } => *target,
+                _ => None,
+            });
+            below.entry(self.root(number)).or_default().extend(commands);
+        }
+        let mut parts: Vec<Share> = Vec::new();
+        for root in &level.members {
+            let Some(mut commands) = below.remove(root).filter(|commands| !commands.is_empty()) else {
+                continue;
+            };
+            let mut roots = Vec::new();
+            let (same, other) = parts
+                .into_iter()
+                .partition(|(_, theirs)| !theirs.is_disjoint(&commands));
+            parts = other;
+            let same: Vec<Share> = same;
+            for (others, theirs) in same {
+                roots.extend(others);
+                commands.extend(theirs);
+            }
+            roots.push(*root);
+            parts.push((roots, commands));
+        }
+        if parts.len() < 2 {
+            return None;
+        }
+        let name = |root: &usize| self.instances[*root].name.as_str();
+        let mut said = parts.iter().map(|(roots, _)| quote_all(roots.iter().map(name)));
+        let (first, rest) = (said.next()?, said.collect::<Vec<_>>().join(", nor with "));
+        let line = parts
+            .iter()
+            .filter_map(|(roots, _)| roots.first())
+            .map(|root| self.instances[*root].line)
+            .min()?;
+        Some(format!(
+            "line {line}: the roots {first} share no actuator with {rest}, and only one of all acts at a time. If they are to act at \
+             once, give each its own level: [roots.NAME] with members = [...]"
+        ))
+    }
+
+    /// The root above a schema, or itself.
+    fn root(&self, mut number: usize) -> usize {
+        while let Some(father) = self.instances[number].father {
+            number = father;
+        }
+        number
+    }
+}

@@ -1,0 +1,206 @@
+//! What a plugin says of itself, as it crosses from the process that looked at it: the structures of [`describe`], field by field.
+//! Both ends are the same build; nothing of it is stored.
+
+use std::sync::Arc;
+
+use jde_abi::describe;
+use serde::{Deserialize, Serialize};
+
+/// [`describe::Plugin`].
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Plugin")]
+pub(super) struct Plugin {
+    name: String,
+    version: String,
+    doc: String,
+    abi: (u32, u32),
+    throws: bool,
+    #[serde(with = "schemas")]
+    schemas: Vec<describe::Schema>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Schema")]
+struct Schema {
+    name: String,
+    doc: String,
+    #[serde(with = "Kind")]
+    kind: describe::Kind,
+    period_ns: u64,
+    budget_ns: Option<u64>,
+    #[serde(with = "ports")]
+    ports: Vec<describe::Port>,
+    #[serde(with = "children")]
+    children: Vec<describe::Child>,
+    arbitrates: bool,
+    panel: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Kind")]
+enum Kind {
+    Perceptive,
+    Motor,
+    Driver,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Port")]
+struct Port {
+    name: String,
+    doc: String,
+    unit: String,
+    #[serde(with = "shared")]
+    value_type: Arc<describe::Type>,
+    #[serde(with = "Role")]
+    role: describe::Role,
+    optional: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Role")]
+enum Role {
+    Import {
+        trigger: bool,
+    },
+    Export,
+    Modulation {
+        default: Vec<u8>,
+        #[serde(with = "Limits")]
+        limits: describe::Limits,
+        fixed: bool,
+    },
+    Command {
+        neutral: Vec<u8>,
+        validity_ns: u64,
+    },
+    Actuator,
+    ChildModulation {
+        child: usize,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Limits")]
+struct Limits {
+    least: Option<f64>,
+    greatest: Option<f64>,
+    choices: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Child")]
+struct Child {
+    name: String,
+    doc: String,
+    motor: bool,
+    group: String,
+    optional: bool,
+    many: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Type")]
+struct Type {
+    name: String,
+    doc: String,
+    bytes: usize,
+    align: usize,
+    #[serde(with = "fields")]
+    fields: Vec<describe::Field>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Field")]
+struct Field {
+    name: String,
+    doc: String,
+    unit: String,
+    #[serde(with = "FieldKind")]
+    kind: describe::FieldKind,
+    #[serde(with = "Form")]
+    form: describe::Form,
+    offset: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::FieldKind")]
+enum FieldKind {
+    Scalar(#[serde(with = "Scalar")] describe::Scalar),
+    Struct(#[serde(with = "shared")] Arc<describe::Type>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Scalar")]
+enum Scalar {
+    Bool,
+    U8,
+    U16,
+    U32,
+    U64,
+    I8,
+    I16,
+    I32,
+    I64,
+    F32,
+    F64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Form")]
+enum Form {
+    One,
+    Array(usize),
+    Sequence { capacity: usize, length_offset: usize },
+    Text { capacity: usize, length_offset: usize },
+}
+
+/// A type that several may share.
+mod shared {
+    use std::sync::Arc;
+
+    use jde_abi::describe;
+    use serde::{Deserializer, Serializer};
+
+    use super::Type;
+
+    pub(super) fn serialize<S: Serializer>(ty: &Arc<describe::Type>, to: S) -> Result<S::Ok, S::Error> {
+        Type::serialize(ty, to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<describe::Type>, D::Error> {
+        Type::deserialize(from).map(Arc::new)
+    }
+}
+
+/// Lists of what has a form of its own above.
+macro_rules! lists {
+    ($($name:ident: $form:ident as $with:literal;)*) => {$(
+        mod $name {
+            use jde_abi::describe;
+            use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+            use super::$form;
+
+            pub(super) fn serialize<S: Serializer>(list: &[describe::$form], to: S) -> Result<S::Ok, S::Error> {
+                #[derive(Serialize)]
+                struct One<'a>(#[serde(with = $with)] &'a describe::$form);
+                to.collect_seq(list.iter().map(One))
+            }
+
+            pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<describe::$form>, D::Error> {
+                #[derive(Deserialize)]
+                struct One(#[serde(with = $with)] describe::$form);
+                let list = Vec::<One>::deserialize(from)?;
+                Ok(list.into_iter().map(|One(it)| it).collect())
+            }
+        }
+    )*};
+}
+
+lists! {
+    schemas: Schema as "Schema";
+    ports: Port as "Port";
+    children: Child as "Child";
+    fields: Field as "Field";
+}

@@ -1,0 +1,261 @@
+//! Takeovers in an application whose calls take all the time they may, at the worst moments that chance finds (R17). Time is counted,
+//! so that nothing but the calls is slow and a sum that is too small is exceeded.
+
+use std::sync::{Arc, Mutex};
+
+use jde_core::{GroupContract, Nanos, contract};
+use jde_host::Options;
+use jde_host::event::Event;
+use jde_schema::Precondition;
+
+use crate::common::{Call, Executor, Io, MS, Rig, Stage, in_real_time};
+
+in_real_time!(
+    r17_no_takeover_by_a_check_takes_longer_than_its_contract,
+    r17_no_takeover_by_a_trigger_takes_longer_than_its_contract,
+    r17_no_takeover_that_a_father_decides_takes_longer_than_its_contract,
+    r17_no_takeover_by_urgency_takes_longer_than_its_contract,
+    r17_no_takeover_in_turns_takes_longer_than_its_contract,
+);
+
+/// As many schemas as a pool has workers at least: nobody waits for a worker.
+const FAMILY: &str = r#"
+    roots = ["father"]
+    [schemas.eye]
+    type = "test/eye"
+    period = "EYE"
+    [schemas.father]
+    type = "test/motor"
+    period = "30ms"
+    budget = "6ms"
+    children = { a = "left", b = "right" }
+    groups.base = { RULES, patience = "3ms" }
+    [schemas.left]
+    type = "test/motor"
+    period = "20ms"
+    budget = "5ms"
+    imports = { input = "eye.out" }
+    triggers = [TRIGGER]
+    [schemas.right]
+    type = "test/motor"
+    period = "35ms"
+    budget = "8ms"
+    imports = { input = "eye.out" }
+    triggers = [TRIGGER]
+"#;
+
+/// How long a call of the father's own may take, as the files of these tests say it.
+const ARBITRATION: Nanos = 4 * MS;
+
+/// Numbers that look like chance and are the same every time (Knuth's MMIX generator).
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self, below: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % below
+    }
+}
+
+fn spend(io: &Io<'_>, time: Nanos) {
+    if let Some(handle) = io.stage.handle() {
+        handle.spend(time);
+    }
+}
+
+/// A child that takes its whole budget, in its check or in its iteration; `ready` says what it finds in what it reads.
+fn child(stage: &Stage, name: &str, budget: Nanos, ready: fn(u64) -> Precondition) {
+    let mut chance = Chance(budget);
+    let mut left = 0;
+    stage.play(name, move |call, io| {
+        match call {
+            Call::Check => {
+                // What comes from now on it does not see before the next.
+                let seen = io.input().map_or(0.0, |(value, _)| value) as u64;
+                let check = [0, budget / 2, budget][chance.next(3) as usize];
+                spend(io, check);
+                left = budget - check;
+                io.ready(ready(seen));
+            }
+            Call::Iterate => spend(io, left),
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+}
+
+/// Both children, their father and the eye that shows them situations; the contract of the children's group, and when situations came.
+fn run(
+    executor: Executor,
+    rules: &str,
+    trigger: &str,
+    eye: &str,
+    ready: [fn(u64) -> Precondition; 2],
+) -> (Arc<Stage>, GroupContract, Vec<Nanos>) {
+    let stage = Stage::new();
+    child(&stage, "left", 5 * MS, ready[0]);
+    child(&stage, "right", 8 * MS, ready[1]);
+    stage.play("father", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                io.wake("a");
+                io.wake("b");
+                spend(io, 6 * MS);
+            }
+            Call::Arbitrate => {
+                spend(io, ARBITRATION);
+                let left = io.level().is_ready(io.child("a"));
+                io.choose(if left { "a" } else { "b" });
+            }
+            Call::Awake | Call::Sleep | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let came = Arc::new(Mutex::new(Vec::new()));
+    let comes = Arc::clone(&came);
+    let (mut chance, mut count) = (Chance(7), 0);
+    stage.play("eye", move |call, io| {
+        if call == Call::Iterate {
+            count += 1;
+            // Never at the same place of anybody's period.
+            spend(io, chance.next(6000) * 1000);
+            comes.lock().unwrap().push(io.now());
+            io.publish(f64::from(count));
+        }
+        Ok(())
+    });
+    let body = FAMILY
+        .replace("RULES", rules)
+        .replace("EYE", eye)
+        .replace("TRIGGER", trigger);
+    let options = Options {
+        counted: true,
+        limit: Some(8_000 * MS),
+        ..Options::default()
+    };
+    let rig = Rig::start_with(executor, &stage, &body, options);
+    let contracts = contract(&rig.handle.application().spec());
+    rig.wait();
+    let contract = contracts
+        .into_iter()
+        .find(|contract| contract.name == "father/base");
+    let came = came.lock().unwrap().clone();
+    (stage, contract.expect("it has members"), came)
+}
+
+/// Times and latencies of the takeovers in the children's group, none of them too late.
+fn takeovers(stage: &Stage, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
+    let took = stage.events().into_iter().filter_map(|event| match event {
+        Event::Took {
+            group: 1,
+            time,
+            latency,
+            allowed,
+            ..
+        } => {
+            assert_eq!(allowed, contract.allowed());
+            Some((time, latency))
+        }
+        _ => None,
+    });
+    let took: Vec<_> = took.collect();
+    assert!(took.len() > 20, "only {} takeovers", took.len());
+    let worst = took.iter().map(|(_, latency)| *latency).max().unwrap_or_default();
+    assert!(worst <= contract.allowed(), "{worst} ns\n{contract}");
+    took
+}
+
+fn left_or_both(seen: u64) -> Precondition {
+    (!seen.is_multiple_of(3)).into()
+}
+
+fn right_or_both(seen: u64) -> Precondition {
+    (seen % 3 != 1).into()
+}
+
+fn r17_no_takeover_by_a_check_takes_longer_than_its_contract(executor: Executor) {
+    let (stage, contract, _) = run(
+        executor,
+        "policy = \"priority\"",
+        "",
+        "61ms",
+        [left_or_both, right_or_both],
+    );
+    takeovers(&stage, &contract);
+}
+
+fn r17_no_takeover_by_a_trigger_takes_longer_than_its_contract(executor: Executor) {
+    let (stage, contract, _) = run(
+        executor,
+        "policy = \"priority\"",
+        "\"input\"",
+        "13ms",
+        [left_or_both, right_or_both],
+    );
+    let worst = takeovers(&stage, &contract)
+        .iter()
+        .map(|(_, latency)| *latency)
+        .max();
+    assert!(
+        worst > Some(8 * MS + 3 * MS),
+        "one check and patience would be enough: {worst:?}"
+    );
+}
+
+fn r17_no_takeover_that_a_father_decides_takes_longer_than_its_contract(executor: Executor) {
+    let rules = "policy = \"father\", budget = \"4ms\"";
+    let (stage, contract, _) = run(
+        executor,
+        rules,
+        "\"input\"",
+        "13ms",
+        [left_or_both, right_or_both],
+    );
+    let worst = takeovers(&stage, &contract)
+        .into_iter()
+        .map(|(_, latency)| latency)
+        .max();
+    let once = 8 * MS + ARBITRATION + 3 * MS;
+    assert!(worst > Some(once), "one arbitration would be enough: {worst:?}");
+}
+
+fn r17_no_takeover_by_urgency_takes_longer_than_its_contract(executor: Executor) {
+    let left = |seen: u64| Precondition::from(true).urgency(if seen.is_multiple_of(2) { 1.0 } else { 3.0 });
+    let right = |_| Precondition::from(true).urgency(2.0);
+    let (stage, contract, came) = run(
+        executor,
+        "policy = \"urgency\"",
+        "\"input\"",
+        "211ms",
+        [left, right],
+    );
+    let paced = contract
+        .by_winner
+        .as_ref()
+        .expect("urgency alone selects nothing")
+        .total();
+    let mut worst = 0;
+    for (time, _) in takeovers(&stage, &contract).into_iter().skip(1) {
+        let since = came
+            .iter()
+            .rfind(|came| **came <= time)
+            .expect("something came before");
+        worst = worst.max(time - since);
+    }
+    assert!(worst <= paced, "{worst} ns\n{contract}");
+    assert!(
+        worst > contract.allowed(),
+        "the winner's period would not be needed: {worst}\n{contract}"
+    );
+}
+
+fn r17_no_takeover_in_turns_takes_longer_than_its_contract(executor: Executor) {
+    let rules = "policy = \"round-robin\", turn = \"50ms\"";
+    let both = |_| true.into();
+    let (stage, contract, _) = run(executor, rules, "", "61ms", [both, both]);
+    takeovers(&stage, &contract);
+}

@@ -1,0 +1,232 @@
+//! What modulations take (R8): the same for files, options, fathers and operators, for numbers, truths and choices; and those that
+//! are taken on awakening alone.
+
+use std::path::Path;
+
+use jde_abi::raw;
+use jde_board::value::Value;
+use jde_host::app::{Override, parse};
+use jde_host::plugin::{Plugins, SearchPath};
+use jde_host::{Lockstep, Options};
+use jde_schema::prelude::*;
+use jde_types::Value as _;
+
+/// How to go.
+#[derive(Clone, Copy, Debug, PartialEq, Choice)]
+#[repr(u8)]
+enum Gait {
+    Slow,
+    VeryFast,
+}
+
+/// Does as it is told.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Doer {
+    /// The fastest.
+    #[modulation(default = 0.5, unit = "m/s", min = 0.0, max = 1.0)]
+    fast: Modulation<f64>,
+    /// Whether to.
+    #[modulation(default = false)]
+    on: Modulation<bool>,
+    /// How to.
+    #[modulation(default = Gait::Slow)]
+    gait: Modulation<Gait>,
+    /// Where.
+    #[modulation(default = 1.0, min = 0.0, fixed)]
+    place: Modulation<f64>,
+    /// All of it.
+    #[export]
+    done: Export<Text<64>>,
+}
+
+impl Schema for Doer {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (fast, on, gait) = (self.fast.get(cx), self.on.get(cx), self.gait.get(cx));
+        let done = format!("{fast} {on} {gait:?} {}", self.place.get(cx));
+        self.done.write(cx, Text::truncated(&done));
+        Ok(())
+    }
+}
+
+/// Tells it what no doer takes, and what it does.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Father {
+    #[child(group = "base")]
+    doer: Child,
+    #[modulates(child = "doer", name = "fast")]
+    fast: Modulates<f64>,
+    #[modulates(child = "doer", name = "gait")]
+    gait: Modulates<u8>,
+    #[modulates(child = "doer", name = "on")]
+    on: Modulates<bool>,
+    #[modulates(child = "doer", name = "period")]
+    period: Modulates<f64>,
+    #[export]
+    outcomes: Export<Text<128>>,
+}
+
+impl Schema for Father {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.doer.wake(cx);
+        let outcomes = [
+            self.fast.set(cx, 0.25),
+            self.fast.set(cx, -1.0),
+            self.fast.set(cx, 1.5),
+            self.fast.set(cx, f64::NAN),
+            self.gait.set(cx, 1),
+            self.gait.set(cx, 2),
+            self.on.set(cx, true),
+            self.period.set(cx, -1.0),
+        ];
+        self.outcomes.write(cx, Text::truncated(&format!("{outcomes:?}")));
+        Ok(())
+    }
+}
+
+static LIMITS: raw::Plugin = jde_schema::plugin!("limits", "Limits.", [Doer, Father]);
+
+const ALONE: &str = "roots = [\"doer\"]\n[schemas.doer]\ntype = \"limits/doer\"\n";
+
+fn plugins() -> Plugins {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&LIMITS).expect("it is right");
+    plugins
+}
+
+fn start(text: &str, options: &[Override]) -> Result<Lockstep, String> {
+    let plugins = plugins();
+    let application =
+        parse(text, Path::new("app.toml"), options, &plugins).map_err(|faults| faults.to_string())?;
+    Lockstep::start(application, &plugins, Options::default()).map_err(|error| error.to_string())
+}
+
+fn text<const N: usize>(lockstep: &Lockstep, variable: &str) -> String {
+    let mut reader = lockstep
+        .handle()
+        .board()
+        .get(variable)
+        .expect("it is declared")
+        .reader("test");
+    let bytes = reader.latch().expect("it has a value").bytes;
+    Text::<N>::from_bytes(bytes).expect("a text").as_str().to_owned()
+}
+
+#[track_caller]
+fn refused(lines: &str, words: &str) {
+    match start(&format!("{ALONE}{lines}"), &[]) {
+        Ok(_) => panic!("accepted, where it should say: {words}"),
+        Err(said) => assert!(said.contains(words), "{said}"),
+    }
+}
+
+#[test]
+fn r8_files_set_truths_and_choices_by_name() {
+    let mut lockstep = start(
+        &format!("{ALONE}on = true\ngait = \"very-fast\"\nfast = 1\n"),
+        &[],
+    )
+    .expect("it starts");
+    lockstep.run_until(20_000_000);
+    assert_eq!(text::<64>(&lockstep, "doer.done"), "1 true VeryFast 1");
+    refused(
+        "gait = \"fast\"",
+        "`gait` of schema `doer` is `fast`, which is no choice",
+    );
+    refused("gait = 1", "one of slow, very-fast");
+    refused("on = 1", "true or false");
+    refused("fast = -0.1", "is -0.1 m/s, and at least 0 m/s is allowed");
+    refused("fast = nan", "");
+}
+
+#[test]
+fn r8_a_father_writes_within_the_limits_of_his_child() {
+    let app = "roots = [\"father\"]\n[schemas.father]\ntype = \"limits/father\"\nchildren = { doer = \"doer\" }\n\
+               [schemas.doer]\ntype = \"limits/doer\"\n";
+    let mut lockstep = start(app, &[]).expect("it starts");
+    lockstep.run_until(50_000_000);
+    assert_eq!(
+        text::<128>(&lockstep, "father.outcomes"),
+        "[Accepted, OutOfRange, OutOfRange, NotFinite, Accepted, OutOfRange, Accepted, OutOfRange]"
+    );
+    assert_eq!(text::<64>(&lockstep, "doer.done"), "0.25 true VeryFast 1");
+    let snapshot = lockstep.handle().snapshot();
+    for schema in &snapshot.schemas {
+        assert_eq!(schema.faults, 0, "what is refused is no fault");
+    }
+    assert!(
+        snapshot.schemas.iter().any(|schema| schema.refused > 0),
+        "it is counted"
+    );
+}
+
+#[test]
+fn r8_an_operator_writes_within_the_limits_and_by_name() {
+    let mut lockstep = start(ALONE, &[]).expect("it starts");
+    lockstep.run_until(20_000_000);
+    let handle = lockstep.handle();
+    let ana = handle.operator("ana@laptop");
+    let said = |name: &str, value: Value| ana.modulate(0, name, &value).expect_err("it is refused");
+    assert_eq!(
+        said("fast", Value::Float(-1.0)),
+        "`doer.fast` is -1 m/s, and at least 0 m/s is allowed"
+    );
+    assert!(said("gait", Value::UInt(2)).contains("one of slow, very-fast is allowed"));
+    assert!(
+        said("fast", Value::Float(f64::NAN)).contains("`doer.fast` stays as it is: the value is not finite")
+    );
+    ana.modulate(0, "gait", &Value::Text(String::from("very-fast")))
+        .expect("a choice");
+    ana.modulate(0, "on", &Value::Bool(true)).expect("a truth");
+    lockstep.run_until(40_000_000);
+    assert_eq!(text::<64>(&lockstep, "doer.done"), "0.5 true VeryFast 1");
+}
+
+#[test]
+fn r8_what_is_fixed_is_taken_on_awakening_and_stays_until_it_sleeps() {
+    let mut lockstep = start(ALONE, &[]).expect("it starts");
+    lockstep.run_until(20_000_000);
+    let handle = lockstep.handle();
+    let ana = handle.operator("ana@laptop");
+    ana.modulate(0, "place", &Value::Float(2.0))
+        .expect("it may be written at any time");
+    ana.modulate(0, "fast", &Value::Float(0.75)).expect("in range");
+    lockstep.run_until(60_000_000);
+    assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 1");
+    ana.hold_asleep(0).expect("it sleeps");
+    lockstep.run_until(80_000_000);
+    ana.play(0).expect("it awakes");
+    lockstep.run_until(120_000_000);
+    assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 2");
+}
+
+#[test]
+fn a_budget_that_is_stated_stays_where_the_period_is_another() {
+    let text = format!("{ALONE}period = \"1s\"\n");
+    let plugins = plugins();
+    let of =
+        |text: &str| parse(text, Path::new("app.toml"), &[], &plugins).map(|app| app.instances[0].budget_ns);
+    assert_eq!(
+        of(&text).ok(),
+        Some(1_000_000_000),
+        "without one it is the period"
+    );
+    let text = "roots = [\"it\"]\n[schemas.it]\ntype = \"stated/it\"\nperiod = \"1s\"\n";
+    static STATED: raw::Plugin = jde_schema::plugin!("stated", "States its budget.", [It]);
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&STATED).expect("it is right");
+    let application = parse(text, Path::new("app.toml"), &[], &plugins).expect("it is right");
+    assert_eq!(application.instances[0].budget_ns, 10_000_000);
+}
+
+/// States a budget that is its period.
+#[derive(Describe)]
+#[schema(motor, period = "10ms", budget = "10ms")]
+struct It {}
+
+impl Schema for It {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}

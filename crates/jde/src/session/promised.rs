@@ -1,0 +1,89 @@
+//! A file that a run is to write: known to be writable before the run begins, and as it was until there is something to write.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// A file that can be written; if it was made for that and nothing came of it, it goes again.
+pub(crate) struct Promised {
+    path: PathBuf,
+    /// None once it is written.
+    file: Option<File>,
+    made: bool,
+}
+
+impl Promised {
+    /// Opens a file without touching what is in it; makes it, and the folders above it, if it is not there.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn at(path: &Path) -> Result<Self, Failure> {
+        let opened = path
+            .parent()
+            .map_or(Ok(()), fs::create_dir_all)
+            .and_then(|()| open(path));
+        let (file, made) = opened.map_err(Failure::file(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file: Some(file),
+            made,
+        })
+    }
+
+    /// Gives the file to be written, without what was in it.
+    ///
+    /// # Errors
+    /// What was in it cannot be taken away.
+    pub(crate) fn begin(mut self) -> io::Result<File> {
+        let file = self.file.take().ok_or(ErrorKind::NotFound)?;
+        // Pipes and terminals have no length.
+        if file.metadata()?.is_file() {
+            file.set_len(0)?;
+        }
+        Ok(file)
+    }
+}
+
+impl Drop for Promised {
+    fn drop(&mut self) {
+        if self.made && self.file.is_some() {
+            // An empty file that stays does no harm.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// The file, and whether it was made.
+fn open(path: &Path) -> io::Result<(File, bool)> {
+    match File::options().write(true).create_new(true).open(path) {
+        Ok(file) => Ok((file, true)),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            Ok((File::options().write(true).open(path)?, false))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn a_file_stays_as_it_was_until_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("above/old.png");
+        drop(Promised::at(&path).unwrap());
+        assert!(!path.exists(), "nothing came of it");
+        fs::write(&path, "a picture of before").unwrap();
+        drop(Promised::at(&path).unwrap());
+        assert_eq!(fs::read(&path).unwrap(), b"a picture of before");
+        let mut file = Promised::at(&path).unwrap().begin().unwrap();
+        file.write_all(b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert!(Promised::at(folder.path()).is_err(), "a folder is no file");
+    }
+}

@@ -1,0 +1,112 @@
+//! Streams on pipes that are read late, or never, or not any more.
+
+use std::io::{BufRead, BufReader, PipeReader, pipe};
+use std::os::fd::OwnedFd;
+use std::thread;
+
+use super::*;
+
+/// More than may wait, in the pipe and before it.
+const MANY: u64 = 4 * MOST_PIECES as u64;
+
+fn stream() -> (Arc<Stream>, &'static Policy, PipeReader) {
+    let (reader, writer) = pipe().unwrap();
+    let policy: &'static Policy = Box::leak(Box::new(Policy::new()));
+    let file = File::from(OwnedFd::from(writer));
+    (Stream::begin("test", file, policy, true), policy, reader)
+}
+
+fn line(number: u64) -> String {
+    format!("{number} {}\n", ".".repeat(80))
+}
+
+fn print(stream: &Arc<Stream>, lines: impl Iterator<Item = u64>) {
+    let mut printer = Printer::new(Arc::clone(stream), true);
+    lines.for_each(|number| printer.write_all(line(number).as_bytes()).unwrap());
+}
+
+#[test]
+fn r7_nobody_waits_while_a_robot_moves_and_what_is_lost_is_told_where_it_is_missing() {
+    let (stream, policy, reader) = stream();
+    policy.wait_for_nobody();
+    // It ends, though nobody reads.
+    print(&stream, 0..MANY);
+    let lost = stream.lost();
+    assert!(lost > 0);
+    policy.wait();
+    let late = Arc::clone(&stream);
+    let printing = thread::spawn(move || print(&late, MANY..=MANY));
+    let (mut next, mut told, mut begun) = (0, 0, false);
+    for line in BufReader::new(reader).lines() {
+        let line = line.unwrap();
+        let first = line.split(' ').next().unwrap();
+        if let Ok(number) = first.parse::<u64>() {
+            assert_eq!(number, next + told, "what is missing was told before");
+            (next, told) = (number + 1, 0);
+            if number == MANY {
+                break;
+            }
+        } else if line.contains("from here on") {
+            begun = true;
+        } else {
+            assert!(begun && line.contains("dropped here"), "{line}");
+            told = first.trim_start_matches('[').parse().unwrap();
+        }
+    }
+    printing.join().unwrap();
+    assert_eq!((next, stream.lost()), (MANY + 1, lost));
+}
+
+#[test]
+fn whoever_may_wait_loses_nothing() {
+    let (stream, _, reader) = stream();
+    let late = Arc::clone(&stream);
+    let printing = thread::spawn(move || print(&late, 0..MANY));
+    let lines = BufReader::new(reader).lines().take(MANY as usize);
+    for (number, line) in lines.enumerate() {
+        assert!(line.unwrap().starts_with(&format!("{number} ")));
+    }
+    printing.join().unwrap();
+    stream.settle().unwrap();
+    assert!(stream.is_idle() && stream.lost() == 0);
+}
+
+#[test]
+fn who_is_asked_to_end_goes_without_a_reader_that_takes_nothing() {
+    let (stream, policy, _reader) = stream();
+    let waiting = Arc::clone(&stream);
+    let printing = thread::spawn(move || {
+        print(&waiting, 0..MANY);
+        waiting.settle().unwrap();
+    });
+    policy.let_go();
+    printing.join().unwrap();
+    assert!(!stream.is_idle() && stream.lost() > 0);
+    // A robot moves: who is asked to end comes to rest first.
+    policy.wait_for_nobody();
+    policy.let_go();
+    assert_eq!(*policy.lock(), Patience::None);
+}
+
+#[test]
+fn a_reader_that_went_away_is_told_to_whoever_prints() {
+    let (stream, _, reader) = stream();
+    drop(reader);
+    let mut printer = Printer::new(Arc::clone(&stream), false);
+    printer.write_all(b"a line\n").unwrap();
+    let error = printer.settle().unwrap_err();
+    assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
+}
+
+#[test]
+fn colours_are_left_out_of_a_line_that_is_printed_in_parts() {
+    let (stream, _, reader) = stream();
+    let mut printer = Printer::new(Arc::clone(&stream), true);
+    write!(printer, "\u{1b}[1mone\u{1b}[0m").unwrap();
+    writeln!(printer, " and \u{1b}[31mtwo").unwrap();
+    printer.write_all(b"and a rest").unwrap();
+    drop(printer);
+    let mut lines = BufReader::new(reader).lines();
+    assert_eq!(lines.next().unwrap().unwrap(), "one and two");
+    stream.settle().unwrap();
+}

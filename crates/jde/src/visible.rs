@@ -1,0 +1,147 @@
+//! Words of others on a terminal: letters that would move the cursor, turn the reading direction or ring are shown by their numbers. Colours
+//! pass, since they are ours; nothing is lost.
+
+use std::io::{self, Write};
+
+/// Writes on, with such letters made visible.
+pub(crate) struct Visible<W> {
+    inner: W,
+    /// The beginning of what may be a colour.
+    begun: String,
+}
+
+impl<W: Write> Visible<W> {
+    pub(crate) fn new(inner: W) -> Self {
+        Self {
+            inner,
+            begun: String::new(),
+        }
+    }
+}
+
+/// Whether a letter does something else than to be seen.
+pub(crate) fn acts(letter: char) -> bool {
+    letter.is_control() && !matches!(letter, '\n' | '\r' | '\t') || turns(letter)
+}
+
+/// Whether a letter turns the reading direction, or hides where it is turned.
+fn turns(letter: char) -> bool {
+    matches!(letter, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
+/// A text in which nothing but letters is.
+pub(crate) fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    text.chars().for_each(|letter| show(&mut shown, letter));
+    shown
+}
+
+/// JSON in which no letter turns anything, and which means the same.
+pub(crate) fn visible_json(json: &str) -> String {
+    let mut shown = String::with_capacity(json.len());
+    for letter in json.chars() {
+        if turns(letter) || matches!(letter, '\u{7f}'..='\u{9f}') {
+            shown += &format!("\\u{:04x}", letter as u32);
+        } else {
+            shown.push(letter);
+        }
+    }
+    shown
+}
+
+fn show(shown: &mut String, letter: char) {
+    if acts(letter) {
+        shown.extend(letter.escape_unicode());
+    } else {
+        shown.push(letter);
+    }
+}
+
+impl<W> Visible<W> {
+    /// Takes a letter in: what belongs to a colour is kept until it is one, or is none.
+    fn take(&mut self, shown: &mut String, letter: char) {
+        let goes_on = match self.begun.len() {
+            0 => letter == '\x1b',
+            1 => letter == '[',
+            // Longer than any colour.
+            2..24 => matches!(letter, '0'..='9' | ';' | ':' | 'm'),
+            _ => false,
+        };
+        if goes_on {
+            self.begun.push(letter);
+            if letter == 'm' {
+                shown.push_str(&std::mem::take(&mut self.begun));
+            }
+        } else if self.begun.is_empty() {
+            show(shown, letter);
+        } else {
+            shown.push_str(&visible(&std::mem::take(&mut self.begun)));
+            self.take(shown, letter);
+        }
+    }
+}
+
+impl<W: Write> Write for Visible<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // What is no text has no letters; whoever writes bytes means them.
+        for chunk in bytes.utf8_chunks() {
+            let mut shown = String::with_capacity(chunk.valid().len());
+            for letter in chunk.valid().chars() {
+                self.take(&mut shown, letter);
+            }
+            self.inner.write_all(shown.as_bytes())?;
+            self.inner.write_all(chunk.invalid())?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(pieces: &[&str]) -> String {
+        let mut out = Visible::new(Vec::new());
+        for piece in pieces {
+            out.write_all(piece.as_bytes()).unwrap();
+        }
+        String::from_utf8(out.inner).unwrap()
+    }
+
+    #[test]
+    fn what_would_act_is_shown_by_its_number() {
+        assert_eq!(written(&["robot\u{202e}txt.exe\n"]), "robot\\u{202e}txt.exe\n");
+        assert_eq!(
+            written(&["a\x1b]0;title\x07b\x1b[2Jc"]),
+            "a\\u{1b}]0;title\\u{7}b\\u{1b}[2Jc"
+        );
+        assert_eq!(
+            written(&["\u{2066}x\u{2069}\u{200f}\u{9b}"]),
+            "\\u{2066}x\\u{2069}\\u{200f}\\u{9b}"
+        );
+        assert_eq!(written(&["año 1 µs → 2\tµs\n"]), "año 1 µs → 2\tµs\n");
+    }
+
+    #[test]
+    fn colours_pass_however_they_are_cut() {
+        assert_eq!(written(&["\x1b[1;32mgood\x1b[0m"]), "\x1b[1;32mgood\x1b[0m");
+        assert_eq!(
+            written(&["\x1b[", "1", "m", "good", "\x1b", "[0m"]),
+            "\x1b[1mgood\x1b[0m"
+        );
+        assert_eq!(written(&["\x1b[", "3", "A"]), "\\u{1b}[3A");
+        assert_eq!(written(&["\x1b\x1b[1mx"]), "\\u{1b}\x1b[1mx");
+    }
+
+    #[test]
+    fn json_means_the_same() {
+        let text = "a\u{202e}b\u{85}";
+        let json = visible_json(&serde_json::to_string(text).unwrap());
+        assert!(json.is_ascii(), "{json}");
+        assert_eq!(serde_json::from_str::<String>(&json).unwrap(), text);
+    }
+}

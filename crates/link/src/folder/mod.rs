@@ -1,0 +1,217 @@
+//! Where the applications of one user on one machine announce themselves, and where tools look for them. An application takes the
+//! first place that is its user's alone; a tool looks in all, since a boot service, a login and `su` are told different ones. Opens no
+//! session.
+
+mod place;
+
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+use crate::{Error, whoami};
+use place::Place;
+pub(crate) use place::{Announced, Claim, Entry, Secret, new_id};
+
+/// Names the only folder there is to be, for tests and whoever wants an island.
+const ONLY: &str = "JDE_RUNTIME_DIR";
+
+/// Where temporary files are, below the root, for whoever is told of no other folder for them, as a boot service is.
+const TEMPORARY: &str = "tmp";
+
+/// The private folders of a user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Folders {
+    /// One at least.
+    places: Vec<Place>,
+}
+
+impl Folders {
+    /// Those of this user: what `$JDE_RUNTIME_DIR` says alone, else `jde` in `$XDG_RUNTIME_DIR` and in `/run/user/<uid>`, `jde-<uid>`
+    /// among the temporary files, and one below the user's home for each machine, where nobody else can put anything in the way.
+    #[must_use]
+    pub fn of_user() -> Self {
+        let named = |key: &str| {
+            let path = std::env::var_os(key).map(PathBuf::from);
+            path.filter(|path| path.is_absolute())
+        };
+        if let Some(only) = named(ONLY) {
+            return Self::at(only);
+        }
+        let user = rustix::process::getuid().as_raw();
+        Self::among(
+            user,
+            [named("XDG_RUNTIME_DIR"), Some(format!("/run/user/{user}").into())],
+            [std::env::temp_dir(), Path::new("/").join(TEMPORARY)],
+            whoami::home(),
+        )
+    }
+
+    /// Out of runtime folders, which count if they are the user's, of folders for temporary files, and of a home.
+    fn among(
+        user: u32,
+        runtime: [Option<PathBuf>; 2],
+        temporary: [PathBuf; 2],
+        home: Option<PathBuf>,
+    ) -> Self {
+        let own = |folder: &PathBuf| {
+            std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
+        };
+        let runtime = runtime.into_iter().flatten().filter(own);
+        let temporary = temporary.map(|folder| folder.join(format!("jde-{user}")));
+        let home = home.filter(own).map(|home| {
+            // A home may be shared by machines.
+            let run = format!("run-{}", whoami::host());
+            Place::deep(home.join(".local/state/jde").join(run))
+        });
+        let mut places: Vec<Place> = Vec::new();
+        let shallow = runtime.map(|folder| folder.join("jde")).chain(temporary);
+        for place in shallow.map(Place::at).chain(home) {
+            if !places.contains(&place) {
+                places.push(place);
+            }
+        }
+        Self { places }
+    }
+
+    /// One folder and no other.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self {
+            places: vec![Place::at(path.into())],
+        }
+    }
+
+    /// The first of them.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.places[0].path()
+    }
+
+    /// The applications that run, in the order of their start. Clears away what those left that were killed. A folder that somebody else
+    /// made, or may enter, is passed over if there are others: no application of this user is in it.
+    ///
+    /// # Errors
+    /// [`Error::Folder`]; there being none is no error.
+    pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
+        let mut entries: Vec<Entry> = Vec::new();
+        for place in &self.places {
+            match place.list() {
+                Ok(found) => entries.extend(found),
+                Err(error) if self.places.len() == 1 => return Err(error),
+                Err(error) => tracing::debug!("{error}"),
+            }
+        }
+        entries.sort_by(|a, b| (a.about.started_ns, &a.about.id).cmp(&(b.about.started_ns, &b.about.id)));
+        // Two names of one folder.
+        entries.dedup_by(|a, b| a.about.id == b.about.id);
+        Ok(entries)
+    }
+
+    /// Chooses a name in the first folder that is this user's alone: the one wanted, or, if that is taken and was not asked for, the same
+    /// with a number.
+    ///
+    /// # Errors
+    /// [`Error::Folder`], of the first, if none can be used; [`Error::NameTaken`] for a name that was asked for; [`Error::Name`].
+    pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
+        let mut refused = None;
+        for place in &self.places {
+            match place.claim(wanted, asked_for, || self.list()) {
+                Err(error @ Error::Folder { .. }) => {
+                    refused.get_or_insert(error);
+                }
+                claimed => {
+                    if let Some(error) = refused {
+                        tracing::warn!("{error}; {} is used instead", place.path().display());
+                    }
+                    return claimed;
+                }
+            }
+        }
+        Err(refused.expect("there is one place at least"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{DirBuilderExt as _, symlink};
+
+    use super::*;
+
+    /// As of a user, below one folder: a runtime folder, a folder for temporary files and a home, if they are there.
+    fn of_user(root: &Path, named: bool) -> Folders {
+        let user = rustix::process::getuid().as_raw();
+        let temporary = root.join("tmp");
+        let runtime = root.join("run");
+        Folders::among(
+            user,
+            [named.then_some(runtime.clone()), None],
+            [temporary.clone(), temporary],
+            Some(root.join("home")),
+        )
+    }
+
+    fn announce(folders: &Folders, name: &str) -> Announced {
+        let claim = folders.claim(name, true).unwrap();
+        let about = crate::message::About {
+            name: name.to_owned(),
+            id: claim.id.clone(),
+            ..place::tests::about()
+        };
+        claim.announce(&about).unwrap()
+    }
+
+    fn names(folders: &Folders) -> Vec<String> {
+        let entries = folders.list().unwrap().into_iter();
+        let mut names: Vec<_> = entries.map(|entry| entry.about.name).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_a_boot_service_announced_is_found_from_a_login_that_is_told_another_folder() {
+        let root = tempfile::tempdir().unwrap();
+        for folder in ["run", "tmp"] {
+            std::fs::create_dir(root.path().join(folder)).unwrap();
+        }
+        let (service, login) = (of_user(root.path(), false), of_user(root.path(), true));
+        let _booted = announce(&service, "booted");
+        assert_eq!(names(&login), ["booted"]);
+        let taken = login.claim("booted", true).err().unwrap();
+        assert!(matches!(taken, Error::NameTaken { .. }), "{taken}");
+        let _second = announce(&login, "second");
+        assert_eq!(names(&login), ["booted", "second"]);
+        assert_eq!(login.path(), root.path().join("run/jde"));
+    }
+
+    #[test]
+    fn a_folder_that_is_not_ours_alone_keeps_nobody_from_running_and_from_being_found() {
+        let root = tempfile::tempdir().unwrap();
+        for folder in ["tmp", "home"] {
+            std::fs::create_dir(root.path().join(folder)).unwrap();
+        }
+        let folders = of_user(root.path(), false);
+        let squatted = folders.path().to_owned();
+        assert_eq!(squatted.parent(), Some(&*root.path().join("tmp")));
+        // What somebody else may put there: a folder that others may enter, a link, a file.
+        std::fs::DirBuilder::new().mode(0o777).create(&squatted).unwrap();
+        let mode = std::os::unix::fs::PermissionsExt::from_mode(0o777);
+        std::fs::set_permissions(&squatted, mode).unwrap();
+        assert_eq!(names(&folders), [""; 0]);
+        let _robot = announce(&folders, "robot");
+        assert_eq!(names(&folders), ["robot"]);
+        std::fs::remove_dir(&squatted).unwrap();
+        symlink(root.path(), &squatted).unwrap();
+        assert_eq!(names(&folders), ["robot"]);
+        std::fs::remove_file(&squatted).unwrap();
+        std::fs::write(&squatted, "").unwrap();
+        assert_eq!(names(&folders), ["robot"]);
+        let _other = announce(&folders, "other");
+        assert_eq!(names(&folders), ["other", "robot"]);
+    }
+
+    #[test]
+    fn where_no_folder_can_be_used_the_first_is_named() {
+        let root = tempfile::tempdir().unwrap();
+        let error = of_user(root.path(), false).claim("robot", false).err().unwrap();
+        assert!(error.to_string().contains("/tmp/jde-"), "{error}");
+    }
+}

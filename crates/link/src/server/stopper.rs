@@ -1,0 +1,92 @@
+//! Orders to stop everything (R14): from their arrival to the engine's lock they wait behind nothing else. They have lines of their own,
+//! and this thread, which is as urgent as the application's own and does nothing but stop. It reads no other order and never waits
+//! for a client: who asked is answered by the worker.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use zenoh::query::Query;
+
+use super::bucket::Bucket;
+use super::hands::Done;
+use super::inbox::{Ask, Inbox, Origin};
+use super::subject::Subject;
+use super::worker::{about, may_operate, request};
+use crate::message::{Action, Network, Refusal};
+
+/// How often a second everything is stopped. Those who ask more often are stopped for together, and all get that answer.
+const STOPS: f64 = 10.0;
+/// Between two looks whether it may be done again.
+const AGAIN: Duration = Duration::from_millis(10);
+/// Operators who are named when several stopped everything at once.
+const NAMED: usize = 4;
+
+/// What stops everything.
+pub(super) struct Stopper {
+    pub(super) subject: Arc<dyn Subject>,
+    pub(super) inbox: Arc<Inbox>,
+    /// Where orders to this application go.
+    pub(super) key: String,
+    pub(super) network: Network,
+}
+
+impl Stopper {
+    /// Stops whenever somebody asks, until the link ends.
+    pub(super) fn run(self) {
+        let mut bucket = Bucket::new(STOPS, Instant::now());
+        while !self.inbox.stopping() {
+            let asked: Vec<_> = std::iter::from_fn(|| self.inbox.next_stop()).collect();
+            if asked.is_empty() {
+                std::thread::park();
+                continue;
+            }
+            let (mut queries, mut names) = (Vec::new(), Vec::new());
+            for ask in asked {
+                match self.read(&ask) {
+                    Some(Ok(by)) => {
+                        queries.push(ask.query);
+                        names.push(by);
+                    }
+                    Some(Err(refusal)) => self.answer(vec![ask.query], Err(refusal)),
+                    // It was for others.
+                    None => {}
+                }
+            }
+            if queries.is_empty() {
+                continue;
+            }
+            while !bucket.take(Instant::now()) {
+                std::thread::park_timeout(AGAIN);
+            }
+            names.sort();
+            names.dedup();
+            names.truncate(NAMED);
+            let outcome = self.subject.act(&names.join(", "), &Action::StopAll);
+            self.answer(queries, outcome);
+        }
+    }
+
+    /// Who wants it, or why it is not done; none if this application is not meant.
+    fn read(&self, Ask { origin, query, .. }: &Ask) -> Option<Result<String, Refusal>> {
+        if !about(query.key_expr(), &self.key) {
+            return None;
+        }
+        let read = || {
+            if *origin == Origin::Network {
+                may_operate(self.network)?;
+            }
+            let request = request(query)?;
+            match request.lease_ms {
+                Some(_) => Err(Refusal::everything_stays()),
+                None => Ok(request.by),
+            }
+        };
+        Some(read())
+    }
+
+    fn answer(&self, queries: Vec<Query>, outcome: Result<(), Refusal>) {
+        // Where there is no room the question ends without an answer, and is asked again.
+        let _ = self.inbox.stopped.push(Done::Stopped(queries, outcome));
+        self.inbox.wake();
+    }
+}

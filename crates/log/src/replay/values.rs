@@ -1,0 +1,322 @@
+//! Holds what schemas did against what they did then: every value that they exported, commanded or wrote to a child. Exact to the bit
+//! but for what a [`Tolerance`] allows.
+
+use std::collections::BTreeMap;
+
+use jde_abi::describe::Type;
+use jde_board::value::{self, Value};
+use jde_host::app::Application;
+use jde_host::replay::{Deed, Done, words};
+
+use super::{ReplayError, Span};
+
+/// Bytes of the largest value that is told whole.
+const SHORT: usize = 64;
+
+/// What came of holding values against each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Values {
+    /// Those that are as they were.
+    pub same: u64,
+    /// Those that are not: other, missing, or new.
+    pub different: u64,
+    /// Those that the recording does not have, by variable.
+    pub unknown: Vec<(String, u64)>,
+    /// Ports whose values are not as they were, with the first of each, in the order of their times.
+    pub first: Vec<Deviation>,
+}
+
+/// A port that wrote what it did not write then.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Deviation {
+    /// When first, s since the start.
+    pub time_s: f64,
+    /// Which schema.
+    pub schema: String,
+    /// Its port.
+    pub port: String,
+    /// The variable.
+    pub variable: String,
+    /// The first field that differs, as in `linear.x`; empty for the whole.
+    pub field: String,
+    /// It then, in words.
+    pub then: String,
+    /// It now, in words.
+    pub now: String,
+    /// How many of the port's values differ.
+    pub count: u64,
+}
+
+/// How far two numbers may be apart that are one, by the types of the values that they are in: absolutely, in the unit of the number.
+/// Only numbers with fractions have one. Without any, values are one to the bit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tolerance {
+    all: f64,
+    types: BTreeMap<String, f64>,
+}
+
+/// A part of a tolerance: `1e-9` for all types, or `geometry_msgs/msg/Twist=1e-6` for one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allowed {
+    type_name: Option<String>,
+    apart: f64,
+}
+
+/// Values on their way to a verdict.
+pub(super) struct Held<'a> {
+    span: Span,
+    tolerance: &'a Tolerance,
+    names: Vec<String>,
+    same: u64,
+    unknown: BTreeMap<String, u64>,
+    /// By schema and port.
+    first: BTreeMap<(usize, String), Deviation>,
+}
+
+impl std::str::FromStr for Allowed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (type_name, number) = match text.rsplit_once('=') {
+            Some((name, number)) => (Some(name.trim().to_owned()), number),
+            None => (None, text),
+        };
+        let apart: f64 = number.trim().parse().map_err(|_| {
+            format!("`{number}` is no number; write 1e-9, or for one type: geometry_msgs/msg/Twist=1e-9")
+        })?;
+        if !apart.is_finite() || apart < 0.0 {
+            return Err(format!("a tolerance is 0 or more and finite, not {apart}"));
+        }
+        Ok(Self { type_name, apart })
+    }
+}
+
+impl Tolerance {
+    /// Of its parts, for an application; the last of a type counts.
+    ///
+    /// # Errors
+    /// [`ReplayError::Tolerance`] of a type that nothing is written of.
+    pub fn new(parts: &[Allowed], application: &Application) -> Result<Self, ReplayError> {
+        let mut tolerance = Self::default();
+        for Allowed { type_name, apart } in parts {
+            let Some(name) = type_name else {
+                tolerance.all = *apart;
+                continue;
+            };
+            let ports = application
+                .instances
+                .iter()
+                .flat_map(|instance| &instance.schema.ports);
+            let types = ports.map(|port| port.value_type.name.as_str());
+            if !types.clone().any(|known| known == name) {
+                return Err(ReplayError::Tolerance {
+                    name: name.clone(),
+                    nearest: jde_board::nearest(name, types).map(str::to_owned),
+                });
+            }
+            tolerance.types.insert(name.clone(), *apart);
+        }
+        Ok(tolerance)
+    }
+
+    fn of(&self, value_type: &Type) -> f64 {
+        self.types.get(&value_type.name).copied().unwrap_or(self.all)
+    }
+}
+
+impl<'a> Held<'a> {
+    pub(super) fn new(span: Span, tolerance: &'a Tolerance, application: &Application) -> Self {
+        let instances = application.instances.iter();
+        Self {
+            span,
+            tolerance,
+            names: instances.map(|instance| instance.name.clone()).collect(),
+            same: 0,
+            unknown: BTreeMap::new(),
+            first: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn add(&mut self, deed: &Deed) {
+        if !(self.span.from..=self.span.to).contains(&deed.time) {
+            return;
+        }
+        if deed.then == Done::Unknown && matches!(deed.now, Done::Wrote(_)) {
+            *self.unknown.entry(deed.variable.clone()).or_default() += 1;
+            return;
+        }
+        let Some((field, then, now)) = difference(deed, self.tolerance.of(&deed.value_type)) else {
+            self.same += 1;
+            return;
+        };
+        let first = self.first.entry((deed.schema, deed.port.clone()));
+        let deviation = first.or_insert_with(|| Deviation {
+            time_s: deed.time as f64 / 1e9,
+            schema: self.names[deed.schema].clone(),
+            port: deed.port.clone(),
+            variable: deed.variable.clone(),
+            field,
+            then,
+            now,
+            count: 0,
+        });
+        deviation.count += 1;
+    }
+
+    pub(super) fn finish(self) -> Values {
+        let mut first: Vec<_> = self.first.into_values().collect();
+        first.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        Values {
+            same: self.same,
+            different: first.iter().map(|deviation| deviation.count).sum(),
+            unknown: self.unknown.into_iter().collect(),
+            first,
+        }
+    }
+}
+
+/// In which field two deeds differ, and what it was and is; nothing if they are one.
+fn difference(deed: &Deed, apart: f64) -> Option<(String, String, String)> {
+    let (Done::Wrote(then), Done::Wrote(now)) = (&deed.then, &deed.now) else {
+        let told = |done: &Done| told(done, &deed.value_type);
+        return (deed.then != deed.now).then(|| (String::new(), told(&deed.then), told(&deed.now)));
+    };
+    if then == now {
+        return None;
+    }
+    // Bytes between fields may be anything.
+    let (then, now) = (
+        value::decode(&deed.value_type, then),
+        value::decode(&deed.value_type, now),
+    );
+    let (field, then, now) = first_apart(&then, &now, apart, &mut String::new())?;
+    Some((field, then.to_string(), now.to_string()))
+}
+
+/// The first place where two values are further apart than allowed, and what is there.
+fn first_apart(then: &Value, now: &Value, apart: f64, path: &mut String) -> Option<(String, Value, Value)> {
+    let here = |path: &String| Some((path.clone(), then.clone(), now.clone()));
+    let length = path.len();
+    let mut within = |name: &str, then: &Value, now: &Value| {
+        path.push_str(name);
+        let found = first_apart(then, now, apart, path);
+        path.truncate(length);
+        found
+    };
+    match (then, now) {
+        (Value::Float(a), Value::Float(b)) => {
+            let is_one = a.to_bits() == b.to_bits() || apart > 0.0 && (a - b).abs() <= apart;
+            if is_one { None } else { here(path) }
+        }
+        (Value::Map(fields), Value::Map(others)) => {
+            let mut pairs = fields.iter().zip(others);
+            pairs.find_map(|((name, then), (_, now))| {
+                let dot = if length == 0 { "" } else { "." };
+                within(&format!("{dot}{name}"), then, now)
+            })
+        }
+        (Value::List(elements), Value::List(others)) if elements.len() == others.len() => {
+            let mut pairs = elements.iter().zip(others).enumerate();
+            pairs.find_map(|(place, (then, now))| within(&format!("[{place}]"), then, now))
+        }
+        (Value::List(elements), Value::List(others)) => {
+            let length = |list: &[Value]| Value::UInt(list.len() as u64);
+            Some((format!("the length of {path}"), length(elements), length(others)))
+        }
+        _ if then == now => None,
+        _ => here(path),
+    }
+}
+
+fn told(done: &Done, value_type: &Type) -> String {
+    match done {
+        Done::Nothing => "nothing".to_owned(),
+        Done::TookBack => "took its value back".to_owned(),
+        Done::Unknown => "a value that is not in the recording".to_owned(),
+        Done::Wrote(bytes) if bytes.len() <= SHORT => words(value_type, bytes),
+        Done::Wrote(_) => format!("a {}", value_type.name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use jde_types::{Twist, Value as _};
+
+    use super::*;
+
+    fn deed(then: Done, now: Done) -> Deed {
+        Deed {
+            time: 7,
+            schema: 0,
+            port: "base".to_owned(),
+            variable: "robot.velocity".to_owned(),
+            value_type: Arc::new(Twist::describe()),
+            then,
+            now,
+        }
+    }
+
+    fn speed(x: f64) -> Done {
+        let mut twist = Twist::ZERO;
+        twist.linear.x = x;
+        Done::Wrote(twist.as_bytes().to_vec())
+    }
+
+    #[test]
+    fn values_are_one_to_the_bit_unless_a_tolerance_is_stated() {
+        let rounded = deed(speed(0.3), speed(0.1 + 0.2));
+        assert_eq!(difference(&deed(speed(0.3), speed(0.3)), 0.0), None);
+        let (field, then, now) = difference(&rounded, 0.0).unwrap();
+        assert_eq!(
+            (field.as_str(), then.as_str(), now.as_str()),
+            ("linear.x", "0.3", "0.30000000000000004")
+        );
+        assert_eq!(difference(&rounded, 1e-9), None);
+        let turned = deed(speed(0.3), speed(-0.3));
+        assert!(difference(&turned, 1e-9).is_some());
+        let nan = deed(speed(f64::NAN), speed(f64::NAN));
+        assert_eq!(difference(&nan, 0.0), None);
+        assert!(difference(&deed(speed(f64::NAN), speed(0.0)), 1e9).is_some());
+    }
+
+    #[test]
+    fn what_was_not_written_is_another_thing_than_any_value() {
+        for (then, now) in [
+            (Done::Nothing, speed(0.0)),
+            (speed(0.0), Done::Nothing),
+            (speed(0.0), Done::TookBack),
+            (Done::TookBack, Done::Nothing),
+            (Done::Unknown, Done::Nothing),
+        ] {
+            assert!(
+                difference(&deed(then.clone(), now.clone()), 1e9).is_some(),
+                "{then:?} {now:?}"
+            );
+        }
+        assert_eq!(difference(&deed(Done::TookBack, Done::TookBack), 0.0), None);
+    }
+
+    #[test]
+    fn a_tolerance_is_read_or_refused_in_words() {
+        let read = |text: &str| text.parse::<Allowed>();
+        assert_eq!(
+            read("geometry_msgs/msg/Twist=1e-6"),
+            Ok(Allowed {
+                type_name: Some("geometry_msgs/msg/Twist".to_owned()),
+                apart: 1e-6
+            })
+        );
+        assert_eq!(
+            read("0.5"),
+            Ok(Allowed {
+                type_name: None,
+                apart: 0.5
+            })
+        );
+        for wrong in ["", "x", "-1", "nan", "inf", "geometry_msgs/msg/Twist", "a=b"] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

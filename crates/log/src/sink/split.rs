@@ -1,0 +1,227 @@
+//! A recording in parts: when the next one begins, what it begins with, and which old ones have to go. Each part is a file that can be
+//! read alone; its index ends with it, so what is in memory stays bounded however long the recording goes on.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use jde_board::Nanos;
+
+use super::file::{Begun, Ended};
+use super::names::{create, numbered};
+use super::{Channel, Says};
+use crate::part::{self, BEGINS, BYTE, Mark};
+use crate::recorder::{self, Every, Parts};
+use crate::ring::{About, InForce};
+use crate::writer::{Output, Times};
+use crate::{Error, Origin};
+
+use super::syncer::Disk;
+
+/// In real time what was published before a part began, and comes so much later, is in that part, ns. So what was in force at its
+/// beginning is stamped so much earlier.
+const LATE: Nanos = 100_000_000;
+
+/// The parts of a recording.
+pub(crate) struct Split {
+    path: PathBuf,
+    plan: recorder::Split,
+    origin: Origin,
+    overwrite: bool,
+    /// In virtual time nothing comes late.
+    lossless: bool,
+    /// Of the part under way.
+    mark: Mark,
+    /// The next number of a file.
+    number: u32,
+    /// When the part under way began, once it has a message.
+    began: Option<Nanos>,
+    /// Bytes of the part under way before anything new.
+    head: u64,
+    in_force: InForce<Vec<u8>>,
+    /// Values lost, by topic, as the parts that have ended have told.
+    lost: BTreeMap<String, u64>,
+    /// Parts that have ended, of this recording and of those before it under this name, the oldest first, with their bytes.
+    there: VecDeque<(PathBuf, u64)>,
+    parts: Parts,
+}
+
+impl Split {
+    /// Begins with the first part. The numbers of its files go on behind those of other recordings of this name, so that files are
+    /// in the order of time; what is to be written over goes first.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn begin(
+        path: &Path,
+        plan: recorder::Split,
+        origin: Origin,
+        overwrite: bool,
+        lossless: bool,
+    ) -> Result<(Self, Begun), Error> {
+        let failed = |error| Error::Create {
+            path: path.to_owned(),
+            error,
+        };
+        let mut before = part::named(path).map_err(failed)?;
+        if overwrite {
+            for (_, path) in before.drain(..) {
+                remove(&path).map_err(failed)?;
+            }
+        }
+        let number = before.last().map_or(1, |(number, _)| number.saturating_add(1));
+        let bytes = |path: &Path| fs::metadata(path).map_or(0, |about| about.len());
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let mut split = Self {
+            path: path.to_owned(),
+            plan,
+            origin,
+            overwrite,
+            lossless,
+            mark: Mark {
+                recording: format!("{:x}-{:x}", since.as_nanos(), std::process::id()),
+                number: 0,
+            },
+            number,
+            began: None,
+            head: 0,
+            in_force: InForce::default(),
+            lost: BTreeMap::new(),
+            there: before
+                .into_iter()
+                .map(|(_, path)| {
+                    let bytes = bytes(&path);
+                    (path, bytes)
+                })
+                .collect(),
+            parts: Parts::default(),
+        };
+        let (output, disk) = split.create()?;
+        let file = split.file(output, disk, &[], 0).map_err(|error| Error::Create {
+            path: split.parts.last.clone(),
+            error,
+        })?;
+        Ok((split, file))
+    }
+
+    /// Whether the next part begins with a message of this time, as the present one has so many bytes.
+    pub(super) fn is_over(&mut self, time: Nanos, bytes: u64) -> bool {
+        let began = *self.began.get_or_insert(time);
+        match self.plan.every {
+            Every::Bytes(most) => bytes - self.head >= most,
+            Every::Time(most) => time >= began.saturating_add(most),
+        }
+    }
+
+    /// Takes note of what a message says.
+    pub(super) fn take(&mut self, channel: usize, times: Times, data: &[u8], says: Says) {
+        match says {
+            Says::State(About::Nothing) => {}
+            Says::State(about) => {
+                let (when, what) = self.in_force.of(channel, about);
+                *when = times;
+                what.clear();
+                what.extend_from_slice(data);
+            }
+            Says::Retracts(of) => self.in_force.retract(of),
+        }
+    }
+
+    /// What was lost since the last part ended, given what was lost since the beginning.
+    pub(super) fn lost(&mut self, lost: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
+        let before = std::mem::replace(&mut self.lost, lost);
+        let since = |(topic, lost): (&String, &u64)| {
+            let before = before.get(topic).copied().unwrap_or(0);
+            (topic.clone(), lost.saturating_sub(before))
+        };
+        self.lost.iter().map(since).collect()
+    }
+
+    /// The part under way has ended, and the next begins at this time.
+    pub(super) fn next(&mut self, ended: &Ended, channels: &[Channel], time: Nanos) -> io::Result<Begun> {
+        self.there.push_back((self.parts.last.clone(), ended.bytes()));
+        let (output, disk) = self.create().map_err(|error| match error {
+            Error::Create { error, .. } | Error::Thread(error) => error,
+            Error::Exists(_) => ErrorKind::AlreadyExists.into(),
+        })?;
+        let file = self.file(output, disk, channels, time)?;
+        self.began = Some(time);
+        Ok(file)
+    }
+
+    /// Deletes the oldest parts while all together, with so many bytes under way, are more than are to be kept.
+    pub(super) fn prune(&mut self, under_way: u64) -> io::Result<()> {
+        let Some(keep) = self.plan.keep else {
+            return Ok(());
+        };
+        let mut all = self.there.iter().map(|(_, bytes)| bytes).sum::<u64>() + under_way;
+        while all > keep
+            && let Some((oldest, bytes)) = self.there.pop_front()
+        {
+            remove(&oldest).map_err(|error| {
+                let why = format!("cannot delete {}: {error}", oldest.display());
+                io::Error::new(error.kind(), why)
+            })?;
+            all -= bytes;
+            self.parts.deleted += 1;
+        }
+        Ok(())
+    }
+
+    /// How many there are, and where.
+    pub(super) fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
+    /// The next file whose name is free.
+    fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
+        loop {
+            let path = numbered(&self.path, self.number);
+            let made = create(&path, self.overwrite);
+            self.number = self.number.saturating_add(1);
+            // Behind the last number there is none that could be free.
+            if !matches!(made, Err(Error::Exists(_))) || self.number == u32::MAX {
+                self.parts.last = path;
+                return made;
+            }
+        }
+    }
+
+    /// Writes what every part begins with: its channels, and what is in force.
+    fn file(
+        &mut self,
+        output: Output,
+        disk: Option<Disk>,
+        channels: &[Channel],
+        time: Nanos,
+    ) -> io::Result<Begun> {
+        self.mark.number += 1;
+        self.parts.count += 1;
+        if self.mark.number == 1 {
+            self.parts.first = self.parts.last.clone();
+        }
+        let mut file = Begun::new(output, disk, &self.origin, Some(&self.mark))?;
+        channels.iter().try_for_each(|channel| file.open(channel))?;
+        let log = time.saturating_sub(if self.lossless { 0 } else { LATE });
+        for (channel, times, data) in self.in_force.iter() {
+            file.repeat(channel, Times { log, ..times }, data)?;
+        }
+        file.flush()?;
+        self.head = file.bytes();
+        if self.mark.number > 1 {
+            let byte = BTreeMap::from([(BYTE.to_owned(), self.head.to_string())]);
+            file.metadata(BEGINS, byte)?;
+        }
+        Ok(file)
+    }
+}
+
+/// Deletes a file that may have gone.
+fn remove(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        done => done,
+    }
+}

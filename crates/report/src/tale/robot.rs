@@ -1,0 +1,171 @@
+//! One robot of a recording: where it was, who acted for it there, what its laser saw, and what is true of it. It knows no other
+//! robot, and no world.
+
+use jde_core::Nanos;
+use jde_log::Message;
+use jde_types::{LaserScan, Odometry, Pose2D, Truth};
+
+use super::columns::Columns;
+use super::course::read;
+use super::thinned::Thinned;
+use crate::map::{Moment, is_placed};
+
+/// Most places of all paths and scans that are kept: more than a picture can show.
+pub(super) const MOST_PLACES: usize = 40_000;
+const MOST_SCANS: usize = 2000;
+/// Time between two scans that are looked at: a scan a second is enough to show a building.
+const SCAN: Nanos = 1_000_000_000;
+
+/// One robot: what is recorded of it, and where it went.
+pub(super) struct Robot {
+    pub(super) name: String,
+    pub(super) truth_topic: Option<String>,
+    pub(super) odometry_topic: Option<String>,
+    pub(super) laser_topic: Option<String>,
+    pub(super) truth: Option<Known>,
+    pub(super) odometry: Option<Pose2D>,
+    pub(super) pose: Option<Pose2D>,
+    /// The same place in the frame of the truth and of the odometry, seen first.
+    pub(super) anchor: Option<(Pose2D, Pose2D)>,
+    pub(super) path: Thinned<Moment>,
+    /// How far it drove, m, and from where it goes on; not thinned.
+    pub(super) distance: f64,
+    pub(super) place: Option<Pose2D>,
+    pub(super) scans: Thinned<Vec<(f64, f64)>>,
+    pub(super) scanned: Option<Nanos>,
+}
+
+/// What is true of a robot, whose counts go back to its start.
+pub(super) struct Known {
+    /// Before the stretch that is told; none if it began in it.
+    pub(super) before: Option<Truth>,
+    pub(super) last: Truth,
+}
+
+impl Robot {
+    /// One of so many.
+    pub(super) fn new(name: &str, count: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            truth_topic: None,
+            odometry_topic: None,
+            laser_topic: None,
+            truth: None,
+            odometry: None,
+            pose: None,
+            anchor: None,
+            path: Thinned::new((MOST_PLACES / count).max(2)),
+            distance: 0.0,
+            place: None,
+            scans: Thinned::new((MOST_SCANS / count).max(2)),
+            scanned: None,
+        }
+    }
+
+    pub(super) fn has(&self, topic: &str) -> bool {
+        let topics = [&self.truth_topic, &self.odometry_topic, &self.laser_topic];
+        topics.into_iter().flatten().any(|own| own == topic)
+    }
+
+    pub(super) fn message(
+        &mut self,
+        columns: Columns,
+        time: Nanos,
+        message: &Message,
+        shows_walls: bool,
+        acting: impl Fn(&str) -> Option<usize>,
+    ) {
+        let topic = Some(&message.channel.topic);
+        if self.truth_topic.as_ref() == topic {
+            if let Some(truth) = read::<Truth>(message) {
+                self.known(columns, time, message, truth);
+                self.at(columns, time, truth.pose, acting);
+            }
+        } else if self.odometry_topic.as_ref() == topic {
+            if let Some(odometry) = read::<Odometry>(message) {
+                self.odometry = Some(odometry.pose2d());
+                if self.truth_topic.is_none() {
+                    self.at(columns, time, odometry.pose2d(), acting);
+                }
+            }
+        } else if !shows_walls {
+            self.laser(columns, time, message);
+        }
+        if let (None, Some(truth), Some(odometry)) = (self.anchor, self.pose, self.odometry)
+            && self.truth_topic.is_some()
+        {
+            self.anchor = Some((truth, odometry));
+        }
+    }
+
+    fn known(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
+        let known = self.truth.get_or_insert_with(|| Known {
+            // Only the first of all values tells of nothing that was before it.
+            before: (message.sequence > 1).then_some(truth),
+            last: truth,
+        });
+        known.last = truth;
+        if time < columns.from {
+            known.before = Some(truth);
+        }
+    }
+
+    pub(super) fn at(
+        &mut self,
+        columns: Columns,
+        time: Nanos,
+        pose: Pose2D,
+        acting: impl Fn(&str) -> Option<usize>,
+    ) {
+        self.pose = Some(pose);
+        if columns.has(time) {
+            // What is no place is not drawn, and was not driven to.
+            if is_placed(&[pose.x, pose.y]) {
+                let from = self.place.replace(pose).unwrap_or(pose);
+                self.distance += (pose.x - from.x).hypot(pose.y - from.y);
+            }
+            self.path.add(Moment {
+                time: time as f64 / 1e9,
+                x: pose.x,
+                y: pose.y,
+                heading: pose.theta,
+                winner: acting(&self.name),
+            });
+        }
+    }
+
+    fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) {
+        let due = self.scanned.is_none_or(|last| time >= last.saturating_add(SCAN));
+        let (true, true, Some(robot)) = (due, columns.has(time), self.pose) else {
+            return;
+        };
+        let Some(scan) = read::<LaserScan>(message) else {
+            return;
+        };
+        self.scanned = Some(time);
+        let seen = scan.ranges.iter().enumerate().filter(|(_, range)| {
+            (scan.range_min..=scan.range_max).contains(*range) && **range < scan.range_max
+        });
+        let place = |(beam, range): (usize, &f32)| {
+            let angle = f64::from(scan.angle_min) + beam as f64 * f64::from(scan.angle_increment);
+            let (sin, cos) = angle.sin_cos();
+            let range = f64::from(*range);
+            let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
+            (place.x, place.y)
+        };
+        self.scans.add(seen.map(place).collect());
+    }
+}
+
+impl Known {
+    pub(super) fn collisions(&self) -> u64 {
+        let before = self.before.map_or(0, |before| before.collisions);
+        self.last.collisions.saturating_sub(before)
+    }
+
+    pub(super) fn min_clearance(&self) -> Option<f64> {
+        let least = self.last.min_clearance;
+        let is_of_now = self.before.is_none_or(|before| least < before.min_clearance);
+        (is_of_now && least.is_finite()).then_some(least)
+    }
+}

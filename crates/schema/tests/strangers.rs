@@ -1,0 +1,69 @@
+//! Ports belong to the type that declares them: used in a call of another type they would name its ports by their own numbers.
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+/// Has wide ports where others have narrow ones.
+#[derive(Describe)]
+#[schema(motor, period = "1s")]
+struct Wide {
+    #[import(optional)]
+    read: Import<Route>,
+    #[actuator(optional)]
+    base: Actuator<Route>,
+    #[modulation(default = 0.5)]
+    gain: Modulation<f64>,
+}
+
+impl Schema for Wide {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}
+
+/// Uses the ports of another.
+#[derive(Describe)]
+#[schema(motor, period = "1s")]
+struct Narrow {
+    #[import(optional)]
+    read: Import<u8>,
+    #[actuator(optional)]
+    base: Actuator<u8>,
+    #[modulation(default = 2.0)]
+    gain: Modulation<f64>,
+    doing: u8,
+}
+
+impl Schema for Narrow {
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        // Its own are there.
+        Ok((self.gain.get(cx) > 0.0 && self.read.get(cx).is_none()).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let other = Bench::<Wide>::new();
+        let wide = other.schema();
+        self.doing += 1;
+        match self.doing {
+            1 => wide.base.command(cx, Route::EMPTY).accepted(),
+            2 => wide.read.get(cx).is_some(),
+            3 => wide.gain.get(cx) > 0.0,
+            _ => self.base.command(cx, 7).accepted(),
+        };
+        Ok(())
+    }
+}
+
+#[test]
+fn ports_of_another_type_are_refused_in_words() {
+    let mut bench = Bench::<Narrow>::new();
+    assert!(bench.check().expect("no fault").ready);
+    for port in ["base", "read", "gain"] {
+        let failure = bench.iterate().expect_err("it is a stranger's port").to_string();
+        let words = format!("`{port}` is a port of another schema");
+        assert!(failure.contains(&words), "{failure}");
+        assert_eq!(bench.commanded::<u8>("base"), None);
+    }
+    bench.iterate().expect("its own port");
+    assert_eq!(bench.commanded::<u8>("base"), Some(7));
+}

@@ -1,0 +1,226 @@
+//! World files that somebody spoilt: each is refused in words, or is a world that runs, and runs the same way twice.
+//!
+//! Mutants of the worlds that are delivered, the same ones each time.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use jde_sim::{LaserConfig, RobotConfig, Twist2, World, WorldError};
+
+/// Mutants of each world. What is tried of each takes milliseconds.
+const MUTANTS: u64 = 60;
+/// What a number is replaced by: what a hand slips to, and where arithmetic ends.
+const VALUES: [&str; 22] = [
+    "0",
+    "-0.0",
+    "1e-320",
+    "1e-13",
+    "1e-9",
+    "-1",
+    "0.1",
+    "3",
+    "1e3",
+    "99999.99999999",
+    "1e5",
+    "-1e5",
+    "1e300",
+    "nan",
+    "inf",
+    "9223372036854775807",
+    "\"x\"",
+    "true",
+    "[]",
+    "{}",
+    "[1e5, 1e5]",
+    "[[0, 0], [1e5, 0], [1e5, 1e-13]]",
+];
+
+/// A generator of our own, so that a mutant found once is found again.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % most
+    }
+}
+
+fn worlds() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../worlds");
+    let entries = fs::read_dir(folder).expect("the worlds are there");
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
+        .collect();
+    files.sort();
+    files
+}
+
+/// Where the numbers of a text are.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let is_part = |byte: u8| byte.is_ascii_digit() || byte == b'.' || byte == b'-';
+    let bytes = text.as_bytes();
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let length = bytes[at..].iter().take_while(|byte| is_part(**byte)).count();
+        if length > 0 && bytes[at..at + length].iter().any(u8::is_ascii_digit) {
+            found.push(at..at + length);
+        }
+        at += length.max(1);
+    }
+    found
+}
+
+fn mutant(text: &str, dice: &mut Dice) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..=dice.below(3) {
+        match dice.below(8) {
+            0 => {
+                let lines: Vec<_> = text.lines().collect();
+                let gone = dice.below(lines.len());
+                text = [&lines[..gone], &lines[gone + 1..]].concat().join("\n");
+            }
+            1 => {
+                let lines: Vec<_> = text.lines().collect();
+                let twice = dice.below(lines.len());
+                text = [&lines[..=twice], &lines[twice..]].concat().join("\n");
+            }
+            2 => {
+                let at = dice.below(text.len());
+                if text.is_char_boundary(at) && text.is_char_boundary(at + 1) {
+                    text.replace_range(at..=at, ["", "[", "]", "{", "\"", "=", ",", "#"][dice.below(8)]);
+                }
+            }
+            _ => {
+                let numbers = numbers(&text);
+                if !numbers.is_empty() {
+                    let number = numbers[dice.below(numbers.len())].clone();
+                    text.replace_range(number, VALUES[dice.below(VALUES.len())]);
+                }
+            }
+        }
+    }
+    text
+}
+
+/// Runs a world for a while with a robot on each start; all that was seen, to the bit. Nothing if it is refused.
+fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
+    let mut world = match World::parse(text, path, 7) {
+        Ok(world) => world,
+        Err(error) => {
+            let faults = error.faults();
+            assert!(!faults.is_empty() && faults.iter().all(|fault| !fault.message.is_empty()));
+            return None;
+        }
+    };
+    let names: Vec<String> = world.robot_names().map(str::to_owned).collect();
+    let mut robots = Vec::new();
+    for name in names.iter().take(3) {
+        match world.add_robot(name, RobotConfig::default()) {
+            Ok(robot) => robots.push(robot),
+            Err(WorldError::Faults(_)) => return None,
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+    let laser = LaserConfig::default();
+    let mut ranges = vec![0.0; laser.beams];
+    let mut seen = Vec::new();
+    for step in 1..=30_u64 {
+        for robot in &robots {
+            let twist = Twist2 {
+                linear: 0.3,
+                angular: 0.2,
+            };
+            world.command(*robot, twist).expect("a sound command");
+        }
+        world.advance_to(step * 20_000_000);
+        for robot in &robots {
+            let pose = world.truth(*robot).pose;
+            assert!(
+                pose.x.is_finite() && pose.y.is_finite() && pose.heading.is_finite(),
+                "{pose:?}"
+            );
+            seen.extend([pose.x.to_bits(), pose.y.to_bits()]);
+            if step % 10 == 0 {
+                world.laser(*robot, &laser, &mut ranges).expect("a sound laser");
+                assert!(ranges.iter().all(|range| !range.is_nan()));
+                seen.extend(ranges.iter().map(|range| u64::from(range.to_bits())));
+            }
+        }
+    }
+    for shape in world.shapes() {
+        assert!(!format!("{:?}", shape.outline).contains("NaN"), "{}", shape.name);
+    }
+    Some(seen)
+}
+
+#[test]
+fn a_spoilt_world_is_refused_in_words_or_runs_the_same_way_twice() {
+    let (mut refused, mut ran) = (0, 0);
+    for (number, path) in worlds().iter().enumerate() {
+        let whole = fs::read_to_string(path).expect("a world");
+        for seed in 0..MUTANTS {
+            let text = mutant(&whole, &mut Dice(seed * 1_000 + number as u64));
+            let tried = std::panic::catch_unwind(|| (run(&text, path), run(&text, path)));
+            let Ok((first, second)) = tried else {
+                panic!("mutant {seed} of {}:\n{text}", path.display());
+            };
+            assert_eq!(first, second, "mutant {seed} of {}:\n{text}", path.display());
+            if first.is_some() { ran += 1 } else { refused += 1 }
+        }
+    }
+    assert!(ran > 40 && refused > 40, "{ran} ran, {refused} were refused");
+}
+
+/// A way can be as long as the greatest world, and have legs that rounding makes nothing of.
+#[test]
+fn ways_are_looked_over_in_bounded_time_and_no_leg_is_nothing() {
+    let mover = |way: &str| format!("[[movers]]\nradius = 0.3\nspeed = 1.0\nway = {way}\n");
+    let long: Vec<_> = (0..2_000)
+        .map(|leg| if leg % 2 == 0 { "[-1e5, 0]" } else { "[1e5, 0]" })
+        .collect();
+    let world = World::parse(&mover(&format!("[{}]", long.join(", "))), "long.toml", 0);
+    world.expect("it is a world").advance_to(1_000_000_000);
+    let near = World::parse(&mover("[[0, 0], [1e5, 0], [1e5, 1e-13]]"), "near.toml", 0);
+    let said = near.err().expect("that is no leg").to_string();
+    assert!(said.contains("point 3"), "{said}");
+}
+
+/// What is no file has no end.
+#[test]
+fn a_world_and_a_map_are_files_of_bounded_size() {
+    let said = World::load("/dev/zero", 0).err().expect("no file").to_string();
+    assert!(said.contains("no regular file"), "{said}");
+    let said = World::parse("map = \"/dev/zero\"\n", "w.toml", 0)
+        .err()
+        .expect("no file")
+        .to_string();
+    assert!(said.contains("no regular file"), "{said}");
+}
+
+/// Every second cell is a wall: few bytes of a file, and no map.
+#[test]
+fn a_map_of_too_many_walls_is_refused() {
+    let folder = std::env::temp_dir().join(format!("jde-sim-walls-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder");
+    let (width, height) = (2_000_usize, 1_100_usize);
+    let mut image = format!("P5 {width} {height} 255\n").into_bytes();
+    image.extend((0..width * height).map(|at| {
+        if (at % width + at / width) % 2 == 0 {
+            0
+        } else {
+            255
+        }
+    }));
+    fs::write(folder.join("walls.pgm"), image).expect("it is written");
+    let sheet = "image: walls.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+    fs::write(folder.join("walls.yaml"), sheet).expect("it is written");
+    let world = World::parse("map = \"walls.yaml\"\n", folder.join("w.toml"), 0);
+    fs::remove_dir_all(&folder).expect("it goes");
+    let said = world.err().expect("too many").to_string();
+    assert!(said.contains("separate walls"), "{said}");
+}

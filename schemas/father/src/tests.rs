@@ -1,0 +1,38 @@
+//! It wakes whoever is named, one that an operator holds or nobody at all included.
+
+use jde_schema::State;
+use jde_schema::bench::Bench;
+
+use super::*;
+
+#[test]
+fn all_children_are_woken_whatever_their_number() {
+    let names: Vec<String> = (0..20).map(|number| format!("robot-{number}")).collect();
+    let named: Vec<_> = names.iter().map(|name| (name.as_str(), "all")).collect();
+    for number in [0, 1, 20] {
+        let mut all = Bench::<All>::new();
+        all.name_children(&named[..number]);
+        all.iterate().expect("it wakes them");
+        assert_eq!(all.awake_children(), names[..number]);
+    }
+}
+
+#[test]
+fn one_that_went_to_sleep_is_woken_again() {
+    let mut all = Bench::<All>::new();
+    all.name_children(&[("left", "left"), ("right", "right")]);
+    all.iterate().expect("it wakes them");
+    all.set_child("right", State::Slept);
+    assert_eq!(all.awake_children(), ["left"]);
+    all.iterate().expect("it wakes it again");
+    assert_eq!(all.awake_children(), ["left", "right"]);
+}
+
+#[test]
+fn r7_without_authority_nobody_is_woken() {
+    let mut all = Bench::<All>::new();
+    all.name_children(&[("left", "left"), ("right", "right")]);
+    all.set_authority(false);
+    all.iterate().expect("to be refused is no fault");
+    assert!(all.awake_children().is_empty());
+}

@@ -1,0 +1,100 @@
+//! Nothing prints past the one module that does: a thread of a robot that prints to a pipe waits for whoever reads it.
+
+use super::tree::{File, Tree, Violation};
+use super::unfinished::has_word;
+
+/// Ways to a stream that wait for its reader, or for a key.
+const WAYS: &[&str] = &[
+    "println!",
+    "eprintln!",
+    "print!",
+    "eprint!",
+    "stdout()",
+    "stderr()",
+    "tracing_subscriber",
+    "event::poll",
+    "event::read",
+];
+
+/// What may print, and why.
+const PLACES: &[(&str, &str)] = &[
+    (
+        "crates/jde/src/terminal/",
+        "everything that the executable prints, and every key it reads, goes through here",
+    ),
+    (
+        "crates/faults/",
+        "a program for ourselves, in which nothing drives",
+    ),
+    (
+        "crates/watchdog/",
+        "it ends a test that waits for ever, and says who was where",
+    ),
+];
+
+pub(super) fn check(tree: &Tree) -> Vec<Violation> {
+    tree.rust().flat_map(check_file).collect()
+}
+
+fn check_file(file: &File) -> Vec<Violation> {
+    let path = file.path.as_str();
+    let runs = ["crates/", "schemas/", "drivers/"];
+    let is_of_robots = runs.iter().any(|folder| path.starts_with(folder)) && path.contains("/src/");
+    if !is_of_robots || PLACES.iter().any(|(place, _)| path.starts_with(place)) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    for (number, line) in file.numbered().filter(|(_, line)| !line.test) {
+        for way in WAYS.iter().filter(|way| has_word(&line.code, way)) {
+            found.push(Violation::new(
+                path,
+                number,
+                format!(
+                    "`{way}`: whoever calls this waits for whoever reads, and a robot may wait for the caller"
+                ),
+                "log it by `tracing`, or print by `crate::terminal` of the executable",
+            ));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn count(path: &str, text: &str) -> usize {
+        check_file(&File::new(path, text)).len()
+    }
+
+    #[test]
+    fn what_prints_past_the_terminal_is_found() {
+        for way in [
+            "println!(\"x\")",
+            "let mut out = io::stderr().lock()",
+            "io::stdout()",
+            "event::read()?",
+        ] {
+            let code = format!("fn a() {{ {way}; }}\n");
+            assert_eq!(count("crates/host/src/a.rs", &code), 1, "{way}");
+            assert_eq!(count("crates/jde/src/terminal/mod.rs", &code), 0, "{way}");
+            assert_eq!(count("crates/host/tests/a.rs", &code), 0, "{way}");
+        }
+    }
+
+    #[test]
+    fn what_only_looks_like_it_is_not() {
+        for code in [
+            "writeln!(words, \"x\")",
+            "command.stdout(Stdio::null())",
+            "error.use_stderr()",
+            "// println!",
+        ] {
+            assert_eq!(
+                count("schemas/a/src/lib.rs", &format!("fn a() {{ {code}; }}\n")),
+                0,
+                "{code}"
+            );
+        }
+    }
+}
