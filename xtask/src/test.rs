@@ -30,6 +30,10 @@ const PRODUCT: &str = "Cargo.toml";
 const BENCHES: &str = "benches/Cargo.toml";
 const FUZZERS: &str = "fuzz/Cargo.toml";
 
+/// Ends a program of tests that hangs where no test watches, so that all others still run: ten times as long as the slowest takes.
+const LIMITED: &str =
+    r#"target."cfg(unix)".runner = ["timeout", "--foreground", "--verbose", "--kill-after=30s", "20m"]"#;
+
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
@@ -229,7 +233,7 @@ fn lints(context: &Context) -> Result<Done> {
 }
 
 fn tests(context: &Context) -> Result<Done> {
-    let mut cargo = context.cargo(&["test", "--workspace", "--no-fail-fast"]);
+    let mut cargo = context.cargo(&["test", "--workspace", "--no-fail-fast", "--config", LIMITED]);
     // Tests of windows pass where none can be opened, and must not where one can.
     if context.ci || prerequisites::has_screen() {
         cargo.env("JDE_TEST_SCREEN", "1");

@@ -39,7 +39,9 @@ enum End {
         /// Keeps the line up between two clients.
         _held: File,
         door: Door,
-        /// Heard together with that the one before had left: it may be of the next.
+        /// Whoever is on the line has closed it; what he said before may still be unread.
+        closed: bool,
+        /// Heard together with that the one before had left, when the next was there already: it may be of the next.
         late: Vec<u8>,
     },
 }
@@ -79,6 +81,7 @@ impl Line {
                 door: Door::of(pty.path()),
                 pty,
                 _held: held,
+                closed: false,
                 late: Vec::new(),
             },
             peer: None,
@@ -157,7 +160,16 @@ impl Line {
         let read = match (&mut self.end, peer.and_then(|peer| peer.stream.as_ref())) {
             (_, Some(mut stream)) => stream.read(room),
             (End::Tcp(_), None) => return Ok(0),
-            (End::Terminal { pty, door, late, .. }, None) => {
+            (
+                End::Terminal {
+                    pty,
+                    door,
+                    closed,
+                    late,
+                    ..
+                },
+                None,
+            ) => {
                 let count = if late.is_empty() {
                     pty.master().read(room)
                 } else {
@@ -168,12 +180,15 @@ impl Line {
                 };
                 // Behind what was read: nobody speaks before he is through the door.
                 let left = door.look();
+                *closed = peer.is_some() && (*closed || left);
                 match (&count, peer) {
-                    (Ok(count), Some(_)) if left => {
+                    // His last words.
+                    (Ok(_), Some(_)) if *closed && door.nobody() => {}
+                    (Ok(count), Some(_)) if *closed => {
                         late.extend(&room[..*count]);
                         return Err(self.hang_up("it closed the line"));
                     }
-                    (Err(error), Some(_)) if left && is_wait(error) => {
+                    (Err(error), Some(_)) if *closed && is_wait(error) => {
                         return Err(self.hang_up("it closed the line"));
                     }
                     // What whoever has left had not been asked to say.
@@ -191,7 +206,8 @@ impl Line {
         }
     }
 
-    /// Sends bytes after those that wait. An error is the end of the client, in words.
+    /// Sends bytes after those that wait. An error is the end of the client, in words. Who can no longer be spoken to may have said
+    /// something before: [`read`](Self::read) tells of his end.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
         let Some(peer) = &mut self.peer else {
             return Ok(());
@@ -206,7 +222,7 @@ impl Line {
             match wrote {
                 Ok(count) => drop(peer.unsent.drain(..count)),
                 Err(error) if is_wait(&error) => break,
-                Err(error) => return Err(self.hang_up(&error.to_string())),
+                Err(_) => peer.unsent.clear(),
             }
         }
         if peer.unsent.len() > MOST_UNSENT {
@@ -228,7 +244,8 @@ impl Line {
     /// Lets go of the client.
     pub(crate) fn hang_up(&mut self, why: &str) -> String {
         self.peer = None;
-        if let End::Terminal { pty, .. } = &self.end {
+        if let End::Terminal { pty, closed, .. } = &mut self.end {
+            *closed = false;
             // What nobody read is not for the next one. It fails only for what is no terminal.
             let _ = rustix::termios::tcflush(pty.master(), rustix::termios::QueueSelector::OFlush);
         }
@@ -246,5 +263,72 @@ impl fmt::Display for Place {
             Self::Tcp(address) => write!(f, "tcp:{address}"),
             Self::Terminal(path) => write!(f, "serial:{}", path.display()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line on which somebody was heard and let in, and his end of it.
+    fn admitted() -> (Line, File) {
+        let mut line = Line::terminal().expect("a terminal");
+        let Ok(Place::Terminal(path)) = line.place() else {
+            panic!("a terminal is at a path");
+        };
+        let mut client = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .custom_flags(OFlags::NOCTTY.bits().cast_signed())
+            .open(path)
+            .expect("a terminal");
+        client.write_all(b"hello").expect("there is room");
+        assert_eq!(heard(&mut line), Ok(b"hello".to_vec()));
+        line.admit_heard();
+        (line, client)
+    }
+
+    fn heard(line: &mut Line) -> Result<Vec<u8>, String> {
+        let mut room = [0; 64];
+        let count = line.read(&mut room)?;
+        Ok(room[..count].to_vec())
+    }
+
+    #[test]
+    fn last_words_on_a_terminal_are_heard_before_it_is_closed() {
+        let (mut line, mut client) = admitted();
+        client.write_all(b"bye").expect("there is room");
+        drop(client);
+        assert_eq!(heard(&mut line), Ok(b"bye".to_vec()));
+        assert_eq!(heard(&mut line), Err("it closed the line".to_owned()));
+        assert!(line.peer().is_none());
+        assert_eq!(heard(&mut line), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn last_words_on_a_connection_are_heard_though_it_cannot_be_answered() {
+        let mut line = Line::tcp(([127, 0, 0, 1], 0).into()).expect("a port");
+        let Ok(Place::Tcp(address)) = line.place() else {
+            panic!("a port has an address");
+        };
+        let mut client = TcpStream::connect(address).expect("somebody listens");
+        let caller = loop {
+            // The system may still be shaking hands.
+            if let Some(caller) = line.caller() {
+                break caller;
+            }
+        };
+        line.admit(caller);
+        line.write(b"unread").expect("it is there");
+        let mut room = [0; 1];
+        assert_eq!(client.peek(&mut room).expect("it was sent"), 1);
+        client.write_all(b"bye").expect("there is room");
+        // It has not read what it was sent, so that the system refuses whatever else it is sent.
+        drop(client);
+        line.write(b"more")
+            .expect("its end is told behind its last words");
+        assert_eq!(heard(&mut line), Ok(b"bye".to_vec()));
+        while heard(&mut line).is_ok() {}
+        assert!(line.peer().is_none());
     }
 }

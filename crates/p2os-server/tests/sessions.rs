@@ -230,6 +230,25 @@ fn a_whole_hello_in_an_open_session_is_that_of_another() {
     assert_eq!(served.end()[0].sessions, 2);
 }
 
+#[test]
+fn pulse_open_and_close_right_after_the_hello_are_what_they_say() {
+    let served = served();
+    let mut client = Client::tcp(served.addresses[0]);
+    client.shake_hands();
+    for command in [
+        Command::Pulse,
+        Command::Open(Form::Bare),
+        Command::Close(Form::Bare),
+    ] {
+        client.say(&command);
+    }
+    served.until("pioneer", |what| {
+        *what == What::Closed || matches!(what, What::Left(_))
+    });
+    assert_eq!(served.count(|what| *what == What::Closed), 1);
+    assert_eq!(served.end()[0].sessions, 1);
+}
+
 /// A world whose robots can be reached by TCP and at a terminal each.
 fn served_twice(speed: f64) -> Served {
     Served::start(

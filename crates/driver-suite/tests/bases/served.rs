@@ -10,6 +10,7 @@ use std::time::Duration;
 use jde_driver_suite::ROOM;
 use jde_p2os_server::{Event, Options, Place, Server, What};
 use jde_sim::World;
+use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
 /// Time of the machine between two looks at what is true.
@@ -31,6 +32,7 @@ pub(crate) struct Served {
     /// How the robot truly moves: m/s and rad/s.
     motion: Arc<Mutex<[f64; 2]>>,
     place: Fixed,
+    _watchdog: Watchdog,
 }
 
 /// Where the robot is found, now and when it has come back.
@@ -96,6 +98,7 @@ impl Served {
             events,
             motion,
             place: fixed,
+            _watchdog: Watchdog::of_a_test(),
         }
     }
 

@@ -255,9 +255,9 @@ impl Station {
                 self.send(Ok(Sync::One.to_packet()));
                 self.meet(world);
             }
-            (Phase::Ready | Phase::Open, sync) => {
+            (phase, sync) => {
                 self.hello = match sync {
-                    Some(Sync::Zero) => Some(Sync::One),
+                    Some(Sync::Zero) if phase == Phase::Open => Some(Sync::One),
                     Some(Sync::One) if self.hello == Some(Sync::One) => Some(Sync::Two),
                     _ => None,
                 };
