@@ -16,12 +16,13 @@ use crate::support::{Said, app, jde, jde_with_plugins, root, said};
 
 /// A short mission, recorded in virtual time.
 fn record(folder: &Path, options: &[&str]) -> PathBuf {
-    record_of(&app("room.toml"), folder, options)
+    let options = [&["--lockstep"], options].concat();
+    record_of(&app("room.toml"), folder, &options)
 }
 
 fn record_of(app: &str, folder: &Path, options: &[&str]) -> PathBuf {
     let file = folder.join("drive.mcap");
-    let mut args = vec!["run", app, "--lockstep", "--record", file.to_str().unwrap()];
+    let mut args = vec!["run", app, "--record", file.to_str().unwrap()];
     args.extend(options);
     let run = said(&mut jde_with_plugins(&args));
     // Cut short, its mission is not done.
@@ -92,6 +93,29 @@ impl Page {
             }
         });
         count
+    }
+
+    /// The text of the cells of each row in a part.
+    fn rows(&self, id: &str) -> Vec<Vec<String>> {
+        let named = |node: &Handle, name: &str| match &node.data {
+            NodeData::Element { name: found, .. } => &*found.local == name,
+            _ => false,
+        };
+        let mut rows = Vec::new();
+        gather(&self.part(id), &mut |node| {
+            if named(node, "tr") {
+                rows.push(Vec::new());
+            } else if named(node, "td") {
+                let mut text = String::new();
+                gather(node, &mut |node| {
+                    if let NodeData::Text { contents } = &node.data {
+                        text += &contents.borrow();
+                    }
+                });
+                rows.last_mut().expect("cells are in rows").push(text);
+            }
+        });
+        rows
     }
 
     fn has(&self, id: &str) -> bool {
@@ -238,6 +262,40 @@ fn r15_the_page_tells_every_switch_and_every_schema() {
     );
     assert!(page.count("path", "svg") == 1 && page.count("states", "svg") == 1);
     assert!(page.html.contains("2 of 2 reached"));
+}
+
+/// `stop`, `vff` and `goon` are triggered by scans, one of them is WINNER, and it commands once in each iteration: what they command
+/// counts their iterations, and the times between commands are their periods.
+#[test]
+fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
+    for options in [&["--lockstep"][..], &["--for", "2s"]] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = record_of(&app("room.toml"), folder.path(), options);
+        let recording = Recording::open(&file).unwrap();
+        let messages = recording.messages().unwrap().map(Result::unwrap);
+        let velocities = messages.filter(|message| message.channel.topic == "/pioneer/velocity");
+        // The application itself commands the neutral velocity before the first WINNER and after the last.
+        // All of its numbers are 0, behind the header of CDR.
+        let commands = velocities.filter(|message| message.data[4..].iter().any(|byte| *byte != 0));
+        let times: Vec<u64> = commands.map(|message| message.publish_time).collect();
+        let rows = Page::of(&file).rows("schemas");
+        let rows = rows.iter().filter(|row| {
+            row.first()
+                .is_some_and(|name| ["stop", "vff", "goon"].contains(&name.as_str()))
+        });
+        let mut iterations = 0;
+        for row in rows {
+            let count: usize = row[2].parse().unwrap();
+            iterations += count;
+            if count > 1 {
+                let mean = (times[times.len() - 1] - times[0]) as f64 / (times.len() - 1) as f64 / 1e6;
+                let told: f64 = row[4].strip_suffix(" ms").unwrap().parse().unwrap();
+                assert!((told / mean - 1.0).abs() < 0.2, "{row:?}: {mean} ms");
+            }
+        }
+        assert_eq!(iterations, times.len(), "{options:?}");
+        assert!(iterations > 5);
+    }
 }
 
 #[test]
