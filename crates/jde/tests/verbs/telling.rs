@@ -332,7 +332,11 @@ fn a_damaged_recording_is_told_up_to_the_damage_which_is_said() {
     let folder = tempfile::tempdir().unwrap();
     // Long enough for several chunks, of which only whole ones can be read.
     let app = root().join("apps/safe-navigation.toml");
-    let file = record_of(app.to_str().unwrap(), folder.path(), &["--for", "60s"]);
+    let file = record_of(
+        app.to_str().unwrap(),
+        folder.path(),
+        &["--lockstep", "--for", "60s"],
+    );
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() * 3 / 4]).unwrap();
     let page = Page::of(&file);
