@@ -57,6 +57,13 @@ const STEPS: &[Step<Context>] = &[
         run: tidy,
     },
     Step {
+        name: "advisories",
+        title: "no library with a known vulnerability",
+        help: "see above: update the library, or say in deny.toml why it does no harm",
+        needs: &[],
+        run: advisories,
+    },
+    Step {
         name: "headers",
         title: "the C headers are those of the Rust",
         help: "run `cargo xtask headers` and look at what changed",
@@ -197,6 +204,21 @@ fn fmt(context: &Context) -> Result<Done> {
 
 fn tidy(context: &Context) -> Result<Done> {
     tidy::run(&context.root)?;
+    Ok(Done::Passed)
+}
+
+/// Skipped also where nobody looks: the program takes minutes to build, and its database is a repository that a machine may not reach.
+fn advisories(context: &Context) -> Result<Done> {
+    if !shell::succeeds(&mut context.cargo(&["deny", "--version"])) {
+        let why = "cargo-deny is not installed: cargo install cargo-deny --locked";
+        return Ok(Done::Skipped(why.to_owned()));
+    }
+    for workspace in WORKSPACES {
+        let mut deny = context.cargo(&["deny", "--manifest-path", workspace, "check"]);
+        // What is excused for one workspace need not be in another.
+        deny.args(["--allow", "advisory-not-detected"]);
+        shell::run(deny.arg("advisories"), context.paint)?;
+    }
     Ok(Done::Passed)
 }
 

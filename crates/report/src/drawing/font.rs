@@ -3,19 +3,32 @@
 //! One typeface, left to right, without kerning: labels and names, no typesetting.
 
 use epaint_default_fonts::UBUNTU_LIGHT;
+use skrifa::charmap::Charmap;
+use skrifa::metrics::{GlyphMetrics, Metrics};
+use skrifa::outline::{DrawSettings, OutlineGlyphCollection, OutlinePen};
+use skrifa::prelude::{LocationRef, Size};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
-use ttf_parser::{Face, OutlineBuilder};
 
-/// The typeface of the picture.
+/// The typeface of the picture, in its own units.
 pub(crate) struct Font {
-    face: Face<'static>,
+    letters: Charmap<'static>,
+    metrics: Metrics,
+    widths: GlyphMetrics<'static>,
+    outlines: OutlineGlyphCollection<'static>,
 }
 
 impl Font {
     pub(crate) fn new() -> Self {
-        let face =
-            Face::parse(UBUNTU_LIGHT, 0).expect("the typeface is part of the program and a test reads it");
-        Self { face }
+        let font =
+            FontRef::new(UBUNTU_LIGHT).expect("the typeface is part of the program and a test reads it");
+        let (size, regular) = (Size::unscaled(), LocationRef::default());
+        Self {
+            letters: font.charmap(),
+            metrics: font.metrics(size, regular),
+            widths: font.glyph_metrics(size, regular),
+            outlines: font.outline_glyphs(),
+        }
     }
 
     /// Gives the width of a text in pixels, for a size in pixels.
@@ -25,7 +38,7 @@ impl Font {
 
     /// Gives the height of a capital letter in pixels.
     pub(crate) fn capital(&self, size: f32) -> f32 {
-        f32::from(self.face.capital_height().unwrap_or(self.face.ascender())) * self.scale(size)
+        self.metrics.cap_height.unwrap_or(self.metrics.ascent) * self.scale(size)
     }
 
     /// Gives a text that is no wider than there is room, with an ellipsis where letters are missing.
@@ -54,8 +67,11 @@ impl Font {
             scale: self.scale(size),
         };
         for letter in text.chars() {
-            let glyph = self.face.glyph_index(letter).unwrap_or_default();
-            self.face.outline_glyph(glyph, &mut pen);
+            if let Some(outline) = self.outlines.get(self.glyph(letter)) {
+                let unscaled = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+                // What is drawn before an error stays: a glyph of our own typeface has none.
+                let _ = outline.draw(unscaled, &mut pen);
+            }
             pen.x += self.advance(letter) * pen.scale;
         }
         pen.path.finish()
@@ -63,12 +79,16 @@ impl Font {
 
     /// Gives how far a letter moves the pen, in the typeface's units.
     fn advance(&self, letter: char) -> f32 {
-        let glyph = self.face.glyph_index(letter).unwrap_or_default();
-        f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
+        self.widths.advance_width(self.glyph(letter)).unwrap_or(0.0)
+    }
+
+    /// Gives the glyph of a letter, or the one that stands for all unknown letters.
+    fn glyph(&self, letter: char) -> GlyphId {
+        self.letters.map(letter).unwrap_or_default()
     }
 
     fn scale(&self, size: f32) -> f32 {
-        size / f32::from(self.face.units_per_em())
+        size / f32::from(self.metrics.units_per_em)
     }
 }
 
@@ -86,7 +106,7 @@ impl Pen {
     }
 }
 
-impl OutlineBuilder for Pen {
+impl OutlinePen for Pen {
     fn move_to(&mut self, x: f32, y: f32) {
         let (x, y) = self.at(x, y);
         self.path.move_to(x, y);
@@ -152,7 +172,7 @@ mod tests {
     fn the_typeface_knows_the_letters_of_the_legend() {
         let font = Font::new();
         for letter in "aZ09 %·<().,-−éñ…µ".chars() {
-            assert!(font.face.glyph_index(letter).is_some(), "{letter}");
+            assert!(font.letters.map(letter).is_some(), "{letter}");
         }
     }
 }
