@@ -323,7 +323,12 @@ impl Run {
             _ => Operator::Release(id),
         };
         let mut out = Vec::new();
-        if self.h.operator(self.now, act, &mut out).is_ok() {
+        let done = if what % 8 == 7 {
+            self.h.let_go(self.now, id, &mut out)
+        } else {
+            self.h.operator(self.now, act, &mut out)
+        };
+        if done.is_ok() {
             match act {
                 Operator::Play(_) => {
                     self.wishes.stopped.remove(&id);

@@ -107,7 +107,7 @@ impl Operating {
 
     /// Stops everything at once: every root sleeps, and with it all that acts, and every command is neutral. Whoever is inside an
     /// iteration commands nothing more in it, whatever is released meanwhile. It stands until [`Self::release_all`], or until
-    /// somebody releases the roots one by one.
+    /// somebody plays or releases the roots one by one.
     ///
     /// # Errors
     /// The application has not started, or is over.
@@ -115,10 +115,11 @@ impl Operating {
         self.engine.stop_all(&self.by)
     }
 
-    /// Lets everything go on that was stopped at once: releases the roots that operators keep asleep, whoever they are.
+    /// Lets everything go on that was stopped at once, whoever did that. What operators stopped or unloaded by itself, or did otherwise,
+    /// stays.
     ///
     /// # Errors
-    /// Who could not be released, and why.
+    /// The application has not started, or is over.
     pub fn release_all(&self) -> Result<(), String> {
         self.engine.release_all(&self.by)
     }

@@ -96,6 +96,9 @@ pub struct ReloadView {
 pub struct Hold {
     /// What; of several, the first in the order of [`HoldKind`].
     pub kind: HoldKind,
+    /// Whether it was stopped with everything, whatever else was done to it.
+    #[serde(default)]
+    pub with_everything: bool,
     /// Who: "ana@laptop".
     pub by: String,
 }
@@ -226,6 +229,7 @@ mod tests {
     fn snapshot() -> Snapshot {
         let hold = Hold {
             kind: HoldKind::Forced,
+            with_everything: false,
             by: "ana@laptop".to_owned(),
         };
         Snapshot {

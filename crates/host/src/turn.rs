@@ -50,7 +50,7 @@ pub struct Turn {
     /// it took over, 13 more ports of its next turn.
     pub kind: u8,
     /// How it asked leave to iterate: 1 as ever, 2 only to take over. What an operator did: 1 play, 2 stop, 3 force, 4 release,
-    /// 5 write a modulation or a period, 6 unload, 7 load, 8 stop everything, 9 release everything. Of a father: 1 wake, 2 put to
+    /// 5 write a modulation or a period, 6 unload, 7 load, 8 stop everything, 9 release everything, 10 let go at the end of a lease. Of a father: 1 wake, 2 put to
     /// sleep, 3 change the policy. Of a reload: 1 a new build took over, 2 the one before did again. Else 0.
     pub way: u8,
     /// Nothing.
@@ -157,6 +157,8 @@ impl Turn {
     pub const ALL_STOPPED: u8 = 8;
     /// Way of an operator: all roots.
     pub const ALL_RELEASED: u8 = 9;
+    /// Way of an operator: what it did to one schema.
+    pub const LET_GO: u8 = 10;
     /// Way of a reload: a new build took over.
     pub const TOOK_OVER: u8 = 1;
     /// Way of a reload: the build before took over again.

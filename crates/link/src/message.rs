@@ -271,7 +271,7 @@ pub enum Action {
     },
     /// Puts every root to sleep, and every command to its neutral value.
     StopAll,
-    /// Releases the roots that operators keep asleep.
+    /// Lets the roots go on that were stopped with everything.
     ReleaseAll,
     /// Undoes what this operator did to a schema; what others did stays.
     LetGo {

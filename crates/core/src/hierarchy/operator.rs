@@ -39,7 +39,7 @@ impl Hierarchy {
             Operator::Play(id) => self.play(now, id, out),
             Operator::Stop(id) => self.stop(now, id, out),
             Operator::Force(id) => self.force(now, id, out),
-            Operator::Release(id) => self.let_go(now, id, out),
+            Operator::Release(id) => self.undo(now, id, true, out),
         }?;
         self.settle(out);
         Ok(())
@@ -60,8 +60,7 @@ impl Hierarchy {
             self.drop_handover(group);
             self.drop_ask(group);
             for &root in plan.members(group) {
-                self.node_mut(root).stopped = true;
-                self.release(root, Requester::Operator);
+                self.node_mut(root).stopped_with_all = true;
                 // Nobody may take over on the way, so nothing is selected before all are down.
                 self.withdraw(root, out);
                 self.drain(root, Pace::AtOnce, out);
@@ -81,7 +80,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Releases every root that an operator keeps asleep; answers with them.
+    /// Undoes [`stop_all`](Self::stop_all), and nothing else that operators did; answers with the roots that no operator keeps asleep
+    /// any more.
     ///
     /// # Errors
     /// The application is not running. Nothing changes then.
@@ -91,12 +91,28 @@ impl Hierarchy {
         }
         let plan = Arc::clone(&self.plan);
         let roots = plan.root_groups().iter().flat_map(|group| plan.members(*group));
-        let stopped: Vec<SchemaId> = roots.copied().filter(|root| self.node(*root).stopped).collect();
-        for &root in &stopped {
-            self.let_go(now, root, out)?;
+        let mut released = Vec::new();
+        for &root in roots {
+            let stopped = std::mem::take(&mut self.node_mut(root).stopped_with_all);
+            if stopped && !self.node(root).stopped {
+                released.push(root);
+                if self.rise(root, out) {
+                    self.compete_again(now, root, out);
+                }
+            }
         }
         self.settle(out);
-        Ok(stopped)
+        Ok(released)
+    }
+
+    /// Undoes what operators did to this one by itself: as [`Operator::Release`], but what was stopped with everything stays so.
+    ///
+    /// # Errors
+    /// The application is not running, or the schema does not exist. Nothing changes then.
+    pub fn let_go(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.undo(now, id, false, out)?;
+        self.settle(out);
+        Ok(())
     }
 
     fn play(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
@@ -114,7 +130,8 @@ impl Hierarchy {
             self.forget_faults(id);
             self.set_health(id, Health::Ok, out);
         }
-        self.node_mut(id).stopped = false;
+        let node = self.node_mut(id);
+        (node.stopped, node.stopped_with_all) = (false, false);
         let woke = self.request(id, Requester::Operator, out);
         self.compete(now, id, woke, Cause::Operator(id), out);
         Ok(())
@@ -143,9 +160,17 @@ impl Hierarchy {
         Ok(())
     }
 
-    fn let_go(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    fn undo(
+        &mut self,
+        now: Nanos,
+        id: SchemaId,
+        with_all: bool,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), Refused> {
         self.running_and_known(id)?;
-        let stopped = std::mem::take(&mut self.node_mut(id).stopped);
+        let node = self.node_mut(id);
+        let alone = std::mem::take(&mut node.stopped);
+        let stopped = alone | (with_all && std::mem::take(&mut node.stopped_with_all));
         self.release(id, Requester::Operator);
         let group = self.plan.group_of(id);
         let forced = group.is_some_and(|g| self.group_mut(g).forced.take_if(|f| *f == id).is_some());

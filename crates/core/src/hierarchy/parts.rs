@@ -34,7 +34,10 @@ pub(super) struct Node {
     pub(super) requesters: Vec<Requester>,
     /// The perceptive schemas it woke as a father.
     pub(super) woke: Vec<SchemaId>,
+    /// An operator stopped it by itself.
     pub(super) stopped: bool,
+    /// An operator stopped everything, it among it.
+    pub(super) stopped_with_all: bool,
     /// When it was restarted, the latest last: those that its restart policy counts still, and perhaps older ones.
     pub(super) restarts: Vec<Nanos>,
 }
@@ -107,7 +110,11 @@ pub(super) struct Urgency(f64);
 impl Node {
     /// Whether it is to be awake: somebody wants it, and neither an operator nor a fault keeps it down.
     pub(super) fn wanted(&self) -> bool {
-        !self.requesters.is_empty() && !self.stopped && !matches!(self.health, Health::Faulted(_))
+        !self.requesters.is_empty() && !self.is_stopped() && !matches!(self.health, Health::Faulted(_))
+    }
+
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped || self.stopped_with_all
     }
 }
 
@@ -125,6 +132,7 @@ impl Default for Node {
             requesters: Vec::new(),
             woke: Vec::new(),
             stopped: false,
+            stopped_with_all: false,
             restarts: Vec::new(),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Read only. An identifier that does not exist reads as a sleeping, healthy schema or an empty group.
 
-use super::parts::Run;
+use super::parts::{Node, Run};
 use super::{Handover, Hierarchy};
 use crate::contract::{allowed, arbitration};
 use crate::spec::{GroupId, Nanos, SchemaId, Spec};
@@ -60,10 +60,16 @@ impl Hierarchy {
         self.nodes.get(id.index()).is_some_and(|n| n.authority)
     }
 
-    /// Whether an operator stopped this schema.
+    /// Whether an operator stopped this schema, by itself or with everything.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.stopped)
+        self.nodes.get(id.index()).is_some_and(Node::is_stopped)
+    }
+
+    /// Whether an operator stopped everything, this schema among it, and did not let it go on.
+    #[must_use]
+    pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {
+        self.nodes.get(id.index()).is_some_and(|n| n.stopped_with_all)
     }
 
     /// Who wants this schema awake, sorted.

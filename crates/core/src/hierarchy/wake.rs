@@ -38,7 +38,7 @@ impl Hierarchy {
             self.compete(now, child, awake, Cause::Woken(child), out);
             self.settle(out);
         }
-        if self.node(child).stopped {
+        if self.node(child).is_stopped() {
             Err(Refused::Stopped {
                 schema: self.name(child),
             })

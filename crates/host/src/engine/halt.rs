@@ -17,19 +17,15 @@ impl Engine {
             self.transact_told(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
         let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
         self.tell_turn(Turn::OPERATED, 0, way, moment);
-        self.all_operated(by, done, Operator::Stop).map(drop)
+        self.all_operated(by, done, Operator::Stop)
     }
 
-    /// Releases every root that an operator keeps asleep.
+    /// Lets every root go on that was stopped with everything, and by nobody by itself.
     pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
-        let (done, moment) =
-            self.transact_told(|hierarchy, now, out| self.release_roots(hierarchy, now, out));
+        let (done, moment) = self.transact_told(|hierarchy, now, out| hierarchy.release_all(now, out));
         let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
         self.tell_turn(Turn::OPERATED, 0, way, moment);
-        for root in self.all_operated(by, done, Operator::Release)? {
-            self.give_back(root, |_| true);
-        }
-        Ok(())
+        self.all_operated(by, done, Operator::Release)
     }
 
     /// Has an operator of the past stop everything again.
@@ -40,7 +36,7 @@ impl Engine {
 
     /// Has an operator of the past let everything go on again.
     pub(crate) fn release_all_again(&self) {
-        let _ = self.transact(|hierarchy, now, out| self.release_roots(hierarchy, now, out));
+        let _ = self.transact(|hierarchy, now, out| hierarchy.release_all(now, out));
     }
 
     fn stop_roots(
@@ -49,40 +45,25 @@ impl Engine {
         now: Nanos,
         out: &mut Vec<Effect>,
         by: &str,
-    ) -> Result<Vec<usize>, Refused> {
+    ) -> Result<Vec<SchemaId>, Refused> {
         hierarchy.stop_all(now, out)?;
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
-        let roots: Vec<usize> = tops.flat_map(|group| group.members.iter().copied()).collect();
-        let mut held = self.held();
-        roots.iter().for_each(|root| held.hold_with_everything(*root, by));
-        Ok(roots)
-    }
-
-    fn release_roots(
-        &self,
-        hierarchy: &mut Hierarchy,
-        now: Nanos,
-        out: &mut Vec<Effect>,
-    ) -> Result<Vec<usize>, Refused> {
-        let released = hierarchy.release_all(now, out)?;
-        let released: Vec<usize> = released.into_iter().map(SchemaId::index).collect();
-        let mut held = self.held();
-        released.iter().for_each(|root| held.let_go(*root));
-        Ok(released)
+        let roots = tops.flat_map(|group| group.members.iter().map(|root| super::schema(*root)));
+        by.clone_into(&mut self.held().everything);
+        Ok(roots.collect())
     }
 
     /// Tells of each schema on which an operator acted.
     fn all_operated(
         &self,
         by: &str,
-        done: Result<Vec<usize>, Refused>,
+        done: Result<Vec<SchemaId>, Refused>,
         operator: impl Fn(SchemaId) -> Operator,
-    ) -> Result<Vec<usize>, String> {
-        let schemas = done.map_err(|refused| refused.to_string())?;
-        for number in &schemas {
-            self.operated(by, OperatorAction::Hierarchy(operator(super::schema(*number))));
+    ) -> Result<(), String> {
+        for id in done.map_err(|refused| refused.to_string())? {
+            self.operated(by, OperatorAction::Hierarchy(operator(id)));
         }
-        Ok(schemas)
+        Ok(())
     }
 }

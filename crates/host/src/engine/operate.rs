@@ -22,8 +22,8 @@ pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 pub(super) struct Held {
     /// Who was the last to play, stop or force a schema.
     hands: BTreeMap<usize, String>,
-    /// Roots that were stopped with everything else: no lease that ends lets them go on.
-    everything: BTreeSet<usize>,
+    /// Who was the last to stop everything.
+    pub(super) everything: String,
     /// Schemas whose instances are gone.
     pub(super) unloaded: BTreeSet<usize>,
     values: Vec<Overwritten>,
@@ -46,24 +46,16 @@ impl Held {
     /// Somebody plays, stops or forces a schema.
     pub(super) fn hold(&mut self, instance: usize, by: &str) {
         self.hands.insert(instance, by.to_owned());
-        self.everything.remove(&instance);
     }
 
-    /// Somebody stops everything, this root among it.
-    pub(super) fn hold_with_everything(&mut self, instance: usize, by: &str) {
-        self.hold(instance, by);
-        self.everything.insert(instance);
-    }
-
-    /// Whether the end of a lease of this operator lets it go.
-    fn ends_with_lease(&self, instance: usize, by: &str) -> bool {
-        self.hands.get(&instance).is_some_and(|hand| hand == by) && !self.everything.contains(&instance)
+    /// Whether this operator was the last to do that.
+    fn is_held_by(&self, instance: usize, by: &str) -> bool {
+        self.hands.get(&instance).is_some_and(|hand| hand == by)
     }
 
     /// Nobody does any more.
     pub(super) fn let_go(&mut self, instance: usize) {
         self.hands.remove(&instance);
-        self.everything.remove(&instance);
         self.unloaded.remove(&instance);
     }
 }
@@ -87,6 +79,27 @@ impl Engine {
         // Then it was told to whoever acted.
         let _: Result<(), String> =
             self.transact(|hierarchy, now, out| self.act(hierarchy, now, out, "", operator));
+    }
+
+    /// Has an operator of the past let go again.
+    pub(crate) fn let_go_again(&self, instance: usize) {
+        // What was refused then was told to whoever acted.
+        let _ = self.transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
+    }
+
+    /// Undoes what operators did to a schema by itself.
+    pub(super) fn undo(
+        &self,
+        hierarchy: &mut Hierarchy,
+        now: Nanos,
+        out: &mut Vec<Effect>,
+        instance: usize,
+    ) -> Result<(), String> {
+        hierarchy
+            .let_go(now, super::schema(instance), out)
+            .map_err(|refused| refused.to_string())?;
+        self.held().let_go(instance);
+        Ok(())
     }
 
     /// Carries out what an operator does to the hierarchy, and notes who holds what.
@@ -124,12 +137,12 @@ impl Engine {
         self.known(instance)?;
         let release = Operator::Release(super::schema(instance));
         let (held, moment) = self.transact_told(|hierarchy, now, out| {
-            if !self.held().ends_with_lease(instance, by) {
+            if !self.held().is_held_by(instance, by) {
                 return Ok(false);
             }
-            self.act(hierarchy, now, out, by, release).map(|()| true)
+            self.undo(hierarchy, now, out, instance).map(|()| true)
         });
-        let way = if held == Ok(false) { 0 } else { way(release) };
+        let way = if held == Ok(false) { 0 } else { Turn::LET_GO };
         self.tell_turn(Turn::OPERATED, instance, way, moment);
         let held = held?;
         let given_back = self.give_back(instance, |writer| writer == by);
@@ -230,11 +243,20 @@ impl Engine {
     pub(super) fn hold(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
         let held = self.held();
         if let Some(kind) = held_to(hierarchy, super::schema(instance)) {
-            // Whoever holds is noted in the transaction in which the hold came to be.
-            let by = held.hands.get(&instance).cloned().unwrap_or_default();
             let unloaded = held.unloaded.contains(&instance);
             let kind = if unloaded { HoldKind::Unloaded } else { kind };
-            return Some(Hold { kind, by });
+            let with_everything = hierarchy.is_stopped_with_all(super::schema(instance));
+            // Whoever holds is noted in the transaction in which the hold came to be.
+            let by = if with_everything && !unloaded {
+                held.everything.clone()
+            } else {
+                held.hands.get(&instance).cloned().unwrap_or_default()
+            };
+            return Some(Hold {
+                kind,
+                with_everything,
+                by,
+            });
         }
         let value = held
             .values
@@ -247,6 +269,7 @@ impl Engine {
             } else {
                 HoldKind::Modulated
             },
+            with_everything: false,
             by: value.by.clone(),
         })
     }

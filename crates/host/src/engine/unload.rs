@@ -41,7 +41,7 @@ impl Engine {
     pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
         self.known(instance)?;
         let (done, moment) =
-            self.transact_told(|hierarchy, now, out| self.put_back(hierarchy, now, out, by, instance));
+            self.transact_told(|hierarchy, now, out| self.put_back(hierarchy, now, out, instance));
         let way = if done.is_ok() { Turn::LOADED } else { 0 };
         self.tell_turn(Turn::OPERATED, instance, way, moment);
         done?;
@@ -52,7 +52,7 @@ impl Engine {
     /// Has an operator of the past load again.
     pub(crate) fn load_again(&self, instance: usize) {
         // What was refused then was told to whoever acted.
-        let _ = self.transact(|hierarchy, now, out| self.put_back(hierarchy, now, out, "", instance));
+        let _ = self.transact(|hierarchy, now, out| self.put_back(hierarchy, now, out, instance));
     }
 
     /// Whether it faulted and was not restarted since.
@@ -85,7 +85,6 @@ impl Engine {
         hierarchy: &mut Hierarchy,
         now: Nanos,
         out: &mut Vec<Effect>,
-        by: &str,
         instance: usize,
     ) -> Result<(), String> {
         let name = self.name(instance);
@@ -99,7 +98,7 @@ impl Engine {
             return Err(format!("`{name}` has not come to rest yet; try again"));
         }
         if unloaded {
-            self.act(hierarchy, now, out, by, Operator::Release(schema(instance)))?;
+            self.undo(hierarchy, now, out, instance)?;
         }
         if faulted {
             hierarchy.restored(now, schema(instance), out);

@@ -348,6 +348,7 @@ impl Player {
             Turn::LOADED => self.engine.load_again(number),
             Turn::ALL_STOPPED => self.engine.stop_all_again(),
             Turn::ALL_RELEASED => self.engine.release_all_again(),
+            Turn::LET_GO => self.engine.let_go_again(number),
             Turn::WROTE => {
                 let Some(instance) = self.engine.application.instances.get(number) else {
                     return;

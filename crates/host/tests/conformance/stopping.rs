@@ -14,6 +14,7 @@ use crate::common::{Call, Executor, Rig, Stage, in_real_time, on_every_executor}
 on_every_executor!(
     r14_everything_is_stopped_at_once_and_nobody_takes_over_on_the_way,
     r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything,
+    r14_to_let_everything_go_on_leaves_what_was_stopped_or_unloaded_by_itself,
 );
 
 mod hanging {
@@ -52,11 +53,74 @@ fn r14_a_lease_that_ends_lets_nothing_go_on_that_was_stopped_with_everything(exe
         (rig.see("high").state, hold),
         (State::Slept, Some(HoldKind::Stopped))
     );
-    let before = stage.count("high iterate");
-    // Stopped anew by itself, it is the lease's again.
+    // Nor does the lease of who stopped it by itself meanwhile.
     operator.hold_asleep(high).expect("nothing keeps it from that");
     operator.let_go(high).expect("nothing keeps it from that");
+    assert_eq!(rig.see("high").state, State::Slept);
+    let before = stage.count("high iterate");
+    operator.release_all().expect("nothing keeps it from that");
     rig.until(|rig| rig.stage.count("high iterate") > before);
+    rig.stop();
+}
+
+fn r14_to_let_everything_go_on_leaves_what_was_stopped_or_unloaded_by_itself(executor: Executor) {
+    let stage = Stage::new();
+    let body = r#"
+        roots = ["before", "since", "gone", "free"]
+        [schemas.before]
+        type = "test/motor"
+        [schemas.since]
+        type = "test/motor"
+        [schemas.gone]
+        type = "test/motor"
+        [schemas.free]
+        type = "test/motor"
+    "#;
+    stage.drives("free", &Arc::new(true.into()), 0.0);
+    let mut rig = Rig::start(executor, &stage, body);
+    rig.until_did("free iterate");
+    let [before, since, gone] = ["before", "since", "gone"].map(|name| rig.place(name));
+    let (ana, ben) = (rig.operator(), rig.handle.operator("ben@base"));
+    ana.hold_asleep(before).expect("nothing keeps it from that");
+    ana.unload(gone).expect("nobody needs it");
+    rig.until_did("gone drop");
+    ben.stop_all().expect("nothing keeps it from that");
+    ana.hold_asleep(since).expect("nothing keeps it from that");
+    rig.until_did("free sleep");
+    let holds = |rig: &Rig| {
+        ["before", "since", "gone", "free"].map(|name| {
+            let hold = rig.see(name).operator;
+            hold.map(|hold| (hold.kind, hold.by, hold.with_everything))
+        })
+    };
+    let by = |who: &str, with_everything| Some((HoldKind::Stopped, who.to_owned(), with_everything));
+    let unloaded = Some((HoldKind::Unloaded, "ana@laptop".to_owned(), true));
+    let all = by("ben@base", true);
+    assert_eq!(holds(&rig), [all.clone(), all.clone(), unloaded, all]);
+
+    let iterated = stage.count("free iterate");
+    ben.release_all().expect("nothing keeps it from that");
+    rig.until(|rig| rig.stage.count("free iterate") > iterated);
+    let unloaded = Some((HoldKind::Unloaded, "ana@laptop".to_owned(), false));
+    let ana_s = by("ana@laptop", false);
+    assert_eq!(holds(&rig), [ana_s.clone(), ana_s, unloaded, None]);
+    for name in ["before", "since", "gone"] {
+        assert_eq!(rig.see(name).state, State::Slept, "{name}");
+    }
+
+    // What is loaded while everything is stopped does not go on before that does.
+    ben.stop_all().expect("nothing keeps it from that");
+    rig.until_did("free sleep");
+    ana.load(gone).expect("it was unloaded");
+    ana.let_go(before).expect("it was stopped");
+    assert_eq!(
+        ["before", "gone"].map(|name| rig.see(name).state),
+        [State::Slept; 2]
+    );
+    ben.release_all().expect("nothing keeps it from that");
+    for name in ["before", "gone"] {
+        assert_ne!(rig.see(name).state, State::Slept, "{name}");
+    }
     rig.stop();
 }
 

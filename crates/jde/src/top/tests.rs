@@ -46,7 +46,11 @@ pub(super) fn schema(name: &str) -> SchemaView {
 
 fn held(kind: HoldKind) -> Option<Hold> {
     let by = "ana@laptop".to_owned();
-    Some(Hold { kind, by })
+    Some(Hold {
+        kind,
+        with_everything: false,
+        by,
+    })
 }
 
 pub(super) fn group(name: &str) -> GroupView {

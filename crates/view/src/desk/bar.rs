@@ -143,12 +143,13 @@ impl Desk {
         if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
             self.session.act(Action::StopAll);
         }
-        let held = self.session.roots().all(|root| self.session.is_stopped(root));
+        let held = self.session.roots().all(|root| self.session.is_stopped(root))
+            && self.session.is_everything_stopped();
         let stop = egui::RichText::new("Stop everything").strong();
         if held {
             let go = ui.button("Let it go on");
             if go
-                .on_hover_text("Releases the roots: the hierarchy decides again.")
+                .on_hover_text("The hierarchy decides again. What was stopped by itself stays so.")
                 .clicked()
             {
                 self.session.act(Action::ReleaseAll);

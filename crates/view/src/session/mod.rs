@@ -210,6 +210,12 @@ impl Session {
         hold.is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
     }
 
+    /// Whether everything was stopped at once, and a root is not let go on since.
+    pub(crate) fn is_everything_stopped(&self) -> bool {
+        let mut holds = self.roots().filter_map(|root| self.view(root)?.operator.as_ref());
+        holds.any(|hold| hold.with_everything)
+    }
+
     /// s since the application's start, as of the newest snapshot.
     pub(crate) fn now(&self) -> f64 {
         self.snapshot.time as f64 / 1e9

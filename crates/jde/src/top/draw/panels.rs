@@ -106,7 +106,7 @@ fn facts(screen: &Screen, schema: &SchemaView) -> Vec<Span<'static>> {
             },
         ),
     ];
-    if let Some(Hold { kind, by }) = &schema.operator {
+    if let Some(Hold { kind, by, .. }) = &schema.operator {
         facts.push(Span::styled(format!("{} by {by}", kind.word()), paint.operator()));
     }
     let measured = schema.measured.map_or_else(

@@ -144,6 +144,7 @@ pub(crate) fn navigation() -> Fixed {
     schemas[4].state = State::Ready;
     schemas[5].operator = Some(Hold {
         kind: HoldKind::Forced,
+        with_everything: false,
         by: "ana@laptop".to_owned(),
     });
     schemas[5].period = 200_000_000;
