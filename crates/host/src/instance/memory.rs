@@ -58,9 +58,9 @@ impl Instance {
         done.map(|()| true)
     }
 
-    /// Wakes it up in the place of another.
+    /// Wakes it up in the place of another: the schema was awake, so what is taken at its awakening stays (R8).
     pub(crate) fn rise(&mut self) -> Result<(), String> {
-        self.desk.renew();
+        self.release();
         let result = match self.table.awake {
             Some(_) => {
                 let (status, failure, _) = self.call_as(Leave::Exports, Body::awake);

@@ -43,7 +43,7 @@ pub(crate) enum Port {
     Unbound,
     /// An import or a modulation.
     Input(Reader),
-    /// A modulation that keeps what it showed first since the schema awoke (R8).
+    /// A modulation that shows what it was when the schema awoke (R8).
     Fixed(Reader),
     /// An import or a modulation that shows what it showed before.
     Again(Again),
@@ -405,11 +405,12 @@ impl Ports {
         }
     }
 
-    /// The schema awakes: lets go of what stayed since it awoke before, too.
+    /// The schema awakes: takes what stays while it is awake.
     pub(crate) fn renew(&mut self) {
         for port in &mut self.ports {
             if let Port::Fixed(reader) = port {
                 reader.release();
+                reader.latch();
             }
         }
         self.release();

@@ -12,7 +12,7 @@ mod stage;
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use easel::Easel;
 #[allow(unused_imports, reason = "each test file uses its part")]
-pub(crate) use rig::{Executor, Rig, plugins, plugins_along, text};
+pub(crate) use rig::{Executor, Rig, TEST, plugins, plugins_along, text};
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use schemas::{Call, Io, LIVE, Motor};
 pub(crate) use stage::Stage;

@@ -16,7 +16,7 @@ use super::easel::Easel;
 use super::schemas::{Eye, Motor, Robot, Stillborn};
 use super::stage::Stage;
 
-static TEST: raw::Plugin = jde_schema::plugin!(
+pub(crate) static TEST: raw::Plugin = jde_schema::plugin!(
     "test",
     "Schemas of the tests.",
     [Motor, Eye, Robot, Stillborn, Easel]

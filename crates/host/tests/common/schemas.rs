@@ -88,6 +88,9 @@ pub(crate) struct Motor {
     /// Something a father or an operator writes.
     #[modulation(default = 0.0)]
     gain: Modulation<f64>,
+    /// Something that is taken when it awakes.
+    #[modulation(default = 0.0, fixed)]
+    grip: Modulation<f64>,
     /// A command with a long validity.
     #[actuator(optional)]
     base: Actuator<Twist>,
@@ -454,6 +457,11 @@ impl<'a> Io<'a> {
     /// Its modulation.
     pub(crate) fn gain(&self) -> f64 {
         self.motor().gain.get(self.cx())
+    }
+
+    /// Its modulation that is fixed.
+    pub(crate) fn grip(&self) -> f64 {
+        self.motor().grip.get(self.cx())
     }
 
     /// A child by its role.

@@ -4,10 +4,13 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use jde_board::value::Value;
 use jde_core::State;
 use jde_host::event::Event;
+use jde_host::plugin::Loaded;
+use jde_host::reload::How;
 
-use crate::common::{Call, Executor, MS, Rig, Stage, on_every_executor};
+use crate::common::{Call, Executor, MS, Rig, Stage, TEST, on_every_executor};
 
 on_every_executor!(
     r9_when_nobody_wins_the_actuators_brake_at_once,
@@ -19,6 +22,8 @@ on_every_executor!(
     r8_the_period_is_a_modulation,
     r8_who_is_woken_with_a_long_period_has_a_turn_at_once,
     r8_a_father_modulates_its_child,
+    r8_a_fixed_modulation_is_taken_at_the_awakening_and_not_when_it_is_read,
+    r8_a_fixed_modulation_stays_while_another_build_takes_over,
     r12_a_value_that_was_taken_back_is_none_and_a_trigger,
 );
 
@@ -387,4 +392,68 @@ fn r12_a_value_that_was_taken_back_is_none_and_a_trigger(executor: Executor) {
     rig.until_did("low sees 2 true");
     rig.until(|rig| rig.see("low").state == State::Winner);
     rig.stop();
+}
+
+fn r8_a_fixed_modulation_is_taken_at_the_awakening_and_not_when_it_is_read(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("low", |call, io| {
+        match call {
+            Call::Awake => {
+                if let Some(handle) = io.stage.handle() {
+                    let place = handle.application().instance(io.name).expect("it is there");
+                    let grip = Value::Float(1.0);
+                    handle.operator("ana@laptop").modulate(place, "grip", &grip)?;
+                    io.say("is modulated");
+                }
+            }
+            Call::Check => io.ready(true),
+            Call::Iterate => io.say(format!("grip {}", io.grip())),
+            Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let mut rig = Rig::start(executor, &stage, ONE);
+    let low = rig.place("low");
+    // The first time it may well awake before anybody can modulate it.
+    for _ in 0..2 {
+        let [iterated, slept] = ["low iterate", "low sleep"].map(|line| stage.count(line));
+        rig.until(|rig| rig.stage.count("low iterate") > iterated);
+        rig.operator()
+            .hold_asleep(low)
+            .expect("nothing keeps it from that");
+        rig.until(|rig| rig.stage.count("low sleep") > slept);
+        rig.operator().play(low).expect("nothing keeps it from that");
+    }
+    rig.until_did("low grip 1");
+    rig.stop();
+    let after = stage.lines().split_off(stage.first("low is modulated"));
+    let grips: Vec<_> = after.iter().filter(|line| line.starts_with("low grip")).collect();
+    assert_eq!(grips[0], "low grip 0", "{after:#?}");
+}
+
+fn r8_a_fixed_modulation_stays_while_another_build_takes_over(executor: Executor) {
+    let stage = Stage::new();
+    stage.play("low", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => io.say(format!("grip {}", io.grip())),
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let mut rig = Rig::start(executor, &stage, ONE);
+    rig.until_did("low grip 0");
+    let low = rig.place("low");
+    let operator = rig.operator();
+    operator
+        .modulate(low, "grip", &Value::Float(1.0))
+        .expect("a modulation");
+    let build = Loaded::linked_in(&TEST).expect("its tables are right");
+    let order = operator.replace(low, &build, How::default()).expect("it fits");
+    rig.until(|_| order.outcome().is_some());
+    assert_eq!(stage.count("low awake"), 2);
+    let iterated = stage.count("low iterate");
+    rig.until(|rig| rig.stage.count("low iterate") > iterated);
+    rig.stop();
+    assert!(!stage.did("low grip 1"), "it was awake all the time");
 }
