@@ -9,6 +9,9 @@ pub enum Error {
     /// There is a file of that name.
     #[error("{} exists already, and a recording is not written over unless that is asked for", .0.display())]
     Exists(PathBuf),
+    /// It is to be written over, and another recording writes it.
+    #[error("{} is being written by another recording", .0.display())]
+    Written(PathBuf),
     /// The file cannot be made or its beginning not written.
     #[error("cannot record to {}: {error}", path.display())]
     Create {

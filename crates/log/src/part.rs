@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::{Record, op};
 
 use crate::recording::scan;
+use crate::sink::numbered;
 
 /// Where a part says which it is.
 pub(crate) const PART: &str = "jde/part";
@@ -110,17 +111,17 @@ pub(crate) fn recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
 /// The folder cannot be read.
 pub(crate) fn named(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
     let folder = folder_of(path.parent().unwrap_or(Path::new("")));
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
     let mut parts = Vec::new();
     for entry in listed(folder)? {
-        let other = entry.file_stem().unwrap_or_default().to_string_lossy();
+        let other = entry.file_stem().unwrap_or_default().as_encoded_bytes();
         let number = other
-            .strip_prefix(&*stem)
-            .and_then(|rest| rest.strip_prefix('-'))
-            .filter(|digits| digits.len() >= 3 && digits.bytes().all(|digit| digit.is_ascii_digit()))
-            .and_then(|digits| digits.parse().ok());
+            .strip_prefix(stem)
+            .and_then(|rest| rest.strip_prefix(b"-"))
+            .and_then(|digits| str::from_utf8(digits).ok()?.parse().ok());
         if let Some(number) = number
-            && entry.extension() == path.extension()
+            // There are other ways to write a number.
+            && entry.file_name() == numbered(path, number).file_name()
             && entry.is_file()
             && Mark::read(&entry)?.is_some()
         {

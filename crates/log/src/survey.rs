@@ -2,6 +2,7 @@
 //! far it can be read. For recordings of anybody's: what others do not say is left out.
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::RangeInclusive;
 
 use jde_host::story::{Happening, Kind, Line};
 use serde::Serialize;
@@ -94,8 +95,8 @@ pub struct PartsSurvey {
     pub files: Vec<String>,
     /// Number of the first of them, from 1.
     pub first: u32,
-    /// Numbers of those that are missing between the first and the last.
-    pub missing: Vec<u32>,
+    /// Numbers of those that are missing between the first and the last, gap by gap.
+    pub missing: Vec<RangeInclusive<u32>>,
 }
 
 /// What was decided in a group.
@@ -281,11 +282,13 @@ impl PartsSurvey {
         };
         let between = match self.missing.as_slice() {
             [] => None,
-            [one] => Some(format!("part {one} is missing")),
-            [first, .., last] => Some(format!(
-                "{} parts from {first} to {last} are missing",
-                self.missing.len()
-            )),
+            [one] if one.start() == one.end() => Some(format!("part {} is missing", one.start())),
+            [first, ..] => {
+                let count = |gap: &RangeInclusive<u32>| u64::from(gap.end() - gap.start()) + 1;
+                let (from, count) = (first.start(), self.missing.iter().map(count).sum::<u64>());
+                let to = self.missing.last().map_or(from, RangeInclusive::end);
+                Some(format!("{count} parts from {from} to {to} are missing"))
+            }
         };
         let lacks: Vec<_> = before.into_iter().chain(between).collect();
         (!lacks.is_empty()).then(|| lacks.join(", and "))

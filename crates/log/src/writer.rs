@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::Path;
@@ -51,7 +51,8 @@ fn is_own(folder: &Path) -> bool {
     matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(one), Ok(other)) if one == other)
 }
 
-/// Makes the file of a recording, and the folders above it. In a folder that is not this user's, nobody else may read it.
+/// Makes the file of a recording, and the folders above it. In a folder that is not this user's, nobody else may read it. It is locked
+/// for as long as it is open, so that no other recording writes over it or deletes it.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     let failed = |error| Error::Create {
         path: path.to_owned(),
@@ -69,17 +70,25 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     // A pipe or a device holds nothing that could be lost.
     let is_file = fs::metadata(path).map_or(true, |there| there.is_file());
     match (is_file, overwrite) {
-        (true, true) => options.create(true).truncate(true),
+        (true, true) => options.create(true).truncate(false),
         (true, false) => options.create_new(true),
         (false, _) => &mut options,
     };
-    options.open(path).map_err(|error| {
+    let file = options.open(path).map_err(|error| {
         if error.kind() == ErrorKind::AlreadyExists {
             Error::Exists(path.to_owned())
         } else {
             failed(error)
         }
-    })
+    })?;
+    if is_file {
+        // A file system without locks has every file.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(Error::Written(path.to_owned()));
+        }
+        file.set_len(0).map_err(failed)?;
+    }
+    Ok(file)
 }
 
 impl Writer {

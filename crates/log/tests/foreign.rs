@@ -6,7 +6,7 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use jde_log::{Recording, Survey};
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 
 const MESSAGES: u64 = 50;
@@ -98,6 +98,33 @@ fn a_file_of_others_that_is_cut_reads_up_to_there() {
     let damage = survey.damage.unwrap();
     assert!(damage.offset <= bytes.len() as u64 / 2);
     assert!(survey.messages > MESSAGES / 2 && survey.messages < 2 * MESSAGES);
+}
+
+#[test]
+fn parts_may_claim_any_number() {
+    let folder = tempfile::tempdir().unwrap();
+    for number in [3, 4, 7, u32::MAX - 1, u32::MAX] {
+        let file = folder.path().join(format!("{number}.mcap"));
+        let file = BufWriter::new(File::create(file).unwrap());
+        let mut writer = WriteOptions::new().create(file).unwrap();
+        let said = [("recording", "acme".to_owned()), ("number", number.to_string())];
+        let part = Metadata {
+            name: "jde/part".to_owned(),
+            metadata: said.map(|(key, value)| (key.to_owned(), value)).into(),
+        };
+        writer.write_metadata(&part).unwrap();
+        writer.finish().unwrap();
+    }
+    let survey = Survey::of(&Recording::open(folder.path()).unwrap()).unwrap();
+    let parts = survey.parts.unwrap();
+    assert_eq!((parts.files.len(), parts.first), (5, 3));
+    // Told without a list of billions.
+    assert_eq!(parts.missing, [5..=6, 8..=u32::MAX - 2]);
+    let lacks = parts.lacks().unwrap();
+    assert!(
+        lacks.ends_with("4294967288 parts from 5 to 4294967293 are missing"),
+        "{lacks}"
+    );
 }
 
 /// One chunk of zeros, so many megabytes, by the compression that makes the least of it.

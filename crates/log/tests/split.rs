@@ -3,15 +3,18 @@
 
 mod support;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use jde_host::story::{Happening, Line};
 use jde_log::{
     Every, Message, Options, ReadError, Recorder, Recording, Split, Stamps, Status, Survey, Topic,
 };
 use jde_types::Value;
+use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
 const SECOND: u64 = 1_000_000_000;
@@ -43,7 +46,10 @@ impl Drive {
             overwrite,
             ..support::options("endless", true)
         };
-        let recorder = Recorder::split(path, options, how).unwrap();
+        Self::of(Recorder::split(path, options, how).unwrap())
+    }
+
+    fn of(recorder: Recorder) -> Self {
         let about = |variable: &str| BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         let number = Arc::new(u64::describe());
         let once = recorder.topic("/goon/speed", Arc::clone(&number), about("goon.speed"));
@@ -181,7 +187,7 @@ fn a_part_that_is_missing_is_told_and_what_was_in_force_behind_it_is_known() {
     let (folder, path, _) = drive(45, split(Every::Time(10 * SECOND), None));
     std::fs::remove_file(folder.path().join("drive-003.mcap")).unwrap();
     let (recording, messages) = read(&path);
-    assert_eq!(recording.missing().collect::<Vec<_>>(), [3]);
+    assert_eq!(recording.missing().collect::<Vec<_>>(), [3..=3]);
     assert_eq!(
         sequences(&messages, "/goon/speed"),
         [0, 0],
@@ -257,6 +263,99 @@ fn what_is_no_part_is_neither_read_with_them_nor_deleted() {
     let nothing = tempfile::tempdir().unwrap();
     let refused = Recording::open(nothing.path()).err();
     assert!(matches!(refused, Some(ReadError::Nothing(_))), "{refused:?}");
+}
+
+#[test]
+fn parts_that_another_recording_writes_are_left_alone() {
+    let _watchdog = Watchdog::of_a_test();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let how = split(Every::Time(10 * SECOND), None);
+    let first = folder.path().join("drive-001.mcap");
+    let mut live = Drive::begin(&path, how, false);
+
+    let mut bounded = Drive::begin(&path, split(Every::Time(10 * SECOND), Some(1)), false);
+    bounded.go_on(25);
+    let parts = bounded.recorder.finish().parts.unwrap();
+    assert_eq!((parts.count, parts.deleted), (3, 2));
+    assert_eq!(parts.left, BTreeSet::from([first.clone()]));
+    assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-004.mcap"]);
+
+    let mut over = Drive::begin(&path, how, true);
+    over.go_on(5);
+    let parts = over.recorder.finish().parts.unwrap();
+    assert_eq!(parts.left, BTreeSet::from([first.clone()]));
+    assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-002.mcap"]);
+
+    live.go_on(5);
+    live.recorder.finish();
+    assert_eq!(
+        sequences(&read(&first).1, "/pioneer/noise"),
+        Vec::from_iter(1..=50)
+    );
+    // It has ended, and goes like any other.
+    let mut over = Drive::begin(&path, how, true);
+    over.go_on(5);
+    assert_eq!(over.recorder.finish().parts.unwrap().left, BTreeSet::new());
+    assert_eq!(names(folder.path()), ["drive-001.mcap"]);
+}
+
+#[test]
+fn behind_the_last_number_of_a_file_there_is_no_other() {
+    let _watchdog = Watchdog::of_a_test();
+    let every = split(Every::Time(10 * SECOND), None);
+    let (folder, path, _) = drive(5, every);
+    let first = folder.path().join("drive-001.mcap");
+    let named = |number: u64| folder.path().join(format!("drive-{number}.mcap"));
+    let last = u64::from(u32::MAX);
+    // No number of a part.
+    std::fs::copy(&first, named(last + 1)).unwrap();
+    let mut next = Drive::begin(&path, every, false);
+    next.go_on(5);
+    let second = next.recorder.finish().parts.unwrap().last;
+    assert_eq!(second, folder.path().join("drive-002.mcap"));
+
+    std::fs::copy(&first, named(last - 1)).unwrap();
+    let troubles = Arc::<Mutex<Vec<String>>>::default();
+    let told = Arc::clone(&troubles);
+    let options = Options {
+        on_trouble: Box::new(move |trouble| told.lock().unwrap().push(trouble.to_owned())),
+        ..support::options("endless", true)
+    };
+    let mut ends = Drive::of(Recorder::split(&path, options, every).unwrap());
+    ends.go_on(15);
+    let status = ends.recorder.finish();
+    assert_eq!(status.parts.unwrap().last, named(last));
+    assert_eq!(troubles.lock().unwrap().len(), 1);
+    assert!(status.trouble.unwrap().contains("the last number"));
+    let kept = sequences(&read(&named(last)).1, "/pioneer/noise").len();
+    assert!(
+        (99..=100).contains(&kept),
+        "what was written before is whole: {kept}"
+    );
+
+    let refused = Recorder::split(&path, support::options("endless", true), every).err();
+    assert!(refused.unwrap().to_string().contains("the last number"));
+}
+
+#[test]
+fn only_names_that_numbering_gives_are_parts_of_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
+    let how = split(Every::Time(10 * SECOND), None);
+    // Two names that are the same text once what is no UTF-8 is replaced.
+    Drive::begin(&named(b"d\xff.mcap"), how, false).recorder.finish();
+    let theirs = named(b"d\xff-001.mcap");
+    for like in [&b"d\xfe-0001.mcap"[..], b"d\xfe-01.mcap", b"d\xfe-+01.mcap"] {
+        std::fs::copy(&theirs, named(like)).unwrap();
+    }
+    Drive::begin(&named(b"d\xfe.mcap"), how, false).recorder.finish();
+    assert!(named(b"d\xfe-001.mcap").exists(), "numbers begin at 1");
+    let mut over = Drive::begin(&named(b"d\xfe.mcap"), split(how.every, Some(1)), true);
+    over.go_on(15);
+    assert_eq!(over.recorder.finish().parts.unwrap().deleted, 1);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
+    assert!(theirs.exists());
 }
 
 #[test]

@@ -80,6 +80,9 @@ pub(crate) struct RecordedParts {
     pub(crate) count: u64,
     /// How many were deleted, those of recordings before included.
     pub(crate) deleted: u64,
+    /// Those that were to be deleted and are there, because another recording writes them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) left: Vec<String>,
 }
 
 /// A file that a condition asked for.
@@ -222,6 +225,7 @@ impl Recorded {
                 last: shown(&parts.last),
                 count: parts.count,
                 deleted: parts.deleted,
+                left: parts.left.iter().map(|part| shown(part)).collect(),
             }),
             files: waited.then(|| files.into_iter().map(recorded).collect()),
             short,
@@ -302,6 +306,10 @@ pub(crate) fn no_recording(error: Error, file: &Path) -> Failure {
         Error::Exists(_) => Failure::usage(
             format!("{} exists already", shown(file)),
             "give the recording another name, or add --overwrite",
+        ),
+        Error::Written(path) => Failure::usage(
+            format!("{} is being written by another recording", shown(&path)),
+            "give this one another name, or end the other",
         ),
         Error::Create { path, error } => Failure::File { path, error },
         Error::Thread(error) => Failure::Start(StartError::Thread(error)),

@@ -100,6 +100,10 @@ pub(crate) fn tell_recording(recorded: &Recorded, words: &mut dyn Write) -> io::
             if parts.deleted > 0 {
                 write!(words, ", {} deleted", parts.deleted)?;
             }
+            if !parts.left.is_empty() {
+                let left = parts.left.join(", ");
+                write!(words, ", {left} not deleted because another recording writes it")?;
+            }
         }
         write!(words, ": ")?;
         return tell_file(*kept, *lost, *bytes, trouble.as_deref(), words);

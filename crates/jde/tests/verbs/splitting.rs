@@ -1,5 +1,6 @@
 //! `--split` and `--keep` as a user meets them: the files, what reads them as one, and what is refused.
 
+use std::fs::File;
 use std::path::Path;
 
 use jde_log::Recording;
@@ -79,6 +80,37 @@ fn what_is_kept_of_a_drive_is_bounded() {
     assert!(recording.first_part() > Some(1));
     let bytes: u64 = recording.files().map(|file| file.metadata().unwrap().len()).sum();
     assert!(bytes <= 200_000, "{bytes}");
+}
+
+#[test]
+fn what_another_run_writes_is_left_alone_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("drive-001.mcap");
+    assert_eq!(record(folder.path(), &["--split", "2s"]).status, Some(0));
+    // As whoever writes it does.
+    let written = File::open(&part).unwrap();
+    written.lock().unwrap();
+    let run = record(folder.path(), &["--split", "2s", "--overwrite"]);
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    let left = format!("{} not deleted because another recording", part.display());
+    assert!(run.err.contains(&left), "{}", run.err);
+    assert_eq!(
+        json(&run.out)["recording"]["parts"]["left"][0],
+        part.to_str().unwrap()
+    );
+
+    let whole = folder.path().join("drive.mcap");
+    std::fs::write(&whole, "all of it").unwrap();
+    let written = File::open(&whole).unwrap();
+    written.lock().unwrap();
+    let refused = record(folder.path(), &["--overwrite"]);
+    assert_eq!(refused.status, Some(2), "{}", refused.err);
+    assert!(
+        refused.err.contains("drive.mcap is being written by another"),
+        "{}",
+        refused.err
+    );
+    assert_eq!(std::fs::read_to_string(&whole).unwrap(), "all of it");
 }
 
 #[test]

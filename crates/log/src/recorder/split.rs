@@ -1,5 +1,6 @@
 //! Recordings that go on for ever: when one file ends and the next begins, and how much is kept of them.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use jde_board::Nanos;
@@ -34,4 +35,6 @@ pub struct Parts {
     pub count: u64,
     /// How many were deleted since, those of recordings before included.
     pub deleted: u64,
+    /// Those that were to be deleted and are there, because another recording writes them.
+    pub left: BTreeSet<PathBuf>,
 }

@@ -229,7 +229,9 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
         Arc::new(u64::describe()),
         BTreeMap::from([("from".to_owned(), "afar".to_owned())]),
     );
-    for (published, measured, sequence) in [(20, 19, 2), (10, 9, 1)] {
+    // The file has 32 bits for a sequence number, and goes on at 0.
+    let large = u64::from(u32::MAX);
+    for (published, measured, sequence) in [(30, 29, large + 1), (20, 19, large), (10, 9, 1)] {
         let stamps = crate::Stamps {
             published,
             measured,
@@ -244,7 +246,7 @@ fn values_from_elsewhere_are_kept_as_they_are_stamped() {
         .iter()
         .map(|message| (message.log_time, message.publish_time, message.sequence))
         .collect();
-    assert_eq!(times, [(10, 9, 1), (20, 19, 2)]);
+    assert_eq!(times, [(10, 9, 1), (20, 19, u32::MAX), (30, 29, 0)]);
     assert_eq!(messages[0].channel.about["from"], "afar");
 }
 
@@ -387,6 +389,21 @@ fn a_file_that_exists_is_not_written_over_unless_asked() {
     };
     Recorder::create(&bench.file(), overwrite).unwrap().finish();
     assert_eq!(bench.messages(), []);
+}
+
+#[test]
+fn a_file_that_another_recording_writes_is_not_written_over() {
+    let bench = Bench::new();
+    let over = || Options {
+        overwrite: true,
+        ..options(true)
+    };
+    let first = Recorder::create(&bench.file(), options(true)).unwrap();
+    let refused = Recorder::create(&bench.file(), over()).err();
+    assert!(matches!(refused, Some(Error::Written(_))), "{refused:?}");
+    first.finish();
+    assert!(bench.messages().is_empty(), "and it is whole");
+    drop(Recorder::create(&bench.file(), over()).unwrap());
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -224,11 +225,13 @@ impl Recording {
         self.parts.first()?.number
     }
 
-    /// Numbers of the parts that are missing between the first and the last that are there.
-    pub fn missing(&self) -> impl Iterator<Item = u32> {
+    /// Numbers of the parts that are missing between the first and the last that are there, gap by gap: files may claim any number.
+    pub fn missing(&self) -> impl Iterator<Item = RangeInclusive<u32>> {
         let numbers = || self.parts.iter().filter_map(|part| part.number);
         let between = numbers().zip(numbers().skip(1));
-        between.flat_map(|(one, next)| one.saturating_add(1)..next)
+        between
+            .map(|(one, next)| one.saturating_add(1)..=next.saturating_sub(1))
+            .filter(|gap| !gap.is_empty())
     }
 
     /// Where it ends too soon, if it does; of several parts, where the first that does.

@@ -23,7 +23,7 @@ use crate::trigger::Firing;
 use crate::writer::{Times, Writer};
 
 pub(crate) use file::Begun;
-pub(crate) use names::create;
+pub(crate) use names::{create, numbered};
 pub(crate) use split::Split;
 pub(crate) use syncer::Disk;
 pub(crate) use triggered::{Plan, Triggered};

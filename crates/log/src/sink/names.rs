@@ -1,6 +1,6 @@
 //! Making files, the names of those that are numbered, and whether files can be made there at all.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::syncer::{Disk, disk};
@@ -9,7 +9,11 @@ use crate::{Error, writer};
 
 /// Makes a file and the folders above it; answers also with its disk, if it has one.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> {
-    let file = writer::create(path, overwrite)?;
+    with_disk(writer::create(path, overwrite)?, path)
+}
+
+/// A file that was made, and its disk.
+pub(super) fn with_disk(file: File, path: &Path) -> Result<(Output, Option<Disk>), Error> {
     let disk = disk(&file).map_err(|error| Error::Create {
         path: path.to_owned(),
         error,
@@ -30,7 +34,7 @@ pub(super) fn probe(path: &Path) -> Result<(), Error> {
 }
 
 /// `drive.mcap` with a number: `drive-001.mcap`.
-pub(super) fn numbered(path: &Path, number: u32) -> PathBuf {
+pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{number:03}"));
     if let Some(extension) = path.extension() {

@@ -2,7 +2,7 @@
 //! read alone; its index ends with it, so what is in memory stays bounded however long the recording goes on.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -10,12 +10,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use jde_board::Nanos;
 
 use super::file::{Begun, Ended};
-use super::names::{create, numbered};
+use super::names::{numbered, with_disk};
 use super::{Channel, Says};
 use crate::part::{self, BEGINS, BYTE, Mark};
 use crate::recorder::{self, Every, Parts};
 use crate::ring::{About, InForce};
-use crate::writer::{Output, Times};
+use crate::writer::{self, Output, Times};
 use crate::{Error, Origin};
 
 use super::syncer::Disk;
@@ -34,8 +34,10 @@ pub(crate) struct Split {
     lossless: bool,
     /// Of the part under way.
     mark: Mark,
-    /// The next number of a file.
-    number: u32,
+    /// The next number of a file; none behind the last that there is.
+    number: Option<u32>,
+    /// The part under way, whose lock is let go of when it has ended: the disk may take longer.
+    lock: Option<File>,
     /// When the part under way began, once it has a message.
     began: Option<Nanos>,
     /// Bytes of the part under way before anything new.
@@ -66,12 +68,18 @@ impl Split {
             error,
         };
         let mut before = part::named(path).map_err(failed)?;
+        let mut parts = Parts::default();
         if overwrite {
-            for (_, path) in before.drain(..) {
-                remove(&path).map_err(failed)?;
+            let mut left = Vec::new();
+            for (number, path) in before {
+                if !remove(&path).map_err(failed)? {
+                    parts.left.insert(path.clone());
+                    left.push((number, path));
+                }
             }
+            before = left;
         }
-        let number = before.last().map_or(1, |(number, _)| number.saturating_add(1));
+        let number = before.last().map_or(Some(1), |(number, _)| number.checked_add(1));
         let bytes = |path: &Path| fs::metadata(path).map_or(0, |about| about.len());
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let mut split = Self {
@@ -85,6 +93,7 @@ impl Split {
                 number: 0,
             },
             number,
+            lock: None,
             began: None,
             head: 0,
             in_force: InForce::default(),
@@ -96,7 +105,7 @@ impl Split {
                     (path, bytes)
                 })
                 .collect(),
-            parts: Parts::default(),
+            parts,
         };
         let (output, disk) = split.create()?;
         let file = split.file(output, disk, &[], 0).map_err(|error| Error::Create {
@@ -142,30 +151,41 @@ impl Split {
     /// The part under way has ended, and the next begins at this time.
     pub(super) fn next(&mut self, ended: &Ended, channels: &[Channel], time: Nanos) -> io::Result<Begun> {
         self.there.push_back((self.parts.last.clone(), ended.bytes()));
+        // A lock that the file system did not give cannot be given back.
+        let _ = self.lock.take().map(|file| file.unlock());
         let (output, disk) = self.create().map_err(|error| match error {
             Error::Create { error, .. } | Error::Thread(error) => error,
-            Error::Exists(_) => ErrorKind::AlreadyExists.into(),
+            taken @ (Error::Exists(_) | Error::Written(_)) => io::Error::other(taken),
         })?;
         let file = self.file(output, disk, channels, time)?;
         self.began = Some(time);
         Ok(file)
     }
 
-    /// Deletes the oldest parts while all together, with so many bytes under way, are more than are to be kept.
+    /// Deletes the oldest parts while all together, with so many bytes under way, are more than are to be kept. Those that another
+    /// recording writes stay.
     pub(super) fn prune(&mut self, under_way: u64) -> io::Result<()> {
         let Some(keep) = self.plan.keep else {
             return Ok(());
         };
         let mut all = self.there.iter().map(|(_, bytes)| bytes).sum::<u64>() + under_way;
+        let mut place = 0;
         while all > keep
-            && let Some((oldest, bytes)) = self.there.pop_front()
+            && let Some((oldest, bytes)) = self.there.get(place)
         {
-            remove(&oldest).map_err(|error| {
+            let gone = remove(oldest).map_err(|error| {
                 let why = format!("cannot delete {}: {error}", oldest.display());
                 io::Error::new(error.kind(), why)
             })?;
-            all -= bytes;
-            self.parts.deleted += 1;
+            if gone {
+                all -= bytes;
+                self.parts.left.remove(oldest);
+                self.parts.deleted += 1;
+                self.there.remove(place);
+            } else {
+                self.parts.left.insert(oldest.clone());
+                place += 1;
+            }
         }
         Ok(())
     }
@@ -178,14 +198,21 @@ impl Split {
     /// The next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
-            let path = numbered(&self.path, self.number);
-            let made = create(&path, self.overwrite);
-            self.number = self.number.saturating_add(1);
-            // Behind the last number there is none that could be free.
-            if !matches!(made, Err(Error::Exists(_))) || self.number == u32::MAX {
-                self.parts.last = path;
-                return made;
-            }
+            let Some(number) = self.number else {
+                return Err(Error::Create {
+                    path: self.path.clone(),
+                    error: io::Error::other("a part of it has the last number that there is; move it away"),
+                });
+            };
+            let path = numbered(&self.path, number);
+            self.number = number.checked_add(1);
+            let file = match writer::create(&path, self.overwrite) {
+                Err(Error::Exists(_) | Error::Written(_)) => continue,
+                made => made?,
+            };
+            self.lock = file.try_clone().ok();
+            self.parts.last = path;
+            return with_disk(file, &self.parts.last);
         }
     }
 
@@ -218,10 +245,15 @@ impl Split {
     }
 }
 
-/// Deletes a file that may have gone.
-fn remove(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        done => done,
+/// Deletes a part that may have gone, unless another recording writes it; answers whether it is gone.
+fn remove(path: &Path) -> io::Result<bool> {
+    let opened = File::open(path).and_then(|file| match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Ok(None),
+        // Nobody writes it as long as the lock is held. Where there are no locks, nothing says that somebody does.
+        Ok(()) | Err(TryLockError::Error(_)) => fs::remove_file(path).map(|()| Some(file)),
+    });
+    match opened {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(true),
+        removed => removed.map(|gone| gone.is_some()),
     }
 }

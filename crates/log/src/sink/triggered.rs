@@ -156,7 +156,7 @@ impl Triggered {
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
             let made = (self.make)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
-            if !matches!(made, Err(Error::Exists(_))) {
+            if !matches!(made, Err(Error::Exists(_) | Error::Written(_))) {
                 return made;
             }
             self.number += 1;
