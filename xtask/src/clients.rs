@@ -1,4 +1,4 @@
-//! Clients of the link in another language: the programs that `docs/link.md` shows, as they stand there, run against an application.
+//! Clients of the link in another language: the programs that `docs/protocol.md` shows, as they stand there, run against an application.
 //! A part of the step `peers`.
 
 use std::net::TcpListener;
@@ -12,7 +12,7 @@ use crate::shell;
 use crate::test::Context;
 
 /// Where the programs are.
-const PAGE: &str = "docs/link.md";
+const PAGE: &str = "docs/protocol.md";
 /// The application that they look into: one that listens, and whose schema `example` has a panel.
 const APPLICATION: &str = "apps/safe-navigation.toml";
 /// What the page calls the endpoint of a robot.

@@ -1,5 +1,5 @@
 //! Programs of others that know nothing of jde: clients of the Pioneer protocol drive our simulated robot, the libraries of MCAP
-//! and ROS 2 read what we have recorded, the programs of `docs/link.md` look into what runs, and ROS 2 and we drive each other's
+//! and ROS 2 read what we have recorded, the programs of `docs/protocol.md` look into what runs, and ROS 2 and we drive each other's
 //! robots.
 
 use std::io::{BufRead, BufReader};

@@ -2,7 +2,7 @@
 //! into it and steer it, over Zenoh. [`Link`] is the application's end, [`Client`] the tools'.
 //!
 //! Nothing is open unless the application says so, and nothing that a client does delays an iteration. No Zenoh type and nothing
-//! asynchronous leaves this crate; `docs/link.md` describes the keys and messages for clients in other languages.
+//! asynchronous leaves this crate; `docs/protocol.md` describes the keys and messages for clients in other languages.
 
 mod attachment;
 mod client;

@@ -1,5 +1,5 @@
 //! The messages of the link: JSON, for people who write clients in any language. Unknown fields are passed over, so that a
-//! newer peer may say more. Data only; `docs/link.md` shows each.
+//! newer peer may say more. Data only; `docs/protocol.md` shows each.
 
 use std::fmt;
 
