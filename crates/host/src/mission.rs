@@ -54,7 +54,8 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(since) = progress.stalls(mission, now, patience) {
             drop(progress);
-            engine.report(&Event::Stalled {
+            // Whoever publishes may be in a call, and does not wait for the rules.
+            engine.report_later(Event::Stalled {
                 time: now,
                 schema: instance,
                 since,

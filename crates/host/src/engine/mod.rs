@@ -40,7 +40,7 @@ use crate::panels::Panels;
 use crate::turn::{Journal, Moment, OnTurn, Turn};
 use crate::witness::Witness;
 use authority::Commands;
-use observe::Groups;
+use observe::{Groups, Later};
 pub use observe::{decider_name, policy_name};
 use operate::Held;
 pub(crate) use services::Led;
@@ -119,6 +119,7 @@ pub(crate) struct Engine {
     ended: Condvar,
     /// What operators wrote over and did not let go of. Its lock is taken after that of the rules, or alone.
     held: Mutex<Held>,
+    later: Later,
     /// The engine's own eyes on variables, for as long as it lives.
     watches: Mutex<Vec<Watch>>,
 }
@@ -209,6 +210,7 @@ impl Engine {
             concluded: AtomicBool::new(false),
             ended: Condvar::new(),
             held: Mutex::default(),
+            later: Later::default(),
             watches: Mutex::default(),
         });
         Ok((engine, ports))

@@ -1,6 +1,8 @@
 //! What is kept for those who watch: the last switch of every group, worst takeovers (R17), and snapshots.
 
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::{Decider, GroupId, Hierarchy, Nanos, Policy, Record, SchemaId};
 
@@ -110,6 +112,33 @@ impl Groups {
     }
 }
 
+/// Events that the next transaction tells of.
+#[derive(Default)]
+pub(super) struct Later {
+    /// Whether there are any: looked at in every transaction.
+    any: AtomicBool,
+    events: Mutex<Vec<Event>>,
+}
+
+impl Later {
+    fn put(&self, event: Event) {
+        self.lock().push(event);
+        self.any.store(true, Release);
+    }
+
+    pub(super) fn take(&self) -> Vec<Event> {
+        if self.any.load(Relaxed) && self.any.swap(false, Acquire) {
+            std::mem::take(&mut *self.lock())
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Event>> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl Engine {
     pub(super) fn took(
         &self,
@@ -170,6 +199,11 @@ impl Engine {
     pub(crate) fn report(&self, event: &Event) {
         let mut rules = self.lock();
         self.tell(&mut rules, event);
+    }
+
+    /// Has the next transaction tell those who watch: for publications, which do not take the rules' lock.
+    pub(crate) fn report_later(&self, event: Event) {
+        self.later.put(event);
     }
 
     /// Everything at this instant.

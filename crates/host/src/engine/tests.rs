@@ -1,16 +1,19 @@
-//! Who is called, and when, as whoever runs the instances sees it.
+//! What transactions lead to, as whoever runs the instances, writes variables or watches sees it.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock, Weak};
+use std::sync::{Arc, OnceLock, Weak, mpsc};
 
 use jde_core::{Check, GroupId, Health, Nanos};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
+use jde_types::Value as _;
+use jde_watchdog::Watchdog;
 
 use super::{Bells, Engine, Signal, schema};
 use crate::app::parse;
 use crate::clock::Clock;
+use crate::event::{Event, Observer};
 use crate::plugin::{Plugins, SearchPath};
 
 /// Wants to act whenever it is told to.
@@ -20,6 +23,22 @@ struct Act {}
 
 impl Schema for Act {
     fn iterate(&mut self, _: &Context) -> jde_schema::Result {
+        Ok(())
+    }
+}
+
+/// Says how far its mission is.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Report {
+    /// How far it is.
+    #[export]
+    mission: Export<Mission>,
+}
+
+impl Schema for Report {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
+        self.mission.write(cx, Mission::default());
         Ok(())
     }
 }
@@ -48,8 +67,11 @@ impl Arbitrate for Lead {
     }
 }
 
-static PLUGIN: raw::Plugin =
-    jde_schema::plugin!("engine-tests", "Two that compete, and a father.", [Act, Lead]);
+static PLUGIN: raw::Plugin = jde_schema::plugin!(
+    "engine-tests",
+    "Two that compete, one that reports, and a father.",
+    [Act, Lead, Report]
+);
 
 const TWO: &str = r#"
     roots = ["first", "second"]
@@ -95,16 +117,22 @@ impl Bells for Ears {
     }
 }
 
-#[test]
-fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
+/// An engine of that application, whose clock stands still.
+fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Ears>) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
-    let application = parse(TWO, Path::new("two.toml"), &[], &plugins).unwrap();
-    let (engine, _ports) = Engine::new(application, Clock::standing(), vec![], None, None, None).unwrap();
+    let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
+    let (engine, _ports) = Engine::new(application, Clock::standing(), observers, None, None, None).unwrap();
     let ears = Arc::new(Ears::default());
     ears.engine.set(Arc::downgrade(&engine)).unwrap();
     let bells: Arc<dyn Bells> = Arc::clone(&ears) as _;
     engine.attach(&bells);
+    (engine, ears)
+}
+
+#[test]
+fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
+    let (engine, ears) = engine(TWO, vec![]);
     let mut before = [0; 2];
     // How many calls and alarms there were since the last time.
     let mut since = || {
@@ -155,14 +183,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         type = "engine-tests/act"
     "#;
     for begun in [false, true] {
-        let mut plugins = Plugins::new(SearchPath::default());
-        plugins.link(&PLUGIN).unwrap();
-        let application = parse(FAMILY, Path::new("family.toml"), &[], &plugins).unwrap();
-        let (engine, _ports) = Engine::new(application, Clock::standing(), vec![], None, None, None).unwrap();
-        let ears = Arc::new(Ears::default());
-        ears.engine.set(Arc::downgrade(&engine)).unwrap();
-        let bells: Arc<dyn Bells> = Arc::clone(&ears) as _;
-        engine.attach(&bells);
+        let (engine, _ears) = engine(FAMILY, vec![]);
         let check = Check {
             ready: true,
             urgency: 0.0,
@@ -186,4 +207,48 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         let blamed = matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_));
         assert_eq!(blamed, begun);
     }
+}
+
+/// Notes the missions that stall.
+struct Stalls(mpsc::Sender<Nanos>);
+
+impl Observer for Stalls {
+    fn hear(&mut self, event: &Event) {
+        if let Event::Stalled { time, .. } = event {
+            self.0.send(*time).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_mission_is_published_while_somebody_has_the_rules() {
+    const REPORTS: &str = r#"
+        roots = ["report"]
+        mission = { from = "report.mission", stalls = "10s" }
+        [schemas.report]
+        type = "engine-tests/report"
+    "#;
+    const SECOND: Nanos = 1_000_000_000;
+    let _watchdog = Watchdog::of_a_test();
+    let (told, stalls) = mpsc::channel();
+    let (engine, _ears) = engine(REPORTS, vec![Box::new(Stalls(told))]);
+    crate::mission::follow(&engine);
+    engine.start();
+    let mut writer = engine.variables.of(0, 0).unwrap().writer(0, "report").unwrap();
+    let mut publish = || {
+        let now = engine.clock.now();
+        let far = Mission {
+            distance: 5.0,
+            ..Mission::default()
+        };
+        writer.loan().copy_from_slice(far.as_bytes());
+        writer.publish(now, now).unwrap();
+    };
+    publish();
+    engine.clock.set(20 * SECOND);
+    let rules = engine.lock();
+    std::thread::scope(|scope| scope.spawn(publish).join().unwrap());
+    drop(rules);
+    engine.tick();
+    assert_eq!(stalls.try_recv(), Ok(20 * SECOND), "it is told all the same");
 }
