@@ -20,18 +20,22 @@ pub(super) struct Command {
     pub(super) neutral: Vec<u8>,
     /// The number of the value that stands although its writer lost its authority, held or taken over; 0 if none does.
     pub(super) alone: u64,
+    /// For whom that value stands: they alone end it.
+    pub(super) heirs: Vec<usize>,
     /// The motor schemas that are bound to it.
     pub(super) commanders: Vec<usize>,
 }
 
 /// What becomes of the newest value of a command.
-enum Fate {
+enum Fate<'a> {
     /// It is nobody's business.
     Stays,
     /// It stands without its writer, as written at that time and until then.
     StandsAlone {
         time: Nanos,
         until: Nanos,
+        /// For whom.
+        heirs: &'a [usize],
     },
     Neutral,
 }
@@ -80,6 +84,7 @@ impl Commands {
                 Fate::StandsAlone {
                     time: last.time,
                     until: last.valid_until.min(now.saturating_add(command.validity())),
+                    heirs,
                 }
             } else {
                 Fate::Neutral
@@ -89,9 +94,8 @@ impl Commands {
 
     /// This one has had its first iteration: what it took over, is bound to itself and did not write is neutral.
     pub(super) fn lapse(&mut self, instance: usize, now: Nanos) -> Vec<usize> {
-        // Nobody else may command what it is bound to, so whatever stands alone there was taken over by it.
         self.each(now, |command, last| {
-            if command.stands_alone(last) && command.is_bound(&[instance]) {
+            if command.stands_alone(last) && command.belongs(last, &[instance]) {
                 Fate::Neutral
             } else {
                 Fate::Stays
@@ -127,6 +131,7 @@ impl Commands {
                 Fate::StandsAlone {
                     time: now,
                     until: until.min(longest),
+                    heirs: level,
                 }
             }
         })
@@ -145,7 +150,7 @@ impl Commands {
         drivers
     }
 
-    fn each(&mut self, now: Nanos, fate: impl Fn(&Command, &Last) -> Fate) -> Vec<usize> {
+    fn each<'a>(&mut self, now: Nanos, fate: impl Fn(&Command, &Last) -> Fate<'a>) -> Vec<usize> {
         let mut drivers = Vec::new();
         for command in &mut self.commands {
             let Some(last) = command.last() else {
@@ -153,7 +158,10 @@ impl Commands {
             };
             match fate(command, &last) {
                 Fate::Stays => {}
-                Fate::StandsAlone { time, until } => command.stand_alone(&last, time, until),
+                Fate::StandsAlone { time, until, heirs } => {
+                    command.heirs = heirs.to_vec();
+                    command.stand_alone(&last, time, until);
+                }
                 Fate::Neutral => {
                     command.put_neutral(now);
                     drivers.push(command.driver);
@@ -190,9 +198,14 @@ impl Command {
         last
     }
 
-    /// Whether its newest value is that of a level: of its writer's, and once it stands alone of those that are bound to it too.
+    /// Whether its newest value is that of a level: of its writer's; and once it stands alone of those for whom it stands and who are
+    /// bound to it, whoever wrote it.
     fn belongs(&self, last: &Last, level: &[usize]) -> bool {
-        level.contains(&last.writer()) || self.stands_alone(last) && self.is_bound(level)
+        if !self.stands_alone(last) {
+            return level.contains(&last.writer());
+        }
+        let mut bound = self.commanders.iter();
+        bound.any(|commander| level.contains(commander) && self.heirs.contains(commander))
     }
 
     /// Whether that value is held or was taken over.

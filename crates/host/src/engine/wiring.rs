@@ -261,6 +261,7 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
                 variable,
                 neutral: neutral.clone(),
                 alone: 0,
+                heirs: Vec::new(),
                 commanders: commanders
                     .filter(|(_, other)| other.bindings.contains(&target))
                     .map(|(i, _)| i)

@@ -20,6 +20,7 @@ on_every_executor!(
     r7_r9_what_a_father_took_over_is_neutral_when_its_children_do_not_want_to_act,
     r7_what_a_father_took_over_stands_for_the_drivers_validity_alone,
     r7_what_a_father_took_over_is_neutral_when_a_child_wins_that_commands_something_else,
+    r9_who_has_no_authority_does_not_brake_what_another_took_over,
 );
 
 mod hanging {
@@ -424,4 +425,55 @@ fn r7_what_a_father_took_over_is_neutral_when_a_child_wins_that_commands_somethi
     rig.until(|_| !found.lock().unwrap().is_empty());
     assert_eq!(found.lock().unwrap()[0], 0.0);
     rig.stop();
+}
+
+fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Executor) {
+    let stage = Stage::new();
+    let first = switch(true);
+    stage.drives("first", &first, 0.3);
+    let found = Arc::new(Mutex::new(Vec::new()));
+    let (finds, loses) = (Arc::clone(&found), Arc::clone(&first));
+    stage.play("father", move |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            // It may well be the first to win at the start.
+            Call::Iterate if !loses.load(SeqCst) => {
+                let handle = io.stage.handle().expect("it was opened before");
+                let velocity = || {
+                    let found: Option<Twist> = handle.value("robot.velocity").expect("it is one");
+                    found.map_or(0.0, |twist| twist.linear.x)
+                };
+                let before = velocity();
+                let right = handle.application().instance("right").expect("it is there");
+                let operator = handle.operator("ana@laptop");
+                // Then nobody wins in its group, which brakes.
+                operator.play(right)?;
+                operator.hold_asleep(right)?;
+                finds.lock().unwrap().push([before, velocity()]);
+                io.stage.stir();
+            }
+            Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
+    let body = FAMILY
+        .replace("[\"first\", \"father\"]", "[\"first\", \"father\", \"other\"]")
+        .replace(
+            "children = { a = \"left\", b = \"right\" }",
+            "children = { a = \"left\" }",
+        )
+        .replace("robot.reach", "robot.velocity")
+        .replace("{ arm =", "{ base =");
+    let other = r#"
+        [schemas.other]
+        type = "test/motor"
+        children = { a = "right" }
+        groups.base = { policy = "priority" }
+    "#;
+    let mut rig = Rig::start(executor, &stage, &(body + other));
+    rig.until_did("robot velocity 0.3");
+    first.store(false, SeqCst);
+    rig.until(|_| !found.lock().unwrap().is_empty());
+    rig.stop();
+    assert_eq!(found.lock().unwrap()[0], [0.3, 0.3]);
 }
