@@ -1,6 +1,9 @@
 //! Counts and times of one instance, written by whoever runs it and read by anyone. It judges nothing.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{
+    AtomicBool, AtomicU64,
+    Ordering::{Acquire, Relaxed, Release},
+};
 
 use jde_core::Nanos;
 
@@ -22,6 +25,8 @@ pub(crate) struct Meter {
     pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none does.
     running_since: AtomicU64,
+    /// The question that it was last called to answer.
+    took_up: AtomicU64,
     last_cycle: AtomicU64,
     mean_cycle: AtomicU64,
     mean_busy: AtomicU64,
@@ -44,12 +49,23 @@ impl Meter {
 
     /// The call ended.
     pub(crate) fn leave(&self) {
-        self.running_since.store(0, Relaxed);
+        self.running_since.store(0, Release);
     }
 
     /// Since when a call runs.
     pub(crate) fn running_since(&self) -> Option<Nanos> {
-        self.running_since.load(Relaxed).checked_sub(1)
+        self.running_since.load(Acquire).checked_sub(1)
+    }
+
+    /// It is about to be called to answer that question.
+    pub(crate) fn take_up(&self, ticket: u64) {
+        self.took_up.store(ticket, Relaxed);
+    }
+
+    /// Whether a call runs or ran that answers that question, or another call runs.
+    pub(crate) fn is_busy_with(&self, ticket: Option<u64>) -> bool {
+        // In this order: whoever has returned from the call had taken it up before.
+        self.running_since().is_some() || ticket == Some(self.took_up.load(Relaxed))
     }
 
     /// A periodic cycle began at `start` and took `busy`.

@@ -375,6 +375,7 @@ impl Runner {
             ticket,
             ..Turn::of(Turn::ARBITRATED, self.number)
         };
+        self.engine.meters[self.number].take_up(ticket);
         let answer = self.answer(level);
         let failed = match &answer {
             Answer::Failed { reason } => Some(reason.clone()),

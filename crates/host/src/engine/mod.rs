@@ -250,8 +250,8 @@ impl Engine {
         self.tell_turn(Turn::TICKED, 0, 0, moment);
     }
 
-    /// A father whose time to arbitrate is over, and who is inside no call, has not begun: its thread was woken and did not run, or
-    /// found no worker. That is the machine's lateness and not its own.
+    /// A father whose time to arbitrate is over, which is inside no call and has not been called to answer, had no chance to begin: its
+    /// thread was woken and did not run, or found no worker. That is the machine's lateness and not its own.
     fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some(group),
@@ -259,7 +259,8 @@ impl Engine {
         });
         for group in over.collect::<Vec<_>>() {
             let father = self.application.groups[group.index()].father;
-            if father.is_some_and(|father| self.meters[father].running_since().is_none()) {
+            let asked = hierarchy.asked(group);
+            if father.is_some_and(|father| !self.meters[father].is_busy_with(asked)) {
                 hierarchy.excuse(group);
             }
         }

@@ -7,7 +7,6 @@ use std::sync::{Arc, OnceLock, Weak, mpsc};
 use jde_core::{Check, GroupId, Health, Nanos};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
-use jde_types::Value as _;
 use jde_watchdog::Watchdog;
 
 use super::{Bells, Engine, Signal, schema};
@@ -182,7 +181,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         [schemas.right]
         type = "engine-tests/act"
     "#;
-    for begun in [false, true] {
+    for (begun, returned) in [(false, false), (true, false), (true, true)] {
         let (engine, _ears) = engine(FAMILY, vec![]);
         let check = Check {
             ready: true,
@@ -197,7 +196,13 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         engine.checked(1, check);
         engine.checked(2, check);
         if begun {
+            let asked = engine.lock().hierarchy.asked(GroupId(1));
+            engine.meters[0].take_up(asked.unwrap());
             engine.meters[0].enter(engine.clock.now());
+        }
+        if returned {
+            // It has yet to give its answer.
+            engine.meters[0].leave();
         }
         engine.clock.set(5_000_000);
         engine.tick();
