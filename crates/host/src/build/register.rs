@@ -7,6 +7,9 @@ use super::{BuildName, Shared};
 use crate::reload::{Order, Swap, Takeover};
 use crate::snapshot::ReloadView;
 
+/// What whoever waits for an exchange at the end is told.
+const OVER: &str = "the application has ended";
+
 /// The builds of an application, by instance.
 pub(crate) struct Register {
     entries: Mutex<Vec<Entry>>,
@@ -35,6 +38,8 @@ enum Exchange {
     UnderWay { build: BuildName, order: Arc<Order> },
     /// It took over in the present turn.
     Done { takeover: Takeover, order: Arc<Order> },
+    /// The application has ended, and none is exchanged any more.
+    Over,
 }
 
 impl Register {
@@ -55,15 +60,35 @@ impl Register {
         present.expect("an instance has a build before it has a runner")
     }
 
-    /// A build is about to take over; false if another is already. It is kept here until it has its turn, so that a call that hangs
-    /// before then leaves it to whoever takes the next.
-    pub(crate) fn await_turn(&self, instance: usize, swap: Swap) -> bool {
+    /// A build is about to take over. It is kept here until it has its turn, so that a call that hangs before then leaves it to whoever
+    /// takes the next.
+    ///
+    /// # Errors
+    /// Another waits already, or the application has ended.
+    pub(crate) fn await_turn(&self, instance: usize, swap: Swap) -> Result<(), String> {
         let exchange = &mut self.lock()[instance].exchange;
-        let free = matches!(exchange, Exchange::None);
-        if free {
-            *exchange = Exchange::Awaited(swap);
+        match exchange {
+            Exchange::None => {
+                *exchange = Exchange::Awaited(swap);
+                Ok(())
+            }
+            Exchange::Awaited(_) | Exchange::UnderWay { .. } | Exchange::Done { .. } => {
+                Err("another build of it waits for the end of its iteration already".to_owned())
+            }
+            Exchange::Over => Err(OVER.to_owned()),
         }
-        free
+    }
+
+    /// The application has ended: whoever waits for a build to take over is answered, and no other takes over.
+    pub(crate) fn close(&self) {
+        for entry in &mut *self.lock() {
+            match std::mem::replace(&mut entry.exchange, Exchange::Over) {
+                Exchange::Awaited(Swap { order, .. })
+                | Exchange::UnderWay { order, .. }
+                | Exchange::Done { order, .. } => order.settle(Err(OVER.to_owned())),
+                Exchange::None | Exchange::Over => {}
+            }
+        }
     }
 
     /// Whether a build waits for its turn.
@@ -82,7 +107,7 @@ impl Register {
                 };
                 Some(swap)
             }
-            other @ (Exchange::None | Exchange::UnderWay { .. } | Exchange::Done { .. }) => {
+            other @ (Exchange::None | Exchange::UnderWay { .. } | Exchange::Done { .. } | Exchange::Over) => {
                 *exchange = other;
                 None
             }
@@ -94,7 +119,7 @@ impl Register {
         let exchange = &mut self.lock()[instance].exchange;
         *exchange = match std::mem::take(exchange) {
             Exchange::UnderWay { order, .. } => Exchange::Done { takeover, order },
-            other @ (Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. }) => other,
+            other @ (Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. } | Exchange::Over) => other,
         };
     }
 
@@ -114,7 +139,7 @@ impl Register {
     pub(crate) fn coming(&self, instance: usize) -> Option<BuildName> {
         match &self.lock()[instance].exchange {
             Exchange::UnderWay { build, .. } => Some(build.clone()),
-            Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. } => None,
+            Exchange::None | Exchange::Awaited(_) | Exchange::Done { .. } | Exchange::Over => None,
         }
     }
 

@@ -32,11 +32,9 @@ impl Engine {
             notes,
             order: Arc::clone(&order),
         };
-        if !self.builds.await_turn(instance, swap) {
-            return Err(vec![
-                "another build of it waits for the end of its iteration already".to_owned(),
-            ]);
-        }
+        self.builds
+            .await_turn(instance, swap)
+            .map_err(|reason| vec![reason])?;
         self.operated(by, action);
         self.ring(instance, Signal::Swapped);
         Ok(Reload::new(&order))

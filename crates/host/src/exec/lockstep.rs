@@ -163,6 +163,7 @@ impl Lockstep {
             self.settle();
         }
         self.runners.iter_mut().rev().for_each(Runner::destroy);
+        self.engine.builds.close();
     }
 
     /// Carries out all that the last call led to, at this same instant.

@@ -132,6 +132,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
             since: engine.meters[instance].running_since().unwrap_or(time),
         });
     }
+    engine.builds.close();
 }
 
 /// Runs a thread's body, and looks after a call that was given up in it. A panic in it is the host's own: it brakes all

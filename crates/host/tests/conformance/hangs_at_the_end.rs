@@ -4,14 +4,17 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::Health;
 use jde_host::event::{Event, Outcome};
+use jde_host::plugin::Loaded;
+use jde_host::reload::How;
 
 use super::hangs::{PAIR, hook, hung};
-use crate::common::{Call, Executor, Rig, Stage, in_real_time};
+use crate::common::{Call, Executor, Rig, Stage, TEST, in_real_time};
 
 in_real_time!(
     who_hangs_while_it_ends_is_left_behind_and_wins_again,
     the_end_comes_although_a_call_never_returns,
     the_end_comes_although_an_instance_never_ends,
+    whoever_waits_for_a_build_to_take_over_is_answered_at_the_end,
 );
 
 fn who_hangs_while_it_ends_is_left_behind_and_wins_again(executor: Executor) {
@@ -124,5 +127,34 @@ fn the_end_comes_although_an_instance_never_ends(executor: Executor) {
     for ended in ["high drop", "robot drop", "robot velocity 0"] {
         assert!(stage.did(ended), "{ended}");
     }
+    drop(release);
+}
+
+fn whoever_waits_for_a_build_to_take_over_is_answered_at_the_end(executor: Executor) {
+    let stage = Stage::new();
+    let (release, hang) = hook();
+    let hang = Mutex::new(Some(hang));
+    stage.play("low", move |call, io| {
+        if call == Call::Check {
+            io.say("check");
+            if let Some(hang) = hang.lock().unwrap().take() {
+                hang();
+            }
+        }
+        Ok(())
+    });
+    let body = PAIR.replace("restart = { back-off = \"5ms\", limit = 5 }", "budget = \"100s\"");
+    let mut rig = Rig::start(executor, &stage, &body);
+    rig.until_did("low check");
+    let low = rig.place("low");
+    let build = Loaded::linked_in(&TEST).expect("its tables are right");
+    let operator = rig.operator();
+    let order = operator.replace(low, &build, How::default()).expect("it fits");
+    assert_eq!(order.outcome(), None, "it is inside a call");
+    rig.stop();
+    let answer = order.outcome().expect("it is over").expect_err("it had no turn");
+    assert_eq!(answer, "the application has ended");
+    let late = operator.replace(low, &build, How::default());
+    assert_eq!(late.err(), Some(vec![answer]));
     drop(release);
 }
