@@ -40,7 +40,7 @@ extern "C" {
  * Grows when tables grow or an ability comes. Hosts up to 1.3 took plugins of their own minor version and older; later ones take
  * all.
  */
-#define JDE_ABI_MINOR 4u
+#define JDE_ABI_MINOR 5u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -330,6 +330,17 @@ extern "C" {
 /** Most bytes that a schema may save. */
 #define JDE_STATE_MOST 16777216u
 
+/** The id of the ability, whose table is an jde_inspect. Since minor version 5, as all that belongs to it. */
+#define JDE_ABILITY_INSPECT "jde.inspect"
+
+/** Problem: the schema would fail when it awakes, until a person changes something. */
+#define JDE_PROBLEM_WRONG 0u
+/** Problem: something is not there or may not be used at present; the schema would start and wait for it. */
+#define JDE_PROBLEM_UNAVAILABLE 1u
+
+/** Most problems of one inspection; the host takes no more. */
+#define JDE_PROBLEMS_MOST 64u
+
 typedef struct jde_context jde_context;
 typedef struct jde_schema jde_schema;
 typedef struct jde_port jde_port;
@@ -352,6 +363,9 @@ typedef struct jde_gesture jde_gesture;
 typedef struct jde_state jde_state;
 typedef struct jde_saving jde_saving;
 typedef struct jde_saver jde_saver;
+typedef struct jde_inspect jde_inspect;
+typedef struct jde_found jde_found;
+typedef struct jde_problems jde_problems;
 
 /** What the host knows of an instance; opaque to the plugin, and only valid inside a call of that instance. */
 struct jde_context;
@@ -836,6 +850,42 @@ struct jde_saver {
     int32_t (*write)(jde_saving *, const void *bytes, uint64_t length);
 };
 
+/** What jde_schema.ability gives for JDE_ABILITY_INSPECT. */
+struct jde_inspect {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /**
+     * Looks at what the modulations name, and adds a problem for each that cannot work. It reads and changes nothing: no device is
+     * opened, no file is written, nobody is called over a network; the host sees to that where the system lets it.
+     *
+     * Called between `create` and `destroy` of an instance that never awakes, in a process of its own, which is ended if the
+     * function does not return within a few seconds. jde_host.read gives the modulations as the application sets them; any
+     * other port has no value, and whatever writes, wakes or puts to sleep is JDE_REFUSED.
+     */
+    int32_t (*inspect)(void *, jde_context *, const jde_problems *);
+};
+
+/** The list that problems are added to; opaque to the plugin. */
+struct jde_found;
+
+/** What a plugin reports with, only until its jde_inspect.inspect returns and on its thread. */
+struct jde_problems {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /** The first argument of the function below. */
+    jde_found *found;
+    /**
+     * Adds a problem of the modulation `port`: what is wrong and what to do, as `length` bytes of UTF-8, which are copied.
+     * JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE. JDE_BAD_ARGUMENT for another kind, a null text, and beyond
+     * JDE_PROBLEMS_MOST.
+     */
+    int32_t (*add)(jde_found *, uint32_t kind, uint32_t port, const char *text, uint64_t length);
+};
+
 /*
  * What follows is for authors in C and C++: macros that fill tables, and functions that use the host's.
  */
@@ -992,6 +1042,20 @@ extern "C" {
 static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t length)
 {
     return saver->write(saver->saving, bytes, (uint64_t)length);
+}
+
+/*
+ * Inspection. A schema that looks at what its modulations name before anything starts gives its jde_inspect from
+ * jde_schema.ability:
+ *
+ *     static const jde_inspect inspection = {(uint32_t)sizeof(jde_inspect), 0u, inspect};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_INSPECT) == 0 ? &inspection : NULL; }
+ */
+
+/** Adds a problem of the modulation `port`: JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE, and what to do. */
+static inline int32_t jde_problem(const jde_problems *problems, uint32_t kind, uint32_t port, const char *text)
+{
+    return problems->add(problems->found, kind, port, text, (uint64_t)strlen(text));
 }
 
 /*

@@ -48,6 +48,8 @@ pub struct Schema {
     pub arbitrates: bool,
     /// Whether it draws a panel of its own.
     pub panel: bool,
+    /// Whether it inspects what its modulations name.
+    pub inspects: bool,
 }
 
 /// Kinds of schema.
@@ -212,6 +214,13 @@ pub enum Form {
 }
 
 impl Schema {
+    /// The modulation with that number; none if there is no such port, or it is another.
+    #[must_use]
+    pub fn modulation(&self, port: u32) -> Option<&Port> {
+        let port = self.ports.get(port as usize)?;
+        matches!(port.role, Role::Modulation { .. }).then_some(port)
+    }
+
     /// The schema with these children, each with its group, in place of the role that any number may have.
     #[must_use]
     pub fn with_children<'n>(&self, named: impl IntoIterator<Item = (&'n str, &'n str)>) -> Self {

@@ -21,12 +21,14 @@
 #![allow(unsafe_code)]
 
 mod host;
+mod inspect;
 mod panel;
 mod state;
 
 use core::ffi::{c_char, c_void};
 
 pub use host::*;
+pub use inspect::*;
 pub use panel::*;
 pub use state::*;
 
@@ -36,7 +38,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 pub const ABI_MAJOR: u32 = 1;
 /// Grows when tables grow or an ability comes. Hosts up to 1.3 took plugins of their own minor version and older; later ones take
 /// all.
-pub const ABI_MINOR: u32 = 4;
+pub const ABI_MINOR: u32 = 5;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";

@@ -140,6 +140,7 @@ tables! {
     Precondition 16, Level 32, Candidate 24, Verdict 136, ChildStatus 16, Host 128,
     Panel 24, Pen 40, Widget 128, Shape 104, Gesture 104,
     State 24, Saver 24,
+    Inspect 16, Problems 24,
 }
 
 const _: () = assert!(

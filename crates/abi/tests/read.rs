@@ -40,10 +40,10 @@ fn a_sound_plugin_is_read_whole() {
 #[test]
 fn what_is_no_plugin_or_of_another_version_is_refused_first() {
     refused("does not begin with the mark", |t| t.plugin.magic = 7);
-    refused("built for ABI 2.4, newer than this host's 1.4", |t| {
+    refused("built for ABI 2.5, newer than this host's 1.5", |t| {
         t.plugin.abi_major = raw::ABI_MAJOR + 1
     });
-    refused("built for ABI 0.4, older than this host's 1.4", |t| {
+    refused("built for ABI 0.5, older than this host's 1.5", |t| {
         t.plugin.abi_major = 0
     });
     for minor in [0, raw::ABI_MINOR + 1, u32::MAX] {

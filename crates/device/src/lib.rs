@@ -128,8 +128,10 @@
 
 mod device;
 pub mod emulate;
+mod inspect;
 mod report;
 
 pub use device::{Conversation, Device, Event};
+pub use inspect::inspect_port;
 pub use jde_port as port;
 pub use report::{Report, Standing};

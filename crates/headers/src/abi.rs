@@ -12,11 +12,12 @@ use syn::{PathArguments, PointerMutability, ReturnType, Type};
 use crate::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order in which C reads them.
-const SOURCES: [&str; 4] = [
+const SOURCES: [&str; 5] = [
     include_str!("../../abi/src/raw.rs"),
     include_str!("../../abi/src/raw/host.rs"),
     include_str!("../../abi/src/raw/panel.rs"),
     include_str!("../../abi/src/raw/state.rs"),
+    include_str!("../../abi/src/raw/inspect.rs"),
 ];
 /// What C adds to the tables.
 const HELPERS: &str = include_str!("helpers.h");

@@ -157,6 +157,20 @@ static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t
 }
 
 /*
+ * Inspection. A schema that looks at what its modulations name before anything starts gives its jde_inspect from
+ * jde_schema.ability:
+ *
+ *     static const jde_inspect inspection = {(uint32_t)sizeof(jde_inspect), 0u, inspect};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_INSPECT) == 0 ? &inspection : NULL; }
+ */
+
+/** Adds a problem of the modulation `port`: JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE, and what to do. */
+static inline int32_t jde_problem(const jde_problems *problems, uint32_t kind, uint32_t port, const char *text)
+{
+    return problems->add(problems->found, kind, port, text, (uint64_t)strlen(text));
+}
+
+/*
  * Panels. A schema gives its jde_panel from jde_schema.ability:
  *
  *     static const jde_panel panel = {(uint32_t)sizeof(jde_panel), 0u, draw, touch};

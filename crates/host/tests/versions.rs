@@ -83,7 +83,7 @@ fn later(folder: &TempDir) -> PathBuf {
         text += line;
         text += "\n";
     }
-    assert_eq!(grown, 19, "every table that states its size");
+    assert_eq!(grown, 21, "every table that states its size");
     let minor = format!("#define JDE_ABI_MINOR {}u", raw::ABI_MINOR);
     assert!(text.contains(&minor));
     let include = folder.path().join("later");
@@ -111,6 +111,13 @@ fn performs(folder: &TempDir, minor: u32) {
         .load("troupe", &[])
         .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(plugin.description.abi, (1, minor));
+    let inspects = plugin.description.schemas.iter().map(|schema| schema.inspects);
+    let expected = [false, minor >= 5, false];
+    assert_eq!(
+        inspects.collect::<Vec<_>>(),
+        expected,
+        "the ability that 1.5 brought"
+    );
     let application = parse(APP, &folder.path().join("app.toml"), &[], &plugins)
         .unwrap_or_else(|faults| panic!("{faults}"));
     let mut lockstep = Lockstep::start(application, &plugins, Options::default()).expect("it starts");

@@ -11,7 +11,7 @@ use jde_host::app::{Fault, Faults, Place};
 use jde_host::plugin::PluginError;
 use jde_log::ReadError;
 
-use crate::terminal::{self, BAD, TITLE};
+use crate::terminal::{self, BAD, TITLE, WARN};
 
 /// Most faults that are shown; whoever has more mends these first.
 const MOST_SHOWN: usize = 40;
@@ -101,6 +101,16 @@ impl Failure {
         Self::usage(format!("there is no {what} `{name}`"), help)
     }
 
+    /// What an application names is not there at present.
+    pub(crate) fn missing(faults: Faults) -> Self {
+        Self::Application {
+            faults,
+            unusable: false,
+            missing: false,
+            withheld: Vec::new(),
+        }
+    }
+
     /// For errors of a file.
     pub(crate) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();
@@ -155,7 +165,7 @@ impl Failure {
                     [_, ..] if *missing => not_searched(withheld) + "\n",
                     _ => String::new(),
                 };
-                faults_in_words(faults) + how + &more
+                faults_in_words(faults, Tone::Error) + how + &more
             }
             Self::Use { message, help } => plain(message, Some(help)),
             Self::Plugin(PluginError::Missing { name, folders }) => plain(
@@ -207,8 +217,29 @@ fn link_status(error: &jde_link::Error) -> u8 {
     }
 }
 
+/// Whether it goes on.
+#[derive(Clone, Copy)]
+enum Tone {
+    Error,
+    Warning,
+}
+
+/// Says what is missing at present, on standard error.
+pub(crate) fn warn(concerns: &Faults) {
+    // Whoever closed standard error does not want to hear of it.
+    let _ = terminal::err().write_all(faults_in_words(concerns, Tone::Warning).as_bytes());
+}
+
 fn plain(message: &str, help: Option<&str>) -> String {
-    let mut words = format!("{BAD}error{BAD:#}{TITLE}: {message}{TITLE:#}\n");
+    in_tone(Tone::Error, message, help)
+}
+
+fn in_tone(tone: Tone, message: &str, help: Option<&str>) -> String {
+    let (style, tone) = match tone {
+        Tone::Error => (BAD, "error"),
+        Tone::Warning => (WARN, "warning"),
+    };
+    let mut words = format!("{style}{tone}{style:#}{TITLE}: {message}{TITLE:#}\n");
     if let Some(help) = help {
         words += &format!("  {TITLE}help{TITLE:#}: {help}\n");
     }
@@ -224,11 +255,11 @@ pub(crate) fn not_searched(withheld: &[PathBuf]) -> String {
     )
 }
 
-fn faults_in_words(faults: &Faults) -> String {
+fn faults_in_words(faults: &Faults, tone: Tone) -> String {
     let mut words = String::new();
     let list = faults.list();
     for fault in list.iter().take(MOST_SHOWN) {
-        words += &fault_in_words(fault);
+        words += &fault_in_words(fault, tone);
         words.push('\n');
     }
     if let more @ 1.. = faults.count().saturating_sub(MOST_SHOWN) {
@@ -238,7 +269,7 @@ fn faults_in_words(faults: &Faults) -> String {
 }
 
 /// A fault with the line it is in, as compilers show them.
-fn fault_in_words(fault: &Fault) -> String {
+fn fault_in_words(fault: &Fault, tone: Tone) -> String {
     let help = fault.help.as_deref();
     match &fault.place {
         Place::Text {
@@ -253,21 +284,25 @@ fn fault_in_words(fault: &Fault) -> String {
                 .as_deref()
                 .and_then(|source| line_around(source, span.start));
             let Some((start, text)) = text else {
-                return plain(&format!("{shown}:{line}:{column}: {}", fault.message), help);
+                return in_tone(tone, &format!("{shown}:{line}:{column}: {}", fault.message), help);
             };
             let end = span.end.clamp(span.start, start + text.len());
             let snippet = Snippet::source(text)
                 .path(shown)
                 .line_start(*line)
                 .annotation(AnnotationKind::Primary.span(span.start - start..end - start));
-            let mut group = Level::ERROR.primary_title(&fault.message).element(snippet);
+            let level = match tone {
+                Tone::Error => Level::ERROR,
+                Tone::Warning => Level::WARNING,
+            };
+            let mut group = level.primary_title(&fault.message).element(snippet);
             if let Some(help) = help {
                 group = group.element(Level::HELP.message(help));
             }
             Renderer::styled().render(&[group]) + "\n"
         }
-        Place::File(file) => plain(&format!("{}: {}", shown(file), fault.message), help),
-        Place::Option(option) => plain(&format!("{option}: {}", fault.message), help),
+        Place::File(file) => in_tone(tone, &format!("{}: {}", shown(file), fault.message), help),
+        Place::Option(option) => in_tone(tone, &format!("{option}: {}", fault.message), help),
     }
 }
 

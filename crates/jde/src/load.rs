@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe;
-use jde_host::app::{self, Application, Catalogue, Faults, Override};
+use jde_abi::inspect::Problem;
+use jde_host::app::{self, Application, Catalogue, Faults, Inspection, Override};
 use jde_host::plugin::{Described, PluginError, Plugins, SearchPath};
 use jde_log::replay::Attached;
 
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::{child, places};
 
 /// A checked application with its plugins.
@@ -36,6 +37,8 @@ pub(crate) struct Shelf {
     plugins: Plugins,
     purpose: Purpose,
     trust: Trust,
+    /// Schemas inspect what their modulations name.
+    inspects: bool,
     noticed: RefCell<Noticed>,
 }
 
@@ -61,15 +64,30 @@ pub(crate) struct Noticed {
     withheld: Vec<PathBuf>,
 }
 
-/// Loads and checks an application, given as a file or by name.
+/// Loads and checks an application that is to start, given as a file or by name, and warns of what is missing at present.
+///
+/// # Errors
+/// All that is wrong with it.
+pub(crate) fn to_start(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
+    let file = places::application(given)?;
+    let loaded = load(&file, overrides, Shelf::inspecting)?;
+    if let Some(concerns) = &loaded.application.concerns {
+        failure::warn(concerns);
+    }
+    Ok(loaded)
+}
+
+/// Loads and checks an application whose drivers do not start, given as a file or by name.
 ///
 /// # Errors
 /// All that is wrong with it.
 pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded, Failure> {
-    let file = places::application(given)?;
-    let beside = SearchPath::usual(Some(&file));
-    let shelf = Shelf::new(beside, Purpose::Run, Trust::Given);
-    checked(shelf, |shelf| app::load(&file, overrides, shelf))
+    load(&places::application(given)?, overrides, |shelf| shelf)
+}
+
+fn load(file: &Path, overrides: &[Override], with: impl FnOnce(Shelf) -> Shelf) -> Result<Loaded, Failure> {
+    let shelf = Shelf::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Given);
+    checked(with(shelf), |shelf| app::load(file, overrides, shelf))
 }
 
 /// Checks an application, given as a file or by name, without loading any plugin into this process.
@@ -78,7 +96,7 @@ pub(crate) fn application(given: &Path, overrides: &[Override]) -> Result<Loaded
 /// All that is wrong with it.
 pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application, Failure> {
     let file = places::application(given)?;
-    let shelf = Shelf::new(SearchPath::usual(Some(&file)), Purpose::Look, Trust::Given);
+    let shelf = Shelf::new(SearchPath::usual(Some(&file)), Purpose::Look, Trust::Given).inspecting();
     let loaded = checked(shelf, |shelf| app::load(&file, overrides, shelf))?;
     Ok(loaded.application)
 }
@@ -140,7 +158,16 @@ impl Shelf {
             plugins: plugins(path),
             purpose,
             trust,
+            inspects: false,
             noticed: RefCell::default(),
+        }
+    }
+
+    /// The same, with schemas that inspect what their modulations name: for whoever starts the application, or would.
+    fn inspecting(self) -> Self {
+        Self {
+            inspects: true,
+            ..self
         }
     }
 
@@ -185,6 +212,17 @@ impl Catalogue for Shelf {
                 noticed.unusable |= !missing;
                 Err(error.to_string())
             }
+        }
+    }
+
+    fn inspect(
+        &self,
+        plugin: &Arc<describe::Plugin>,
+        asked: &Inspection<'_>,
+    ) -> Result<Vec<Problem>, String> {
+        match self.inspects {
+            true => self.plugins.inspect(plugin, asked),
+            false => Ok(Vec::new()),
         }
     }
 

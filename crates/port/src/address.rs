@@ -93,6 +93,18 @@ impl Address {
         }
     }
 
+    /// Looks whether the device file is there and may be opened by this user, and opens nothing. Of a TCP connection only a try could
+    /// tell.
+    ///
+    /// # Errors
+    /// What is missing, and what to do, in words.
+    pub fn look(&self) -> Result<(), String> {
+        match self {
+            Self::Tcp { .. } => Ok(()),
+            Self::Serial { path, .. } => crate::serial::look(path),
+        }
+    }
+
     /// What its owner calls it in a message: the device file, or host and port.
     #[must_use]
     pub fn device(&self) -> String {

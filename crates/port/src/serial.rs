@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io;
 
-use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
+use rustix::fs::{Access, FileType, FlockOperation, Mode, OFlags, access, flock, open, stat};
 use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl, tcflush,
@@ -25,6 +25,18 @@ pub(crate) fn open_line(path: &str, baud: u32, framing: Framing) -> Result<File,
     // What came before anybody listened belongs to no conversation.
     tcflush(&line, QueueSelector::IFlush).map_err(|error| in_words(error, path))?;
     Ok(line)
+}
+
+/// Looks whether a line is there and may be opened by this user, without opening it: that alone raises the signals that some devices
+/// restart by.
+pub(crate) fn look(path: &str) -> Result<(), String> {
+    let look = || {
+        if FileType::from_raw_mode(stat(path)?.st_mode) != FileType::CharacterDevice {
+            return Err(Errno::NOTTY);
+        }
+        access(path, Access::READ_OK | Access::WRITE_OK)
+    };
+    look().map_err(|error| in_words(error, path))
 }
 
 /// Changes the speed of an open line.
@@ -113,6 +125,17 @@ mod tests {
         assert_eq!(bits("7E2"), (false, true, false, true));
         assert_eq!(bits("8O1"), (true, true, true, false));
         assert_eq!(bits("8N1"), (true, false, false, false));
+    }
+
+    #[test]
+    fn a_line_is_looked_at_without_opening_it() {
+        let pty = Pty::open().expect("a pseudo-terminal");
+        assert_eq!(look(&pty.path().display().to_string()), Ok(()));
+        let missing = look("/dev/no-such-line").expect_err("there is none");
+        assert!(missing.contains("is it plugged in"), "{missing}");
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let path = file.path().display().to_string();
+        assert_eq!(look(&path), Err(format!("{path}: this is no serial line")));
     }
 
     #[test]

@@ -94,6 +94,13 @@ impl<T: Modulated> Modulation<T> {
     }
 }
 
+impl<T> Modulation<T> {
+    /// Its number in a call of the type whose ports begin there.
+    pub(crate) fn number(&self, ports: *const raw::Port) -> u32 {
+        self.slot.number(ports)
+    }
+}
+
 impl<T: Value> Command<T> {
     /// The command in force; the neutral value when there is none.
     #[must_use]

@@ -50,6 +50,7 @@ mod context;
 mod error;
 mod hysteresis;
 mod input;
+mod inspect;
 mod level;
 mod log;
 pub mod memory;
@@ -63,6 +64,7 @@ pub use context::{Context, Severity};
 pub use error::{Error, Result};
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
+pub use inspect::{Inspect, Problems};
 pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;
 pub use jde_types::derived::{Modulated, Value};
@@ -85,8 +87,9 @@ pub mod prelude {
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,
-        Export, Gesture, Hysteresis, Import, Level, Loan, Memory, Modulates, Modulation, Outcome, Panel, Pen,
-        Policy, Precondition, Result, Sample, Saved, Saving, Schema, State, Status, Value, Verdict,
+        Export, Gesture, Hysteresis, Import, Inspect, Level, Loan, Memory, Modulates, Modulation, Outcome,
+        Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved, Saving, Schema, State, Status,
+        Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }

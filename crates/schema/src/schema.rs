@@ -126,6 +126,10 @@ pub unsafe trait Describe: Sized + Send + 'static {
     #[doc(hidden)]
     const STATE: Option<raw::State>;
 
+    /// The table of its inspection.
+    #[doc(hidden)]
+    const INSPECT: Option<raw::Inspect>;
+
     /// A new instance.
     ///
     /// # Safety

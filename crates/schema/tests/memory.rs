@@ -149,7 +149,7 @@ fn a_memory_is_handed_over_and_changes_nothing_else() {
     let refused = scholar(0).restore(&saved).expect_err("it writes");
     assert_eq!(
         refused.reason,
-        "it tried to write while what it remembers was restored"
+        "it tried to write in restore, which changes nothing"
     );
     let failed = scholar(10).save().expect_err("it panics");
     assert!(

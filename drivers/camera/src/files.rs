@@ -51,14 +51,8 @@ impl Schema for Files {
         if self.album.is_some() {
             return Ok(());
         }
+        let files = self.files(cx)?;
         let path = self.path.get(cx);
-        if path.is_empty() {
-            return Err("it has no pictures; give it a file or a folder: path = \"pictures\"".into());
-        }
-        let files = list(Path::new(path.as_str())).map_err(|error| format!("{path}: {error}"))?;
-        if files.is_empty() {
-            return Err(format!("{path} has no pictures: no file of it ends in .png, .jpg or .jpeg").into());
-        }
         let note = match &*files {
             [_] => format!("a picture of {path}"),
             files => format!("{} pictures of {path}", files.len()),
@@ -96,7 +90,34 @@ impl Schema for Files {
     }
 }
 
+impl Inspect for Files {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let Some(files) = problems.expect(&self.path, self.files(cx)) else {
+            return;
+        };
+        // Bad ones among good ones are left out, so one good one is enough.
+        let mut bad = files.iter().map(|file| (file, read(file)));
+        if let Some((file, Err(reason))) = bad.next()
+            && bad.all(|(_, read)| read.is_err())
+        {
+            problems.wrong(&self.path, format!("{}: {reason}", file.display()));
+        }
+    }
+}
+
 impl Files {
+    fn files(&self, cx: &Context) -> Result<Vec<PathBuf>> {
+        let path = self.path.get(cx);
+        if path.is_empty() {
+            return Err("it has no pictures; give it a file or a folder: path = \"pictures\"".into());
+        }
+        let files = list(Path::new(path.as_str())).map_err(|error| format!("{path}: {error}"))?;
+        if files.is_empty() {
+            return Err(format!("{path} has no pictures: no file of it ends in .png, .jpg or .jpeg").into());
+        }
+        Ok(files)
+    }
+
     fn show(&mut self, cx: &Context, album: &mut Album, index: usize) -> Result {
         if album.bad[index] {
             return Ok(());

@@ -7,7 +7,7 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use linuxvideo::format::{PixFormat, PixelFormat};
 use linuxvideo::stream::ReadStream;
 use linuxvideo::{BufType, CapabilityFlags, Device, Fract};
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl, major};
+use rustix::fs::{Access, OFlags, access, fcntl_getfl, fcntl_setfl, major};
 
 use crate::feed::{Source, Stream};
 use crate::format::{Format, Shape};
@@ -35,10 +35,7 @@ struct Open {
 
 impl Source for Camera {
     fn open(&self) -> Result<Box<dyn Stream>, String> {
-        let open = self.start().map_err(|trouble| match trouble {
-            Trouble::Io(error) => in_words(&error, &self.device),
-            Trouble::Words(words) => format!("{}: {words}", self.device),
-        })?;
+        let open = self.start().map_err(|trouble| trouble.of(&self.device))?;
         Ok(Box::new(open))
     }
 
@@ -50,6 +47,34 @@ impl Source for Camera {
 enum Trouble {
     Io(io::Error),
     Words(String),
+}
+
+impl Trouble {
+    /// In words for whoever plugged it in.
+    fn of(self, device: &str) -> String {
+        match self {
+            Self::Io(error) => in_words(&error, device),
+            Self::Words(words) => format!("{device}: {words}"),
+        }
+    }
+}
+
+/// Looks whether a device of video is there and may be opened by this user, and opens nothing.
+pub(crate) fn look(device: &str) -> Result<(), String> {
+    let look = || {
+        is_video(device)?;
+        access(device, Access::READ_OK | Access::WRITE_OK).map_err(io::Error::from)?;
+        Ok(())
+    };
+    look().map_err(|trouble: Trouble| trouble.of(device))
+}
+
+fn is_video(device: &str) -> Result<(), Trouble> {
+    let file = fs::metadata(device)?;
+    if !file.file_type().is_char_device() || major(file.rdev()) != VIDEO {
+        return Err(Trouble::Words("this is no camera".to_owned()));
+    }
+    Ok(())
 }
 
 impl From<io::Error> for Trouble {
@@ -67,10 +92,7 @@ impl From<String> for Trouble {
 impl Camera {
     fn start(&self) -> Result<Open, Trouble> {
         // Opening other things can do harm or block: a pipe waits for its writer, a tty raises its lines.
-        let file = fs::metadata(&self.device)?;
-        if !file.file_type().is_char_device() || major(file.rdev()) != VIDEO {
-            return Err(Trouble::Words("this is no camera".to_owned()));
-        }
+        is_video(&self.device)?;
         let device = Device::open(&self.device)?;
         let capabilities = device.capabilities()?;
         if !capabilities

@@ -92,8 +92,23 @@ impl Schema for V4l2 {
 
 impl V4l2 {
     fn camera(&self, cx: &Context) -> Result<Camera> {
+        let (width, height) = self.size(cx)?;
+        Ok(Camera {
+            device: self.device.get(cx).to_string(),
+            width,
+            height,
+            rate: self.rate.get(cx),
+            format: self.wanted_format(cx)?,
+        })
+    }
+
+    fn size(&self, cx: &Context) -> Result<(u32, u32)> {
         let (width, height) = (self.width.get(cx), self.height.get(cx));
         fits(width.into(), height.into()).map_err(|error| format!("width and height: {error}"))?;
+        Ok((width, height))
+    }
+
+    fn wanted_format(&self, cx: &Context) -> Result<Option<Format>> {
         let name = self.format.get(cx);
         let format = Format::named(name.as_str());
         if format.is_none() && !name.is_empty() {
@@ -102,13 +117,18 @@ impl V4l2 {
             )
             .into());
         }
-        Ok(Camera {
-            device: self.device.get(cx).to_string(),
-            width,
-            height,
-            rate: self.rate.get(cx),
-            format,
-        })
+        Ok(format)
+    }
+}
+
+impl Inspect for V4l2 {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.width, self.size(cx));
+        problems.expect(&self.format, self.wanted_format(cx));
+        let device = self.device.get(cx);
+        if let Err(missing) = crate::linux::look(device.as_str()) {
+            problems.unavailable(&self.device, missing);
+        }
     }
 }
 
@@ -155,6 +175,18 @@ mod tests {
         let pty = Pty::open().expect("a pseudo-terminal");
         let path = pty.path().display().to_string();
         assert_eq!(lost(&path), format!("{path}: this is no camera"));
+    }
+
+    #[test]
+    fn an_inspection_tells_a_missing_camera_from_a_wrong_setting() {
+        let mut bench = bench("/dev/null");
+        bench.set("format", Text::<12>::new("h264"));
+        let found = bench.inspect().expect("it inspects");
+        let found: Vec<_> = found
+            .iter()
+            .map(|problem| (&*problem.modulation, problem.unavailable))
+            .collect();
+        assert_eq!(found, [("format", false), ("device", true)]);
     }
 
     #[test]

@@ -52,13 +52,7 @@ impl Schema for Log {
         if self.recording.is_some() {
             return Ok(());
         }
-        let path = self.path.get(cx);
-        if path.is_empty() {
-            return Err(
-                "it has no log; give it one: path = \"drive.log.gz\", or --set NAME.path=drive.log.gz".into(),
-            );
-        }
-        let recording = Recording::read(path.as_str(), Duration::from_secs_f64(self.interval.get(cx)))?;
+        let recording = self.recording(cx)?;
         for note in recording.notes() {
             warn!(cx, "{note}");
         }
@@ -107,7 +101,24 @@ impl Schema for Log {
     }
 }
 
+impl Inspect for Log {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.path, self.recording(cx));
+    }
+}
+
 impl Log {
+    fn recording(&self, cx: &Context) -> Result<Recording> {
+        let path = self.path.get(cx);
+        if path.is_empty() {
+            return Err(
+                "it has no log; give it one: path = \"drive.log.gz\", or --set NAME.path=drive.log.gz".into(),
+            );
+        }
+        let interval = Duration::from_secs_f64(self.interval.get(cx));
+        Ok(Recording::read(path.as_str(), interval)?)
+    }
+
     fn publish(&mut self, cx: &Context, time: Duration, scan: &Scan) -> Result {
         let most = self.laser_range.get(cx) as f32;
         let mut laser = self.laser.loan(cx);

@@ -331,11 +331,12 @@ fn a_log_that_is_cut_short_is_played_as_far_as_it_goes() {
 #[track_caller]
 fn refused(player: Player) -> String {
     let mut player = player;
-    player
-        .bench
-        .awake()
-        .map_err(|Failure { reason, .. }| reason)
-        .expect_err("it is no log")
+    let found = player.bench.inspect().expect("it inspects");
+    let refused = player.bench.awake().map_err(|Failure { reason, .. }| reason);
+    let reason = refused.expect_err("it is no log");
+    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(said, [&*reason], "an inspection says the same");
+    reason
 }
 
 #[test]

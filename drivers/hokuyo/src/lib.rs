@@ -10,8 +10,8 @@ mod session;
 
 use core::f64::consts::TAU;
 
-use jde_device::Device;
 use jde_device::port::{Address, Backoff, Port};
+use jde_device::{Device, inspect_port};
 use jde_schema::prelude::*;
 
 use clock::Clock;
@@ -94,19 +94,8 @@ impl Schema for Scip2 {
 
 impl Scip2 {
     fn scanner(&self, cx: &Context) -> Result<Scanner> {
-        let address = self.port.get(cx);
-        if address.is_empty() {
-            return Err(
-                "it has no port; give it one in the application: port = \"tcp:192.168.0.10:10940\", \
-                 or port = \"serial:/dev/ttyACM0@115200\""
-                    .into(),
-            );
-        }
-        let address = Address::parse(address.as_str())?;
+        let address = self.address(cx)?;
         let baud = match address {
-            Address::Serial { baud, .. } if baud > 999_999 => {
-                return Err(format!("{address}: a scanner's line goes at 750000 baud at most").into());
-            }
             Address::Serial { baud, .. } => Some(baud),
             Address::Tcp { .. } => None,
         };
@@ -126,6 +115,29 @@ impl Scip2 {
             beams: None,
             seen: false,
         })
+    }
+
+    fn address(&self, cx: &Context) -> Result<Address> {
+        let address = self.port.get(cx);
+        if address.is_empty() {
+            return Err(
+                "it has no port; give it one in the application: port = \"tcp:192.168.0.10:10940\", \
+                 or port = \"serial:/dev/ttyACM0@115200\""
+                    .into(),
+            );
+        }
+        match Address::parse(address.as_str())? {
+            fast @ Address::Serial { baud, .. } if baud > 999_999 => {
+                Err(format!("{fast}: a scanner's line goes at 750000 baud at most").into())
+            }
+            address @ (Address::Serial { .. } | Address::Tcp { .. }) => Ok(address),
+        }
+    }
+}
+
+impl Inspect for Scip2 {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        inspect_port(&self.port, self.address(cx), problems);
     }
 }
 

@@ -109,7 +109,12 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
     let refused = |port: &str| {
         let mut bench = Bench::<Scip2>::new();
         bench.set("port", Text::<256>::new(port));
-        bench.awake().expect_err("it cannot be").reason
+        let found = bench.inspect().expect("it inspects");
+        let reason = bench.awake().expect_err("it cannot be").reason;
+        let said = found.iter().filter(|problem| !problem.unavailable);
+        let said: Vec<_> = said.map(|problem| &*problem.words).collect();
+        assert_eq!(said, [&*reason], "an inspection says the same");
+        reason
     };
     assert!(refused("").contains("give it one"));
     assert!(refused("/dev/ttyACM0").contains("serial:PATH@BAUD"));
@@ -124,4 +129,13 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
             .reason
             .contains("--lockstep")
     );
+}
+
+#[test]
+fn a_line_that_is_not_there_is_waited_for() {
+    let mut bench = Bench::<Scip2>::new();
+    bench.set("port", Text::<256>::new("serial:/dev/no-such-line@19200"));
+    let found = bench.inspect().expect("it inspects");
+    assert!(found[0].unavailable && found[0].modulation == "port", "{found:?}");
+    assert!(found[0].words.contains("is it plugged in"), "{found:?}");
 }

@@ -1,6 +1,7 @@
 //! What the application's file says, made into a robot to look for. Whatever a person must mend is an error here, before anything
 //! is opened.
 
+use jde_device::inspect_port;
 use jde_p2os::{Beams, Head, Laser, Model, Options, Pose};
 use jde_port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
@@ -11,6 +12,23 @@ use crate::robot::Robot;
 impl Pioneer {
     /// The robot that the modulations describe, not looked for yet.
     pub(crate) fn settings(&self, cx: &Context) -> Result<Robot> {
+        let address = self.address(cx)?;
+        let beams = self.beams(cx);
+        let start = self.start.get(cx);
+        let options = Options {
+            model: model(self.model.get(cx).as_str())?,
+            laser: self.laser(cx)?,
+            head: self.head(cx)?,
+            start: Pose {
+                x: start.x,
+                y: start.y,
+                heading: start.theta,
+            },
+        };
+        Ok(Robot::new(Port::new(address, Backoff::default()), options, beams))
+    }
+
+    fn address(&self, cx: &Context) -> Result<Address> {
         let port = self.port.get(cx);
         if port.is_empty() {
             return Err(
@@ -19,36 +37,38 @@ impl Pioneer {
                     .into(),
             );
         }
-        let address = Address::parse(port.as_str())?;
-        let beams = Beams::spread(self.laser_beams.get(cx), self.laser_view.get(cx));
-        let laser = match self.laser_mode.get(cx).as_str() {
-            "auto" => Laser::Auto(beams),
-            "on" => Laser::On(beams),
-            "off" => Laser::Off,
-            other => return Err(format!("laser_mode = \"{other}\": it can be auto, on or off").into()),
-        };
-        let head = match self.head_kind.get(cx).as_str() {
-            "none" => Head::None,
-            "vc-c4" => Head::VcC4,
-            "vc-c4-one-way" => Head::VcC4OneWay,
-            other => {
-                return Err(
-                    format!("head_kind = \"{other}\": it can be none, vc-c4 or vc-c4-one-way").into(),
-                );
-            }
-        };
-        let start = self.start.get(cx);
-        let options = Options {
-            model: model(self.model.get(cx).as_str())?,
-            laser,
-            head,
-            start: Pose {
-                x: start.x,
-                y: start.y,
-                heading: start.theta,
-            },
-        };
-        Ok(Robot::new(Port::new(address, Backoff::default()), options, beams))
+        Ok(Address::parse(port.as_str())?)
+    }
+
+    fn beams(&self, cx: &Context) -> Beams {
+        Beams::spread(self.laser_beams.get(cx), self.laser_view.get(cx))
+    }
+
+    fn laser(&self, cx: &Context) -> Result<Laser> {
+        match self.laser_mode.get(cx).as_str() {
+            "auto" => Ok(Laser::Auto(self.beams(cx))),
+            "on" => Ok(Laser::On(self.beams(cx))),
+            "off" => Ok(Laser::Off),
+            other => Err(format!("laser_mode = \"{other}\": it can be auto, on or off").into()),
+        }
+    }
+
+    fn head(&self, cx: &Context) -> Result<Head> {
+        match self.head_kind.get(cx).as_str() {
+            "none" => Ok(Head::None),
+            "vc-c4" => Ok(Head::VcC4),
+            "vc-c4-one-way" => Ok(Head::VcC4OneWay),
+            other => Err(format!("head_kind = \"{other}\": it can be none, vc-c4 or vc-c4-one-way").into()),
+        }
+    }
+}
+
+impl Inspect for Pioneer {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        inspect_port(&self.port, self.address(cx), problems);
+        problems.expect(&self.model, model(self.model.get(cx).as_str()));
+        problems.expect(&self.laser_mode, self.laser(cx));
+        problems.expect(&self.head_kind, self.head(cx));
     }
 }
 

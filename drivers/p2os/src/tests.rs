@@ -452,7 +452,11 @@ fn what_a_person_must_mend_is_said_at_once() {
     let said = |set: &dyn Fn(&mut Bench<Pioneer>)| {
         let mut driver = Driver::asleep("tcp:127.0.0.1:1");
         set(&mut driver.bench);
-        driver.bench.awake().unwrap_err().reason
+        let found = driver.bench.inspect().unwrap();
+        let reason = driver.bench.awake().unwrap_err().reason;
+        let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+        assert_eq!(said, [&*reason], "an inspection says the same");
+        reason
     };
     assert!(said(&|bench| bench.set("port", Text::<256>::new(""))).contains("port = "));
     assert!(said(&|bench| bench.set("port", Text::<256>::new("udp:x"))).contains("serial:PATH@BAUD"));
@@ -460,7 +464,14 @@ fn what_a_person_must_mend_is_said_at_once() {
     assert!(said(&|bench| bench.set("model", Text::<1024>::new("none.toml"))).contains("none.toml"));
     assert!(said(&|bench| bench.set("laser_mode", Text::<28>::new("maybe"))).contains("auto, on or off"));
     assert!(said(&|bench| bench.set("head_kind", Text::<28>::new("neck"))).contains("vc-c4"));
-    assert!(said(&|bench| bench.set_real_time(false)).contains("lockstep"));
+    let mut driver = Driver::asleep("tcp:127.0.0.1:1");
+    assert_eq!(
+        driver.bench.inspect(),
+        Ok(vec![]),
+        "whether it answers is not tried"
+    );
+    driver.bench.set_real_time(false);
+    assert!(driver.bench.awake().unwrap_err().reason.contains("lockstep"));
 }
 
 #[test]

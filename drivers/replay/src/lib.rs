@@ -164,14 +164,7 @@ impl Schema for Recording {
             player.head.wake(cx.now());
             return Ok(());
         }
-        let file = self.file.get(cx);
-        if file.is_empty() {
-            return Err(
-                "it has no recording; give it one: file = \"drive.mcap\", or --set NAME.file=drive.mcap"
-                    .into(),
-            );
-        }
-        let tape = Tape::open(file.as_str())?;
+        let tape = self.tape(cx)?;
         let lanes = self.lanes(cx, &tape)?;
         if let Some(damage) = tape.damage() {
             warn!(cx, "{damage}; what comes before is played");
@@ -208,26 +201,65 @@ impl Schema for Recording {
     }
 }
 
-impl Recording {
-    fn lanes(&self, cx: &Context, tape: &Tape) -> Result<Lanes> {
-        let mut lanes = Lanes::default();
-        lanes.add::<LaserScan>(tape, Lane::Laser, &self.laser_topic.get(cx))?;
-        lanes.add::<RangeRing>(tape, Lane::Sonars, &self.sonars_topic.get(cx))?;
-        lanes.add::<Odometry>(tape, Lane::Odometry, &self.odometry_topic.get(cx))?;
-        lanes.add::<Bumpers>(tape, Lane::Bumpers, &self.bumpers_topic.get(cx))?;
-        lanes.add::<PanTilt>(tape, Lane::PanTilt, &self.pan_tilt_topic.get(cx))?;
-        lanes.add::<BatteryState>(tape, Lane::Battery, &self.battery_topic.get(cx))?;
-        lanes.add::<WheelEncoders>(tape, Lane::Encoders, &self.encoders_topic.get(cx))?;
-        lanes.add::<Connection>(tape, Lane::Connection, &self.connection_topic.get(cx))?;
-        lanes.add::<Image>(tape, Lane::Image, &self.image_topic.get(cx))?;
-        if lanes.is_empty() {
-            return Err(format!(
-                "{} has no topic that a robot senses; it has {}",
-                tape.path(),
-                tape.topics()
-            )
-            .into());
+impl Inspect for Recording {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let Some(tape) = problems.expect(&self.file, self.tape(cx)) else {
+            return;
+        };
+        let mut found = true;
+        let lanes = self.lanes_or(cx, &tape, |topic, error| {
+            found = false;
+            problems.wrong(topic, error);
+            Ok(())
+        });
+        if found {
+            problems.expect(&self.file, lanes.and_then(|lanes| some(lanes, &tape)));
         }
+    }
+}
+
+impl Recording {
+    fn tape(&self, cx: &Context) -> Result<Tape> {
+        let file = self.file.get(cx);
+        if file.is_empty() {
+            return Err(
+                "it has no recording; give it one: file = \"drive.mcap\", or --set NAME.file=drive.mcap"
+                    .into(),
+            );
+        }
+        Ok(Tape::open(file.as_str())?)
+    }
+
+    fn lanes(&self, cx: &Context, tape: &Tape) -> Result<Lanes> {
+        some(self.lanes_or(cx, tape, |_, error| Err(error))?, tape)
+    }
+
+    /// The topics that are played; `wrong` is told of each that is not as its modulation says.
+    fn lanes_or(
+        &self,
+        cx: &Context,
+        tape: &Tape,
+        mut wrong: impl FnMut(&Modulation<Text<120>>, Error) -> Result,
+    ) -> Result<Lanes> {
+        let mut lanes = Lanes::default();
+        macro_rules! add {
+            ($($sensor:ident: $lane:ident as $topic:ident),*) => {$(
+                if let Err(error) = lanes.add::<$sensor>(tape, Lane::$lane, &self.$topic.get(cx)) {
+                    wrong(&self.$topic, error)?;
+                }
+            )*};
+        }
+        add!(
+            LaserScan: Laser as laser_topic,
+            RangeRing: Sonars as sonars_topic,
+            Odometry: Odometry as odometry_topic,
+            Bumpers: Bumpers as bumpers_topic,
+            PanTilt: PanTilt as pan_tilt_topic,
+            BatteryState: Battery as battery_topic,
+            WheelEncoders: Encoders as encoders_topic,
+            Connection: Connection as connection_topic,
+            Image: Image as image_topic
+        );
         Ok(lanes)
     }
 
@@ -313,6 +345,19 @@ impl Recording {
         };
         self.mission.write(cx, mission);
     }
+}
+
+/// Topics, if there are any.
+fn some(lanes: Lanes, tape: &Tape) -> Result<Lanes> {
+    if lanes.is_empty() {
+        return Err(format!(
+            "{} has no topic that a robot senses; it has {}",
+            tape.path(),
+            tape.topics()
+        )
+        .into());
+    }
+    Ok(lanes)
 }
 
 jde_schema::export!(

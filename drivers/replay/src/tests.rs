@@ -79,8 +79,12 @@ impl Played {
 
     #[track_caller]
     fn refused(mut self) -> String {
+        let found = self.bench.inspect().expect("it inspects");
         let refused = self.bench.awake().map_err(|Failure { reason, .. }| reason);
-        refused.expect_err("it is nothing to be played")
+        let reason = refused.expect_err("it is nothing to be played");
+        let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+        assert_eq!(said, [&*reason], "an inspection says the same");
+        reason
     }
 }
 

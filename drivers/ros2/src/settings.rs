@@ -1,5 +1,6 @@
 //! What the application says of the node and of the way to others, checked as far as that goes without trying.
 
+use jde_schema::prelude::{Modulation, Problems, Text};
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
@@ -29,6 +30,16 @@ pub(crate) struct Settings<'a> {
     pub(crate) schema: &'a str,
 }
 
+/// Where these are written, and the names of topics.
+pub(crate) struct Modulations<'m> {
+    pub(crate) config: &'m Modulation<Text<1024>>,
+    pub(crate) connect: &'m Modulation<Text<512>>,
+    pub(crate) domain: &'m Modulation<i32>,
+    pub(crate) namespace: &'m Modulation<Text<128>>,
+    pub(crate) node: &'m Modulation<Text<128>>,
+    pub(crate) topics: Vec<(&'m Modulation<Text<128>>, Text<128>)>,
+}
+
 impl Settings<'_> {
     /// The node's name.
     pub(crate) fn name(&self) -> Result<Name, String> {
@@ -38,6 +49,24 @@ impl Settings<'_> {
             namespace: names::namespace(self.namespace)?,
             node: names::node(self.node, self.schema)?,
         })
+    }
+
+    /// Reports what cannot work, each at its modulation.
+    pub(crate) fn inspect(&self, of: &Modulations<'_>, problems: &mut Problems<'_>) {
+        let environment = std::env::var("ROS_DOMAIN_ID").ok();
+        problems.expect(of.domain, names::domain(self.domain, environment.as_deref()));
+        let namespace = problems.expect(of.namespace, names::namespace(self.namespace));
+        problems.expect(of.node, names::node(self.node, self.schema));
+        if let Err(wrong) = self.way() {
+            match self.config {
+                "" => problems.wrong(of.connect, wrong),
+                _ => problems.wrong(of.config, wrong),
+            }
+        }
+        let namespace = namespace.unwrap_or_default();
+        for (modulation, name) in &of.topics {
+            problems.expect(modulation, names::topic(&namespace, name.as_str()));
+        }
     }
 
     /// The way to others, and the same in words.

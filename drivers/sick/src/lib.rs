@@ -9,8 +9,8 @@ mod telegram;
 
 use core::time::Duration;
 
-use jde_device::Device;
 use jde_device::port::{Address, Backoff, Port};
+use jde_device::{Device, inspect_port};
 use jde_schema::prelude::*;
 
 use scan::{Beams, Reach};
@@ -85,26 +85,15 @@ impl Schema for Lms2xx {
 
 impl Lms2xx {
     fn scanner(&self, cx: &Context) -> Result<Scanner> {
-        let address = self.port.get(cx);
-        if address.is_empty() {
-            return Err(
-                "it has no port; give it one in the application: port = \"serial:/dev/ttyUSB0@9600\"".into(),
-            );
-        }
-        let address = Address::parse(address.as_str())?;
-        let (baud, beams, reach) = (self.baud.get(cx), self.beams.get(cx), self.reach.get(cx));
-        if ![9600, 19_200, 38_400, 500_000].contains(&baud) {
-            return Err(format!("baud = {baud}: it can be 9600, 19200, 38400 or 500000").into());
-        }
+        let address = self.address(cx)?;
+        let baud = self.working(cx)?;
         let line = match address {
             Address::Serial { baud: first, .. } => Line::Serial { first, working: baud },
             Address::Tcp { .. } => Line::Fixed,
         };
         let wanted = Wanted {
-            beams: Beams::so_many(beams)
-                .ok_or_else(|| format!("beams = {beams}: it can be 101, 181, 201, 361 or 401"))?,
-            reach: Reach::metres(reach)
-                .ok_or_else(|| format!("reach = {reach}: it can be 8, 16, 32 or 80"))?,
+            beams: self.scan(cx)?,
+            reach: self.reach(cx)?,
             line,
         };
         let port = Port::new(address, Backoff::default());
@@ -112,6 +101,44 @@ impl Lms2xx {
             device: Device::new(port, wanted),
             last_scan: None,
         })
+    }
+
+    fn address(&self, cx: &Context) -> Result<Address> {
+        let address = self.port.get(cx);
+        if address.is_empty() {
+            return Err(
+                "it has no port; give it one in the application: port = \"serial:/dev/ttyUSB0@9600\"".into(),
+            );
+        }
+        Ok(Address::parse(address.as_str())?)
+    }
+
+    /// Speed of the line while scans come.
+    fn working(&self, cx: &Context) -> Result<u32> {
+        match self.baud.get(cx) {
+            baud @ (9600 | 19_200 | 38_400 | 500_000) => Ok(baud),
+            baud => Err(format!("baud = {baud}: it can be 9600, 19200, 38400 or 500000").into()),
+        }
+    }
+
+    fn scan(&self, cx: &Context) -> Result<Beams> {
+        let beams = self.beams.get(cx);
+        Beams::so_many(beams)
+            .ok_or_else(|| format!("beams = {beams}: it can be 101, 181, 201, 361 or 401").into())
+    }
+
+    fn reach(&self, cx: &Context) -> Result<Reach> {
+        let reach = self.reach.get(cx);
+        Reach::metres(reach).ok_or_else(|| format!("reach = {reach}: it can be 8, 16, 32 or 80").into())
+    }
+}
+
+impl Inspect for Lms2xx {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        inspect_port(&self.port, self.address(cx), problems);
+        problems.expect(&self.baud, self.working(cx));
+        problems.expect(&self.beams, self.scan(cx));
+        problems.expect(&self.reach, self.reach(cx));
     }
 }
 

@@ -110,7 +110,12 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
         let mut bench = Bench::<Lms2xx>::new();
         bench.set("port", Text::<256>::new("serial:/dev/no-such-line@9600"));
         set(&mut bench);
-        bench.awake().expect_err("it cannot be").reason
+        let found = bench.inspect().expect("it inspects");
+        let reason = bench.awake().expect_err("it cannot be").reason;
+        let said = found.iter().filter(|problem| !problem.unavailable);
+        let said: Vec<_> = said.map(|problem| &*problem.words).collect();
+        assert_eq!(said, [&*reason], "an inspection says the same");
+        reason
     };
     assert!(refused(|bench| bench.set("port", Text::<256>::EMPTY)).contains("give it one"));
     assert!(
@@ -128,5 +133,13 @@ fn what_cannot_be_is_refused_before_anything_is_opened() {
         refused(|bench| bench.set("reach", 10_u32)),
         "reach = 10: it can be 8, 16, 32 or 80"
     );
-    assert!(refused(|bench| bench.set_real_time(false)).contains("--lockstep"));
+    let mut bench = Bench::<Lms2xx>::new();
+    bench.set_real_time(false);
+    assert!(
+        bench
+            .awake()
+            .expect_err("nothing hurries it")
+            .reason
+            .contains("--lockstep")
+    );
 }

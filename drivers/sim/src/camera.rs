@@ -76,24 +76,8 @@ enum Sight {
 
 impl Schema for Camera {
     fn awake(&mut self, cx: &Context) -> Result {
-        if self.world.get(cx).is_empty() || self.robot.get(cx).is_empty() {
-            return Err(
-                "it has no world or no robot; give it both, as the robot's driver has them: world = \"worlds/hall.toml\", \
-                 robot = \"pioneer\""
-                    .into(),
-            );
-        }
-        let config = self.config(cx);
-        config.check()?;
-        if config.bytes() > MOST {
-            return Err(format!(
-                "a picture of {} x {} pixels has {} bytes: expected at most {MOST}, as 640 x 480 have; lower width or height",
-                config.width,
-                config.height,
-                config.bytes()
-            )
-            .into());
-        }
+        self.named(cx)?;
+        self.sound(cx)?;
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // Whatever was shown before it slept is shown anew.
         self.sight = Sight::Woken;
@@ -125,7 +109,47 @@ impl Schema for Camera {
     }
 }
 
+impl Inspect for Camera {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.width, self.sound(cx));
+        let world = self
+            .named(cx)
+            .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
+        if let Some(world) = problems.expect(&self.world, world) {
+            problems.expect(&self.robot, carrier(&world, self.robot.get(cx).as_str()));
+        }
+    }
+}
+
 impl Camera {
+    /// Whether it has a world and a robot.
+    fn named(&self, cx: &Context) -> Result {
+        if self.world.get(cx).is_empty() || self.robot.get(cx).is_empty() {
+            return Err(
+                "it has no world or no robot; give it both, as the robot's driver has them: world = \"worlds/hall.toml\", \
+                 robot = \"pioneer\""
+                    .into(),
+            );
+        }
+        Ok(())
+    }
+
+    /// Whether its numbers make pictures that fit.
+    fn sound(&self, cx: &Context) -> Result {
+        let config = self.config(cx);
+        config.check()?;
+        if config.bytes() > MOST {
+            return Err(format!(
+                "a picture of {} x {} pixels has {} bytes: expected at most {MOST}, as 640 x 480 have; lower width or height",
+                config.width,
+                config.height,
+                config.bytes()
+            )
+            .into());
+        }
+        Ok(())
+    }
+
     /// Shows nothing, and says once why if that lasts.
     fn wait(&mut self, cx: &Context) {
         self.sight = match self.sight {

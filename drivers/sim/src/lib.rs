@@ -10,7 +10,7 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 use jde_schema::types::{Movers, Scenery};
-use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2};
+use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2, World};
 
 pub use camera::Camera;
 use worlds::Hold;
@@ -166,39 +166,18 @@ impl Schema for Pioneer {
 impl Pioneer {
     /// Puts the robot where the world's file says.
     fn enter(&self, cx: &Context) -> Result<Body> {
-        let path = self.world.get(cx);
-        if path.is_empty() {
-            return Err(
-                "it has no world; give it one in the application: world = \"worlds/office.toml\"".into(),
-            );
-        }
-        let named = self.robot.get(cx);
-        let name = if named.is_empty() {
-            cx.name()
-        } else {
-            named.as_str()
-        };
-        let acceleration = self.acceleration.get(cx);
-        let config = RobotConfig {
-            radius: self.radius.get(cx),
-            linear_acceleration: acceleration,
-            linear_deceleration: acceleration,
-            wheel_scale_sigma: self.wheel_error.get(cx),
-            odometry_origin: OdometryOrigin::StartPose,
-            ..RobotConfig::default()
-        };
-        let lasers = LaserConfig {
-            beams: self.laser_beams.get(cx) as usize,
-            field_of_view: self.laser_view.get(cx),
-            range_max: self.laser_range.get(cx),
-            sigma: self.laser_noise.get(cx),
-            ..LaserConfig::default()
-        };
+        let path = self.path(cx)?;
+        let (name, config) = (self.robot_name(cx), self.config(cx));
+        let lasers = self.lasers(cx);
         let ring = SonarConfig {
             sigma: self.sonar_noise.get(cx),
             ..SonarConfig::default()
         };
-        let hold = Hold::take((cx.application(), path.as_str(), cx.seed()), name, config)?;
+        let hold = Hold::take(
+            (cx.application(), path.as_str(), cx.seed()),
+            name.as_str(),
+            config,
+        )?;
         let since = cx.now();
         Ok(Body {
             hold,
@@ -207,6 +186,63 @@ impl Pioneer {
             since,
             due: None,
         })
+    }
+
+    fn path(&self, cx: &Context) -> Result<Text<1024>> {
+        let path = self.world.get(cx);
+        if path.is_empty() {
+            return Err(
+                "it has no world; give it one in the application: world = \"worlds/office.toml\"".into(),
+            );
+        }
+        Ok(path)
+    }
+
+    fn robot_name(&self, cx: &Context) -> String {
+        let named = self.robot.get(cx);
+        if named.is_empty() {
+            cx.name()
+        } else {
+            named.as_str()
+        }
+        .to_owned()
+    }
+
+    fn config(&self, cx: &Context) -> RobotConfig {
+        let acceleration = self.acceleration.get(cx);
+        RobotConfig {
+            radius: self.radius.get(cx),
+            linear_acceleration: acceleration,
+            linear_deceleration: acceleration,
+            wheel_scale_sigma: self.wheel_error.get(cx),
+            odometry_origin: OdometryOrigin::StartPose,
+            ..RobotConfig::default()
+        }
+    }
+
+    fn lasers(&self, cx: &Context) -> LaserConfig {
+        LaserConfig {
+            beams: self.laser_beams.get(cx) as usize,
+            field_of_view: self.laser_view.get(cx),
+            range_max: self.laser_range.get(cx),
+            sigma: self.laser_noise.get(cx),
+            ..LaserConfig::default()
+        }
+    }
+}
+
+impl Inspect for Pioneer {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.laser_range, self.lasers(cx).check());
+        let world = self
+            .path(cx)
+            .and_then(|path| Ok(World::load(path.as_str(), cx.seed())?));
+        if let Some(mut world) = problems.expect(&self.world, world) {
+            problems.expect(
+                &self.robot,
+                world.add_robot(&self.robot_name(cx), self.config(cx)),
+            );
+        }
     }
 }
 

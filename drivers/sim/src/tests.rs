@@ -352,14 +352,14 @@ fn a_robot_without_a_name_has_that_of_its_schema() {
 
 #[track_caller]
 fn refused(world: &str, name: &str, words: &[&str]) {
-    let reason = Robot::asleep(world, name)
-        .bench
-        .awake()
-        .expect_err("it has no place")
-        .reason;
+    let mut bench = Robot::asleep(world, name).bench;
+    let found = bench.inspect().expect("it inspects");
+    let reason = bench.awake().expect_err("it has no place").reason;
     for word in words {
         assert!(reason.contains(word), "`{word}` is not in: {reason}");
     }
+    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(said, [reason], "an inspection says the same");
 }
 
 #[test]
@@ -382,11 +382,13 @@ fn without_a_place_in_a_world_it_says_what_to_do() {
 fn a_robot_has_one_driver() {
     let (_folder, path) = file(ROOM);
     let _first = Robot::awake(&path, "bench");
-    refused(
-        &path,
-        "bench",
-        &["robot `bench` has a driver already", "robot = "],
+    let mut second = Robot::asleep(&path, "bench").bench;
+    let reason = second.awake().expect_err("it has no place").reason;
+    assert!(
+        reason.contains("robot `bench` has a driver already") && reason.contains("robot = "),
+        "{reason}"
     );
+    assert_eq!(second.inspect(), Ok(vec![]), "an inspection sees no other driver");
 }
 
 #[test]

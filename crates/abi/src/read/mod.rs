@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema, Type};
-use crate::{raw, table, unit};
+use crate::{inspect, raw, table, unit};
 
 mod place;
 mod types;
@@ -223,6 +223,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             children,
             arbitrates: table.arbitrate.is_some(),
             panel: panel(&here, table)?,
+            inspects: inspects(&here, table)?,
         })
     }
 }
@@ -237,6 +238,15 @@ unsafe fn panel(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
             here.wrong("its panel's draw is null; a panel is drawn, or is none")
         }
         Ok(panel) => Ok(panel.is_some()),
+    }
+}
+
+/// Whether there is an inspection, which must be one that can be called.
+unsafe fn inspects(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
+    // SAFETY: the caller's.
+    match unsafe { inspect::of(table) } {
+        Err(wrong) => here.wrong(format!("of its ability `{}`: {wrong}", raw::ABILITY_INSPECT)),
+        Ok(inspect) => Ok(inspect.is_some()),
     }
 }
 

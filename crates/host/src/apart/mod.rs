@@ -16,6 +16,7 @@
 //! What a child may use is limited in `limits`; nothing here decides what follows a death: that is the restart policy's.
 
 mod caller;
+mod inspect;
 mod launch;
 mod limits;
 mod memory;
@@ -30,6 +31,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use caller::{Apart, MOST_SENT};
+pub(crate) use inspect::{inspected, only_look};
 pub(crate) use process::{Processes, end_in_words};
 pub use serve::{ServeError, serve};
 pub(crate) use wire::{Frame, Kind, Wire};

@@ -73,6 +73,15 @@ impl Faults {
 }
 
 impl Fault {
+    pub(super) fn new(place: Place, message: String) -> Self {
+        Self {
+            place,
+            message,
+            help: None,
+            counted: false,
+        }
+    }
+
     /// The line it is in, from 1; none for a whole file or an option.
     #[must_use]
     pub fn line(&self) -> Option<usize> {

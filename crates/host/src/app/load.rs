@@ -15,8 +15,8 @@ use super::report::Report;
 use super::settings::Settings;
 use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Instance, Override, conflict, file, groups, many, modulations, needs,
-    syntax, types, wiring,
+    Application, Catalogue, Faults, Inspection, Instance, Override, conflict, file, groups, inspect, many,
+    modulations, needs, syntax, types, wiring,
 };
 
 /// Reads and checks an application file; paths in it are relative to its folder, paths in `overrides` to the working
@@ -61,9 +61,15 @@ fn read(
     outline.look = look;
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
     many::name_children(&mut report, &mut outline.drafts);
-    let checked = check(&mut report, outline, plugins, overrides, &file);
-    report.finish()?;
-    let application = checked.expect("an application without faults is complete");
+    let given = Given {
+        overrides,
+        file: &file,
+        catalogue,
+    };
+    let checked = check(&mut report, outline, plugins, given);
+    let concerns = report.finish()?;
+    let mut application = checked.expect("an application without faults is complete");
+    application.concerns = concerns;
     application.spec().validate().map_err(|errors| {
         let mut report = Report::new(path, text);
         for error in errors {
@@ -74,16 +80,24 @@ fn read(
     Ok(application)
 }
 
+/// What an application is checked with.
+#[derive(Clone, Copy)]
+struct Given<'g> {
+    overrides: &'g [Override],
+    /// Where its file stands, absolute.
+    file: &'g Path,
+    catalogue: &'g dyn Catalogue,
+}
+
 /// Everything after the types; none only if there are faults.
 fn check(
     report: &mut Report,
     outline: Outline,
     plugins: Vec<Arc<Plugin>>,
-    overrides: &[Override],
-    file: &Path,
+    given: Given<'_>,
 ) -> Option<Application> {
     let drafts = &outline.drafts;
-    modulations::refuse_strangers(report, drafts, overrides);
+    modulations::refuse_strangers(report, drafts, given.overrides);
     let family = Family::read(report, drafts, &outline.roots);
     let fathers = family.fathers(report, drafts);
     let levels = outline.roots.levels.iter().zip(&family.roots);
@@ -99,10 +113,9 @@ fn check(
         instances.push(instance(
             report,
             &outline,
-            overrides,
-            file,
-            index,
-            kin,
+            &plugins,
+            given,
+            (index, kin),
             &mut remotes,
         ));
     }
@@ -134,7 +147,7 @@ fn check(
     Some(Application {
         name: outline.name,
         doc: outline.doc,
-        path: file.to_owned(),
+        path: given.file.to_owned(),
         seed: outline.seed,
         executor: outline.executor,
         mission,
@@ -144,6 +157,7 @@ fn check(
         groups,
         link: outline.link,
         remotes,
+        concerns: None,
     })
 }
 
@@ -152,10 +166,9 @@ fn check(
 fn instance(
     report: &mut Report,
     outline: &Outline,
-    overrides: &[Override],
-    file: &Path,
-    index: usize,
-    kin: &[Kin],
+    plugins: &[Arc<Plugin>],
+    given: Given<'_>,
+    (index, kin): (usize, &[Kin]),
     remotes: &mut Remotes,
 ) -> Option<Instance> {
     let draft = outline.drafts.get(index);
@@ -170,7 +183,9 @@ fn instance(
     };
     let mut bindings = wiring::unbound(&schema);
     let look = outline.look;
-    let folder = file.parent().unwrap_or(Path::new("/"));
+    let overrides = given.overrides;
+    let faults = report.count();
+    let folder = given.file.parent().unwrap_or(Path::new("/"));
     modulations::from_file(report, section, &schema, Paths { folder, look }, &mut bindings);
     let working = std::env::current_dir().unwrap_or_default();
     let paths = Paths {
@@ -181,6 +196,21 @@ fn instance(
         report.in_option(given.to_string(), |report| {
             modulations::from_option(report, given, &here, paths, &mut settings, &mut bindings);
         });
+    }
+    // Of values that are refused already there is no more to say.
+    if look && schema.inspects && report.count() == faults {
+        let asked = Inspection {
+            number: found.number,
+            name: draft.name,
+            bindings: &bindings,
+        };
+        inspect::ask(
+            report,
+            given.catalogue,
+            &plugins[found.plugin],
+            (&here, &asked),
+            overrides,
+        );
     }
     wiring::imports(report, &here, remotes, &mut bindings);
     wiring::triggers(report, &here, &mut bindings);

@@ -39,6 +39,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_abi::describe::{Plugin, Schema};
+use jde_abi::inspect::Problem;
 use jde_core::{Absence, Policy, Restart};
 
 mod children;
@@ -51,6 +52,7 @@ mod fault;
 mod file;
 pub mod given;
 mod groups;
+mod inspect;
 mod isolation;
 pub mod link;
 mod load;
@@ -76,6 +78,7 @@ mod variable;
 mod wiring;
 
 pub use fault::{Fault, Faults, Place};
+pub use inspect::Inspection;
 pub use isolation::Isolation;
 pub use link::Link;
 pub use load::{load, parse};
@@ -110,6 +113,9 @@ pub struct Application {
     pub link: Link,
     /// The variables of other applications that it imports.
     pub remotes: Vec<Remote>,
+    /// What its schemas find missing at present in what their modulations name, or why one could not be asked: no reason not to
+    /// start.
+    pub concerns: Option<Faults>,
 }
 
 /// How an application runs in real time.
@@ -238,6 +244,15 @@ pub trait Catalogue {
     /// # Errors
     /// Why it cannot be used, in words that complete "plugin `x` cannot be used: ".
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String>;
+
+    /// What a type of schema of that plugin finds wrong with what its modulations name. Nothing where nobody can be asked.
+    ///
+    /// # Errors
+    /// Why it could not be asked, or answered nonsense.
+    fn inspect(&self, plugin: &Arc<Plugin>, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
+        let _ = (plugin, asked);
+        Ok(Vec::new())
+    }
 
     /// Names that an application may write as a `type`, to suggest one that is near a slip.
     fn known(&self) -> Vec<String>;

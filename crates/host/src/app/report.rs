@@ -18,6 +18,8 @@ pub(super) struct Report<'a> {
     lines: Vec<usize>,
     option: Option<String>,
     faults: Vec<Fault>,
+    /// What is no reason not to start.
+    concerns: Vec<Fault>,
     /// The last that was only counted.
     spare: Option<Fault>,
     more: usize,
@@ -32,6 +34,7 @@ impl<'a> Report<'a> {
             lines: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
             option: None,
             faults: Vec::new(),
+            concerns: Vec::new(),
             spare: None,
             more: 0,
         }
@@ -39,10 +42,9 @@ impl<'a> Report<'a> {
 
     /// Adds a fault at a piece of the text, or at the option under examination.
     pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
-        let place = match &self.option {
-            _ if self.faults.len() == MOST => Place::File(PathBuf::new()),
-            Some(option) => Place::Option(option.clone()),
-            None => self.place(span),
+        let place = match self.faults.len() {
+            MOST => Place::File(PathBuf::new()),
+            _ => self.here(span),
         };
         self.push(place, message.into())
     }
@@ -65,21 +67,44 @@ impl<'a> Report<'a> {
         self.lines.partition_point(|start| *start <= at)
     }
 
-    /// Nothing, if nothing was found wrong.
-    pub(super) fn finish(self) -> Result<(), Faults> {
+    /// Adds what is no reason not to start, at a piece of the text or at the option under examination.
+    pub(super) fn concern(&mut self, span: &Range<usize>, message: impl Into<String>) {
+        if self.concerns.len() < MOST {
+            let place = self.here(span);
+            self.concerns.push(Fault::new(place, message.into()));
+        }
+    }
+
+    /// How many faults were found.
+    pub(super) fn count(&self) -> usize {
+        self.faults.len() + self.more
+    }
+
+    /// What is no reason not to start, if that is all there is.
+    pub(super) fn finish(self) -> Result<Option<Faults>, Faults> {
         if self.faults.is_empty() {
-            return Ok(());
+            let any = !self.concerns.is_empty();
+            return Ok(any.then(|| Faults::new(self.concerns, 0)));
         }
         Err(self.into_faults())
     }
 
-    /// What was found wrong, which is something.
-    pub(super) fn into_faults(self) -> Faults {
+    /// What was found wrong, which is something, with the rest.
+    pub(super) fn into_faults(mut self) -> Faults {
         debug_assert!(
             !self.faults.is_empty(),
             "faults are asked for where there are none"
         );
+        self.faults.append(&mut self.concerns);
         Faults::new(self.faults, self.more)
+    }
+
+    /// A piece of the text, or the option under examination.
+    fn here(&self, span: &Range<usize>) -> Place {
+        match &self.option {
+            Some(option) => Place::Option(option.clone()),
+            None => self.place(span),
+        }
     }
 
     fn place(&self, span: &Range<usize>) -> Place {
@@ -99,10 +124,8 @@ impl<'a> Report<'a> {
     fn push(&mut self, place: Place, message: String) -> &mut Fault {
         let counted = self.faults.len() == MOST;
         let fault = Fault {
-            place,
-            message,
-            help: None,
             counted,
+            ..Fault::new(place, message)
         };
         if counted {
             self.more += 1;

@@ -8,6 +8,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
+use jde_abi::inspect::{self, Problem};
 use jde_abi::raw::{self, Context, Host};
 use jde_abi::{state, table};
 use jde_panel::{Gesture, List};
@@ -215,6 +216,21 @@ impl Here {
                 bytes.len() as u64,
             )
         }
+    }
+}
+
+impl Here {
+    /// Has it inspect what its modulations name; also answers with what it found.
+    pub(crate) fn inspect(&mut self, given: Given<'_>) -> (i32, Result<Vec<Problem>, String>) {
+        // SAFETY: the table was checked.
+        let inspect = unsafe { inspect::of(&self.table) }.unwrap_or_default();
+        let Some(inspect) = inspect.and_then(|inspect| inspect.inspect) else {
+            return (raw::FAILED, Err(String::from("it has no inspection")));
+        };
+        inspect::lend(|problems| {
+            // SAFETY: as in `awake`; the list lives for the call.
+            unsafe { inspect(self.this.as_ptr(), given.context, problems) }
+        })
     }
 }
 

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
 use serde::{Deserialize, Serialize};
 
-use crate::app::Catalogue;
+use crate::app::{Catalogue, Inspection};
 
 use super::copy::PrivateCopy;
 use super::inspect::Inspector;
@@ -209,7 +210,7 @@ impl Plugins {
             return Ok(plugin.clone());
         }
         let copy = copy::of(&key)
-            .and_then(|copy| self.inspect(&key, copy))
+            .and_then(|copy| self.looked_at(&key, copy))
             .map_err(unusable(file))?;
         let plugin = Loaded::of(&key, copy).map_err(unusable(file))?;
         loaded.insert(key, vec![plugin.clone()]);
@@ -217,7 +218,7 @@ impl Plugins {
     }
 
     /// Has a copy looked at before it is mapped here, if somebody does that.
-    fn inspect(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
+    fn looked_at(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
         if let Some(inspector) = &self.inspector {
             inspector.look(copy.path(), file)?;
         }
@@ -241,7 +242,7 @@ impl Plugins {
         if let Some(known) = known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(known);
         }
-        let inspected = self.inspect(&key, copy);
+        let inspected = self.looked_at(&key, copy);
         // It would be idle until the next build.
         self.dismiss_inspector();
         let copy = inspected.map_err(unusable(file))?;
@@ -310,6 +311,28 @@ impl Catalogue for Plugins {
         self.load(name, extra_dirs)
             .map(|plugin| plugin.description)
             .map_err(|error| error.to_string())
+    }
+
+    /// Asked in the process that looks at files ([`Plugins::inspected_by`]): without one nobody is asked, nor are plugins that are
+    /// linked in.
+    fn inspect(
+        &self,
+        plugin: &Arc<describe::Plugin>,
+        asked: &Inspection<'_>,
+    ) -> Result<Vec<Problem>, String> {
+        let Some(inspector) = &self.inspector else {
+            return Ok(Vec::new());
+        };
+        let described = self.described.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = described
+            .values()
+            .find(|found| Arc::ptr_eq(&found.description, plugin));
+        let looked_at = found.and_then(|found| found.path.clone());
+        drop(described);
+        match looked_at.or_else(|| self.file_of(plugin)) {
+            Some(path) => inspector.inspect(&path, asked),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// The names of all files that are plugins by their looks, and the types of those that are loaded: a suggestion is no reason

@@ -130,11 +130,34 @@ static int32_t arbitrate(void *instance, jde_context *context, const jde_level *
     return JDE_OK;
 }
 
+/* What version 1.0 did not have: too fast a child says so before it starts. */
+#ifdef JDE_ABILITY_INSPECT
+static int32_t inspect(void *instance, jde_context *context, const jde_problems *problems)
+{
+    one *self = instance;
+    const double *wanted = jde_get(self->host, context, PACE, sizeof *wanted, NULL);
+    if (wanted == NULL) {
+        return jde_failed(self->host, context, "a modulation always has a value");
+    }
+    return *wanted > 0.5 ? jde_problem(problems, JDE_PROBLEM_WRONG, PACE, "too fast: at most 0.5") : JDE_OK;
+}
+
+static const jde_inspect inspection = {(uint32_t)sizeof(jde_inspect), 0u, inspect};
+
+static const void *ability(const char *id)
+{
+    return strcmp(id, JDE_ABILITY_INSPECT) == 0 ? &inspection : NULL;
+}
+#define ABILITY ability
+#else
+#define ABILITY NULL
+#endif
+
 static const jde_schema schemas[] = {
     {(uint32_t)sizeof(jde_schema), JDE_DRIVER, "base", "Moves.", JDE_MS(10), 0u, base_ports, NULL, JDE_COUNT(base_ports), 0u,
      create, free, NULL, NULL, drive, NULL, NULL, NULL},
     {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "child", "Goes.", JDE_MS(10), 0u, child_ports, NULL, JDE_COUNT(child_ports), 0u,
-     create, free, NULL, is_ready, go, NULL, NULL, NULL},
+     create, free, NULL, is_ready, go, NULL, NULL, ABILITY},
     {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "father", "Leads.", JDE_MS(10), 0u, father_ports, children,
      JDE_COUNT(father_ports), JDE_COUNT(children), create, free, NULL, is_ready, lead, arbitrate, NULL, NULL},
 };

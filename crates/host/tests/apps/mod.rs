@@ -308,6 +308,7 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         children: Vec::new(),
         arbitrates: false,
         panel: false,
+        inspects: false,
     }
 }
 

@@ -11,6 +11,8 @@ use crate::{inspect, load, terminal};
 
 /// Check an application without starting it: all that is wrong with it, or what will run.
 ///
+/// Drivers look at what they name: whether a robot is in its world, a recording is one, a device is there.
+///
 /// Prints the schemas by father and group with what they are bound to, and for every group the longest time that a takeover
 /// may need (its contract), with the sum it comes from.
 #[derive(Args)]
@@ -32,6 +34,8 @@ impl Check {
         let mut out = terminal::out();
         inspect::application(&application, &mut out)?;
         out.flush()?;
-        Ok(())
+        application
+            .concerns
+            .map_or(Ok(()), |faults| Err(Failure::missing(faults)))
     }
 }

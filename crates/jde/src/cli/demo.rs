@@ -51,7 +51,7 @@ pub(super) struct Demo {
 impl Demo {
     /// Runs it.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut loaded = load::application(Path::new(APPLICATION), &[])?;
+        let mut loaded = load::to_start(Path::new(APPLICATION), &[])?;
         let log = log(filter, &loaded)?;
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;

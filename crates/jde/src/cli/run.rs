@@ -125,7 +125,7 @@ pub(super) struct Time {
 impl Run {
     /// Runs it.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut loaded = load::application(&self.application, &self.set)?;
+        let mut loaded = load::to_start(&self.application, &self.set)?;
         let log = log(filter, &loaded)?;
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;

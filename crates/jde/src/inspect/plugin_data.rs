@@ -28,6 +28,7 @@ struct SchemaData {
     budget_ns: u64,
     arbitrates: bool,
     panel: bool,
+    inspects: bool,
     ports: Vec<PortData>,
     children: Vec<ChildData>,
 }
@@ -103,6 +104,7 @@ fn schema(schema: &Schema) -> SchemaData {
         budget_ns: schema.budget_ns.unwrap_or(schema.period_ns),
         arbitrates: schema.arbitrates,
         panel: schema.panel,
+        inspects: schema.inspects,
         ports: schema.ports.iter().map(|it| port(schema, it)).collect(),
         children: schema.children.iter().map(child).collect(),
     }

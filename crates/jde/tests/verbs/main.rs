@@ -6,6 +6,7 @@ mod damaged;
 mod demo;
 mod disk;
 mod inspecting;
+mod inspections;
 mod isolated;
 mod naming;
 mod new;

@@ -80,7 +80,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     Ok(quote! {
         const _: () = {
             use ::jde_schema::derived;
-            #[allow(unused_imports, reason = "it is used by schemas without an arbitration, a panel or a memory of their own")]
+            #[allow(unused_imports, reason = "it is used by schemas without an arbitration or an ability of their own")]
             use derived::Without as _;
 
             static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
@@ -102,6 +102,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 );
                 const PANEL: Option<derived::raw::Panel> = derived::Own::<#ident>::PANEL;
                 const STATE: Option<derived::raw::State> = derived::Own::<#ident>::STATE;
+                const INSPECT: Option<derived::raw::Inspect> = derived::Own::<#ident>::INSPECT;
 
                 unsafe fn build() -> Self {
                     Self { #(#values),* }

@@ -33,7 +33,7 @@ impl<S> Bench<S> {
         // SAFETY: the table's own function, instance and context, and a saver that lives until it returns.
         let (done, kept) =
             state::lend(|saver| self.call(|instance, cx| unsafe { save(instance, cx, saver) }));
-        self.refuse_writes("saved")?;
+        self.refuse_writes("save")?;
         done?;
         let bytes = kept.map_err(|too_many| Failure {
             code: raw::BAD_ARGUMENT,
@@ -62,17 +62,18 @@ impl<S> Bench<S> {
         let done = self.call(|instance, cx| unsafe {
             restore(instance, cx, *version, bytes.as_ptr().cast(), bytes.len() as u64)
         });
-        self.refuse_writes("restored")?;
+        self.refuse_writes("restore")?;
         done
     }
 
-    fn refuse_writes(&mut self, what: &str) -> Result<(), Failure> {
+    /// Fails if a call that changes nothing tried to.
+    pub(super) fn refuse_writes(&mut self, call: &str) -> Result<(), Failure> {
         let wrote = self.place.drawing.take().unwrap_or_default();
         match wrote.first() {
             None => Ok(()),
             Some(tried) => Err(Failure {
                 code: raw::REFUSED,
-                reason: format!("it tried to {tried} while what it remembers was {what}"),
+                reason: format!("it tried to {tried} in {call}, which changes nothing"),
             }),
         }
     }

@@ -6,6 +6,7 @@
 mod bytes;
 mod failure;
 mod host;
+mod inspect;
 mod memory;
 mod names;
 mod panel;
@@ -20,6 +21,7 @@ use jde_abi::{describe, raw, read, table};
 use jde_types::{Modulated, Value, wire};
 
 pub use failure::Failure;
+pub use inspect::Problem;
 pub use memory::Remembered;
 use names::{Kind, unknown};
 pub use panel::Drawn;

@@ -10,6 +10,7 @@ use jde_abi::{raw, table};
 
 use super::calls::call;
 use crate::context::Context;
+use crate::inspect::{Inspect, Problems};
 use crate::memory::{Memory, Saved, Saving};
 use crate::panel::{self, Gesture, Panel};
 use crate::schema::Describe;
@@ -34,7 +35,16 @@ pub(super) const fn state<S: Memory>() -> raw::State {
     }
 }
 
-/// Its panel and its memory, if it has them; no other.
+/// The table of an inspection.
+pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
+    raw::Inspect {
+        size: size_of::<raw::Inspect>() as u32,
+        reserved: 0,
+        inspect: Some(inspect::<S>),
+    }
+}
+
+/// Its panel, its memory and its inspection, if it has them; no other.
 ///
 /// # Safety
 /// As [`raw::Schema::ability`]; so for all functions here, each as the field of its name.
@@ -50,8 +60,28 @@ pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *cons
         Ok(raw::ABILITY_STATE) => const { &S::STATE }
             .as_ref()
             .map_or(ptr::null(), |state| ptr::from_ref(state).cast()),
+        Ok(raw::ABILITY_INSPECT) => const { &S::INSPECT }
+            .as_ref()
+            .map_or(ptr::null(), |inspect| ptr::from_ref(inspect).cast()),
         _ => ptr::null(),
     }
+}
+
+unsafe extern "C" fn inspect<S: Inspect>(
+    instance: *mut c_void,
+    cx: *mut raw::Context,
+    problems: *const raw::Problems,
+) -> i32 {
+    // SAFETY: the host's table, which lives until this call returns.
+    let Ok(list) = (unsafe { table::read(problems) }) else {
+        return raw::BAD_ARGUMENT;
+    };
+    let inspect = |schema: &mut S, cx: &Context<'_>| {
+        schema.inspect(cx, &mut Problems::new(&list, cx.ports));
+        Ok(())
+    };
+    // SAFETY: the host's pointers.
+    unsafe { call::<S>(instance, cx, inspect) }
 }
 
 unsafe extern "C" fn save<S: Memory>(

@@ -8,6 +8,7 @@ use jde_abi::raw;
 use jde_types::{Modulated, Value};
 
 use super::{abilities, calls};
+use crate::inspect::Inspect;
 use crate::memory::Memory;
 use crate::panel::Panel;
 use crate::schema::{Arbitrate, Schema};
@@ -26,7 +27,7 @@ pub struct About {
     pub budget_ns: u64,
 }
 
-/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel, a memory. Hides those of [`Without`].
+/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel, a memory, an inspection. Hides those of [`Without`].
 pub struct Own<S>(PhantomData<S>);
 
 /// What a schema type has not.
@@ -37,6 +38,8 @@ pub trait Without {
     const PANEL: Option<raw::Panel> = None;
     /// None.
     const STATE: Option<raw::State> = None;
+    /// None.
+    const INSPECT: Option<raw::Inspect> = None;
 }
 
 type ArbitrateFn = unsafe extern "C" fn(
@@ -59,6 +62,11 @@ impl<S: Panel> Own<S> {
 impl<S: Memory> Own<S> {
     /// Its table.
     pub const STATE: Option<raw::State> = Some(abilities::state::<S>());
+}
+
+impl<S: Inspect> Own<S> {
+    /// Its table.
+    pub const INSPECT: Option<raw::Inspect> = Some(abilities::inspection::<S>());
 }
 
 impl<S> Without for Own<S> {}
@@ -94,9 +102,9 @@ pub const fn schema<S: Schema>(
         iterate: Some(calls::iterate::<S>),
         arbitrate,
         sleep: Some(calls::sleep::<S>),
-        ability: match (&S::PANEL, &S::STATE) {
-            (None, None) => None,
-            (Some(_), _) | (_, Some(_)) => Some(abilities::ability::<S>),
+        ability: match (&S::PANEL, &S::STATE, &S::INSPECT) {
+            (None, None, None) => None,
+            (Some(_), _, _) | (_, Some(_), _) | (_, _, Some(_)) => Some(abilities::ability::<S>),
         },
     }
 }

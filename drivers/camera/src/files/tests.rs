@@ -142,11 +142,15 @@ fn nothing_to_show_is_an_error_that_says_what_to_do() {
         if path != "folder" {
             show.bench.set("path", Text::<1024>::new(path));
         }
+        let found = show.bench.inspect().expect("it inspects");
         let awake = show.bench.awake();
-        awake
+        let reason = awake
             .and_then(|()| show.bench.iterate())
             .expect_err("there is nothing")
-            .reason
+            .reason;
+        let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+        assert_eq!(said, [&*reason], "an inspection says the same");
+        reason
     };
     assert!(refused(&[], "").contains("path = \"pictures\""));
     assert!(refused(&[("a.txt", vec![])], "folder").contains("no file of it ends in .png, .jpg or .jpeg"));

@@ -10,7 +10,7 @@ use crate::keys::{Quality, Topic};
 use crate::messages::Codec;
 use crate::node::Plan;
 use crate::scan::Sweep;
-use crate::settings::Settings;
+use crate::settings::{Modulations, Settings};
 use crate::wire::{Inlet, Wire};
 use up::Up;
 
@@ -130,11 +130,32 @@ impl Schema for Base {
     }
 }
 
+impl Inspect for Base {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let topics = [
+            &self.laser_topic,
+            &self.odometry_topic,
+            &self.image_topic,
+            &self.battery_topic,
+            &self.velocity_topic,
+        ];
+        let of = Modulations {
+            config: &self.config,
+            connect: &self.connect,
+            domain: &self.domain,
+            namespace: &self.namespace,
+            node: &self.node,
+            topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
+        };
+        self.with_settings(cx, |settings| settings.inspect(&of, problems));
+    }
+}
+
 impl Base {
-    fn start(&self, cx: &Context) -> Result<Up> {
+    fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
         let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
         let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
-        let settings = Settings {
+        work(Settings {
             config: config.as_str(),
             connect: connect.as_str(),
             listen: listen.as_str(),
@@ -143,7 +164,14 @@ impl Base {
             namespace: namespace.as_str(),
             node: node.as_str(),
             schema: cx.name(),
-        };
+        })
+    }
+
+    fn start(&self, cx: &Context) -> Result<Up> {
+        self.with_settings(cx, |settings| self.start_with(cx, &settings))
+    }
+
+    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<Up> {
         let name = settings.name()?;
         let (config, place) = settings.way()?;
         let mut topics = Vec::new();

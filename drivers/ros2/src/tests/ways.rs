@@ -96,6 +96,38 @@ fn what_cannot_be_right_is_refused_on_awakening() {
 }
 
 #[test]
+fn an_inspection_names_the_modulation_and_calls_nobody() {
+    let found = |change: &dyn Fn(&mut Bench<Topics>)| {
+        let mut trial = Trial::<Topics>::at("tcp/localhost:7447");
+        change(&mut trial.bench);
+        let found = trial.bench.inspect().unwrap();
+        let names = found.into_iter().map(|problem| problem.modulation);
+        names.collect::<Vec<_>>()
+    };
+    assert!(found(&|_| {}).is_empty());
+    assert_eq!(
+        found(&|bench| bench.set("connect", Text::<512>::EMPTY)),
+        ["connect"]
+    );
+    assert_eq!(
+        found(&|bench| bench.set("laser_topic", Text::<128>::new("my scan"))),
+        ["laser_topic"]
+    );
+    assert_eq!(
+        found(&|bench| bench.set("namespace", Text::<128>::new("a-b"))),
+        ["namespace"]
+    );
+    assert_eq!(
+        found(&|bench| bench.set("node", Text::<128>::new("a/b"))),
+        ["node"]
+    );
+    assert_eq!(
+        found(&|bench| bench.set("config", Text::<1024>::new("no.json5"))),
+        ["config"]
+    );
+}
+
+#[test]
 fn the_threads_of_zenoh_give_way_to_those_of_the_robot() {
     let place = free();
     let own: Vec<String> = threads().into_iter().map(|(name, _)| name).collect();

@@ -7,7 +7,7 @@ use jde_schema::prelude::*;
 use crate::keys::Quality;
 use crate::messages::Codec;
 use crate::node::Plan;
-use crate::settings::Settings;
+use crate::settings::{Modulations, Settings};
 use crate::tf::{Transforms, echoes};
 use crate::wire::{Inlet, Wire};
 use outlet::{Outlet, due, offer, outlet};
@@ -161,12 +161,34 @@ impl Schema for Topics {
     }
 }
 
+impl Inspect for Topics {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let topics = [
+            &self.laser_topic,
+            &self.odometry_topic,
+            &self.image_topic,
+            &self.sonars_topic,
+            &self.battery_topic,
+            &self.tf_topic,
+            &self.cmd_vel_topic,
+        ];
+        let of = Modulations {
+            config: &self.config,
+            connect: &self.connect,
+            domain: &self.domain,
+            namespace: &self.namespace,
+            node: &self.node,
+            topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
+        };
+        self.with_settings(cx, |settings| settings.inspect(&of, problems));
+    }
+}
+
 impl Topics {
-    /// A node with a topic for each import that is bound.
-    fn start(&self, cx: &Context) -> Result<Up> {
+    fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
         let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
         let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
-        let settings = Settings {
+        work(Settings {
             config: config.as_str(),
             connect: connect.as_str(),
             listen: listen.as_str(),
@@ -175,7 +197,15 @@ impl Topics {
             namespace: namespace.as_str(),
             node: node.as_str(),
             schema: cx.name(),
-        };
+        })
+    }
+
+    /// A node with a topic for each import that is bound.
+    fn start(&self, cx: &Context) -> Result<Up> {
+        self.with_settings(cx, |settings| self.start_with(cx, &settings))
+    }
+
+    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<Up> {
         let name = settings.name()?;
         let (config, place) = settings.way()?;
         let mut topics = Vec::new();

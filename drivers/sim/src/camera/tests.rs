@@ -216,6 +216,7 @@ fn two_runs_see_the_same_bytes() {
 
 #[track_caller]
 fn refused(mut camera: Bench<Camera>, words: &[&str]) {
+    let found = camera.inspect().expect("it inspects");
     let reason = match camera.awake() {
         Err(failure) => failure.reason,
         Ok(()) => camera.iterate().expect_err("it has no picture").reason,
@@ -223,6 +224,8 @@ fn refused(mut camera: Bench<Camera>, words: &[&str]) {
     for word in words {
         assert!(reason.contains(word), "`{word}` is not in: {reason}");
     }
+    let said: Vec<_> = found.iter().map(|problem| &*problem.words).collect();
+    assert_eq!(said, [reason], "an inspection says the same");
 }
 
 #[test]

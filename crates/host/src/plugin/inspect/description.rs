@@ -34,6 +34,7 @@ struct Schema {
     children: Vec<describe::Child>,
     arbitrates: bool,
     panel: bool,
+    inspects: bool,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -1,15 +1,18 @@
-//! The process that looks: maps what it is told to and says what is in it, until nobody asks any more.
+//! The process that looks: maps what it is told to, says what is in it and has its schemas inspect what their modulations name, until
+//! nobody asks any more.
 
 use std::io;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
 
+use jde_abi::inspect::Problem;
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
 use super::{Answer, Question};
-use crate::apart::{Frame, Kind, ServeError, Wire};
-use crate::plugin::Loaded;
+use crate::apart::{Frame, Kind, ServeError, Wire, inspected, only_look};
+use crate::plugin::{LoadError, Loaded};
 
 /// Looks at plugins in this process for the host at standard input, and returns when that asks for no more. To be called first of all
 /// in a program of its own, which does nothing else.
@@ -18,13 +21,47 @@ use crate::plugin::Loaded;
 /// [`ServeError::NoHost`].
 pub fn serve() -> Result<(), ServeError> {
     let mut wire = Wire::new(meet().map_err(ServeError::NoHost)?);
+    let mut mapped = Vec::new();
+    let mut limited = false;
     while let Ok(frame) = wire.receive() {
         let Ok(question) = serde_json::from_slice::<Question>(&frame.bytes) else {
             return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
         };
-        let answer = match Loaded::map(&question.copy, &question.path) {
-            Ok(loaded) => Answer::Plugin((*loaded.description).clone()),
-            Err(error) => Answer::Refused(error.to_string()),
+        let answer = match question {
+            Question::Look { copy, path } => match map(&mut mapped, &copy, path) {
+                Ok(loaded) => Answer::Plugin((*loaded.description).clone()),
+                Err(error) => Answer::Refused(error.to_string()),
+            },
+            Question::Inspect { path, number, name } => {
+                if !std::mem::replace(&mut limited, true) {
+                    only_look();
+                }
+                // One that took the place of a process that died has mapped nothing yet.
+                let known = mapped.iter().find(|(known, _)| *known == path);
+                let loaded = match known {
+                    Some((_, loaded)) => Ok(loaded.clone()),
+                    None => map(&mut mapped, &path.clone(), path),
+                };
+                match loaded
+                    .as_ref()
+                    .map(|loaded| (loaded, loaded.description.schemas.get(number)))
+                {
+                    Ok((loaded, Some(about))) => {
+                        let (back, (status, found)) =
+                            inspected(wire, loaded.schema(number), about.ports.len(), &name);
+                        wire = back;
+                        let parts = |one: Problem| (one.unavailable, one.port, one.words);
+                        Answer::Inspected {
+                            status,
+                            found: found.map(|found| found.into_iter().map(parts).collect()),
+                        }
+                    }
+                    Ok((_, None)) => {
+                        Answer::Refused(format!("its file has no type number {number} any more"))
+                    }
+                    Err(error) => Answer::Refused(error.to_string()),
+                }
+            }
         };
         let done = Frame {
             bytes: serde_json::to_vec(&answer).map_err(|error| ServeError::NoHost(error.into()))?,
@@ -33,6 +70,13 @@ pub fn serve() -> Result<(), ServeError> {
         wire.send(&done).map_err(ServeError::NoHost)?;
     }
     Ok(())
+}
+
+/// Maps `file`, of which people know the file `path`, and keeps it.
+fn map(mapped: &mut Vec<(PathBuf, Loaded)>, file: &Path, path: PathBuf) -> Result<Loaded, LoadError> {
+    let loaded = Loaded::map(file, &path)?;
+    mapped.push((path, loaded.clone()));
+    Ok(loaded)
 }
 
 /// The stream to the host. From here on this process ends with it, and leaves nothing behind when it crashes.

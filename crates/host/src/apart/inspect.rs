@@ -1,0 +1,55 @@
+//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, at the child's table. What the plugin asks
+//! meanwhile is asked of the host, which answers with modulations and refuses all else.
+
+#![allow(unsafe_code)]
+
+use std::ffi::CString;
+
+use jde_abi::inspect::Problem;
+use jde_abi::raw;
+
+use super::launch::PortAbout;
+use super::limits;
+use super::memory::Port;
+use super::table::{HOST, Present, Session};
+use super::wire::{CHANGES_NOTHING, Frame, Kind, Wire};
+use crate::app::Isolation;
+use crate::instance::Here;
+use crate::plugin::Functions;
+
+/// A status of the ABI, and what was found.
+pub(crate) type Inspected = (i32, Result<Vec<Problem>, String>);
+
+/// Takes from this process the right to write files and to use the network, for good. A system that cannot take it leaves it: an
+/// inspection changes nothing by its contract.
+pub(crate) fn only_look() {
+    drop(limits::apply(Isolation {
+        memory: None,
+        cpu: None,
+        network: false,
+        read_only: true,
+    }));
+}
+
+/// Has a type of schema with so many ports inspect what its modulations name; gives the wire back.
+pub(crate) fn inspected(wire: Wire, table: Functions, ports: usize, name: &str) -> (Wire, Inspected) {
+    let about = vec![PortAbout::default(); ports];
+    let mut session = Session {
+        wire,
+        name: CString::new(name.replace('\0', "")).unwrap_or_default(),
+        application: 0,
+        seed: 0,
+        real_time: true,
+        ports: Port::all(&about, Vec::new()).unwrap_or_default(),
+        call: Present::of(&Frame {
+            flags: CHANGES_NOTHING,
+            ..Frame::new(Kind::Start)
+        }),
+    };
+    // SAFETY: the table was checked when its plugin was loaded.
+    let inspected = match unsafe { Here::create(table, &HOST, session.context()) } {
+        Some(mut instance) => instance.inspect(session.context()),
+        None => (raw::FAILED, Ok(Vec::new())),
+    };
+    (session.wire, inspected)
+}

@@ -1,0 +1,81 @@
+//! Asks schemas what is wrong with what their modulations name (`jde.inspect`), and reports it where those values are written.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Plugin;
+
+use super::drafts::Here;
+use super::report::{Report, quote};
+use super::{Binding, Catalogue, Override};
+
+/// A question to a type of schema: what is wrong with these values of its modulations?
+#[derive(Clone, Debug)]
+pub struct Inspection<'q> {
+    /// The place of the type in its plugin.
+    pub number: usize,
+    /// The name of the instance.
+    pub name: &'q str,
+    /// What each port is bound to.
+    pub bindings: &'q [Binding],
+}
+
+/// Reports what the type of an instance finds wrong.
+pub(super) fn ask(
+    report: &mut Report,
+    catalogue: &dyn Catalogue,
+    plugin: &Arc<Plugin>,
+    (here, asked): (&Here, &Inspection),
+    overrides: &[Override],
+) {
+    let section = here.section();
+    let problems = match catalogue.inspect(plugin, asked) {
+        Ok(problems) => problems,
+        Err(reason) => {
+            let plugin = quote(&plugin.name);
+            let message = format!(
+                "{}: the plugin {plugin} cannot inspect it: {reason}; mend the plugin",
+                section.what
+            );
+            return report.concern(&section.span, message);
+        }
+    };
+    for problem in problems {
+        let Some(port) = here.schema.modulation(problem.port) else {
+            let (plugin, number) = (quote(&plugin.name), problem.port);
+            let message = format!(
+                "{}: the plugin {plugin} cannot inspect it: it reports a problem of modulation {number}, and there is none with that \
+                 number; mend the plugin",
+                section.what
+            );
+            report.concern(&section.span, message);
+            continue;
+        };
+        let span = section
+            .get(&port.name)
+            .map_or(section.span.clone(), |node| node.span());
+        let message = format!("{}: {}", section.key(&port.name), problem.words);
+        let say = |report: &mut Report| {
+            if problem.unavailable {
+                report.concern(&span, message);
+            } else {
+                report.fault(&span, message);
+            }
+        };
+        let is_of = |given: &&Override| given.schema == asked.name && given.variable == port.name;
+        match overrides.iter().rfind(is_of) {
+            Some(given) => report.in_option(given.to_string(), say),
+            None => say(report),
+        }
+    }
+}
+
+impl<'q> Inspection<'q> {
+    /// The value of a modulation, and whether the application gives it.
+    #[must_use]
+    pub fn value(&self, port: u32) -> Option<(&'q [u8], bool)> {
+        match self.bindings.get(port as usize)? {
+            Binding::Modulation { initial, set } => Some((initial, *set)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! What schemas say before anything starts: problems of their modulations, with file and line; and inspections that go wrong
+//! themselves, which name their plugin and keep nobody from the others. Plugins are made by cc.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::{Said, app, jde, jde_with_plugins, root, said};
+
+/// Makes a plugin of one driver with a modulation `name`, whose inspection does what `body` says.
+fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
+    let (source, file) = (
+        folder.join(format!("{name}.c")),
+        folder.join(format!("lib{name}.so")),
+    );
+    let text = format!(
+        "#include \"jde.h\"\n#include <fcntl.h>\n#include <stdlib.h>\n#include <unistd.h>\n\
+         static const jde_field fields[] = {{{{sizeof(jde_field), JDE_F64, JDE_ONE, 1u, \"data\", \"\", \"\", 0u, 0u, NULL}}}};\n\
+         static const jde_type number = {{sizeof(jde_type), 1u, \"std_msgs/msg/Float64\", \"\", 8u, 8u, fields}};\n\
+         static const double one = 1.0;\n\
+         static const jde_port ports[] = {{JDE_PORT_MODULATION(\"line\", \"\", \"\", number, one, 0.0, 9.0, 0u),\n\
+             JDE_PORT_EXPORT(\"seen\", \"\", number)}};\n\
+         static const jde_host *host;\n\
+         static void *make(const jde_schema *s, const jde_host *h, jde_context *c) {{ (void)s; (void)c; host = h; static int it; return &it; }}\n\
+         static int32_t iterate(void *i, jde_context *c) {{ (void)i; (void)c; return JDE_OK; }}\n\
+         #ifdef JDE_ABILITY_INSPECT\n\
+         static int32_t inspect(void *i, jde_context *cx, const jde_problems *problems) {{\n\
+             (void)i; (void)cx; (void)problems; {body} return JDE_OK; }}\n\
+         static const jde_inspect inspection = {{sizeof(jde_inspect), 0u, inspect}};\n\
+         static const void *ability(const char *id) {{ return strcmp(id, JDE_ABILITY_INSPECT) == 0 ? &inspection : NULL; }}\n\
+         #define ABILITY ability\n\
+         #else\n\
+         #define ABILITY NULL\n\
+         #endif\n\
+         static const jde_schema schemas[] = {{{{.size = sizeof(jde_schema), .kind = JDE_DRIVER, .name = \"it\", .doc = \"It.\",\n\
+             .period_ns = 1000000, .ports = ports, .port_count = 2u, .create = make, .iterate = iterate, .ability = ABILITY}}}};\n\
+         JDE_PLUGIN(\"{name}\", \"1\", \"It.\", schemas);\n"
+    );
+    fs::write(&source, text).unwrap();
+    let done = Command::new("cc")
+        .args(["-shared", "-fPIC", "-std=gnu11", "-I"])
+        .arg(include)
+        .arg("-o")
+        .args([&file, &source])
+        .output()
+        .expect("a C compiler named cc is installed");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+fn today() -> std::path::PathBuf {
+    root().join("include")
+}
+
+/// An application of a beat that always wins, and a driver of each of these plugins.
+fn application(folder: &Path, drivers: &[&str]) -> String {
+    let mut text = String::from("roots = [\"root\"]\n[schemas.root]\ntype = \"beat\"\n");
+    for driver in drivers {
+        text += &format!("[schemas.{driver}]\ntype = \"{driver}\"\nline = 4\n");
+    }
+    crate::damaged::library(folder, "beat", "");
+    let file = folder.join("app.toml");
+    fs::write(&file, text).unwrap();
+    file.display().to_string()
+}
+
+fn in_folder(folder: &Path, args: &[&str]) -> Said {
+    said(jde(args).current_dir(folder).env("JDE_PLUGIN_PATH", folder))
+}
+
+const WRONG: &str = "double line = *(const double *)jde_get(host, cx, 0u, sizeof(double), NULL);\n\
+     if (line > 3.0) jde_problem(problems, JDE_PROBLEM_WRONG, 0u, \"there is no line 4: it can be 0 to 3\");";
+const UNAVAILABLE: &str =
+    "jde_problem(problems, JDE_PROBLEM_UNAVAILABLE, 0u, \"line 4 is not there: plug it in\");";
+
+#[test]
+fn what_is_wrong_is_told_at_its_line_and_nothing_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    plugin(folder.path(), "driver", &today(), WRONG);
+    let app = application(folder.path(), &["driver"]);
+    for verb in [vec!["check", &app], vec!["run", &app, "--for", "1s"]] {
+        let told = in_folder(folder.path(), &verb);
+        assert_eq!(told.status, Some(2), "{told:?}");
+        for part in [
+            "error: `line` of schema `driver`: there is no line 4: it can be 0 to 3",
+            "app.toml:6:",
+        ] {
+            assert!(told.err.contains(part), "`{part}` is not in: {}", told.err);
+        }
+        assert!(told.out.is_empty(), "{}", told.out);
+    }
+    let option = in_folder(folder.path(), &["check", &app, "--set", "driver.line=5"]);
+    assert!(
+        option.err.contains("--set driver.line=5: `line` of schema"),
+        "{}",
+        option.err
+    );
+    let other = in_folder(folder.path(), &["check", &app, "--set", "driver.line=3"]);
+    assert_eq!((other.status, &*other.err), (Some(0), ""));
+}
+
+#[test]
+fn what_is_unavailable_is_a_fault_of_a_check_and_a_warning_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    plugin(folder.path(), "driver", &today(), UNAVAILABLE);
+    let app = application(folder.path(), &["driver"]);
+    let check = in_folder(folder.path(), &["check", &app]);
+    assert_eq!(check.status, Some(2), "{check:?}");
+    assert!(
+        check
+            .err
+            .contains("error: `line` of schema `driver`: line 4 is not there"),
+        "{check:?}"
+    );
+    assert!(
+        check.out.contains("contracts"),
+        "what would run is shown: {}",
+        check.out
+    );
+    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    assert_eq!(run.status, Some(0), "{run:?}");
+    assert!(
+        run.err
+            .contains("warning: `line` of schema `driver`: line 4 is not there"),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn an_inspection_that_fails_names_its_plugin_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let bodies = [
+        ("falls", "*(volatile int *)8 = 1;", "SIGSEGV"),
+        ("hangs", "for (;;) usleep(1000);", "has not ended in 5 s"),
+        (
+            "logs",
+            "for (;;) host->log(cx, JDE_INFO, \"x\", 1u);",
+            "has not ended in 5 s",
+        ),
+        (
+            "strange",
+            "jde_problem(problems, 7u, 0u, \"what\");",
+            "unknown kind 7",
+        ),
+        (
+            "lost",
+            "jde_problem(problems, JDE_PROBLEM_WRONG, 1u, \"what\");",
+            "modulation 1",
+        ),
+        (
+            "fails",
+            "return jde_failed(host, cx, \"it is tired\");",
+            "it is tired",
+        ),
+        ("exits", "exit(0);", "exited by itself"),
+        (
+            "garbles",
+            "for (int f = 3; f < 64; f++) if (write(f, \"nonsense nonsense nonsense nonsense nonsense nonsense nonsense\", 60) > 0) {}",
+            "garbles",
+        ),
+    ];
+    for (name, body, _) in bodies {
+        plugin(folder.path(), name, &today(), body);
+    }
+    plugin(folder.path(), "z_last", &today(), WRONG);
+    let mut names: Vec<_> = bodies.iter().map(|(name, _, _)| *name).collect();
+    names.push("z_last");
+    let app = application(folder.path(), &names);
+    let told = in_folder(folder.path(), &["check", &app]);
+    assert_eq!(told.status, Some(2), "{told:?}");
+    for (name, _, words) in bodies {
+        let line = told
+            .err
+            .lines()
+            .find(|line| line.contains(&format!("the plugin `{name}` cannot inspect it")));
+        let line = line.unwrap_or_else(|| panic!("nothing of {name} in: {}", told.err));
+        assert!(line.contains(words), "`{words}` is not in: {line}");
+    }
+    assert!(
+        told.err.contains("`line` of schema `z_last`: there is no line 4"),
+        "{}",
+        told.err
+    );
+}
+
+#[test]
+fn a_run_goes_on_where_only_the_inspection_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    plugin(folder.path(), "falls", &today(), "*(volatile int *)8 = 1;");
+    let app = application(folder.path(), &["falls"]);
+    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    assert_eq!(run.status, Some(0), "{run:?}");
+    assert!(
+        run.err
+            .contains("warning: schema `falls`: the plugin `falls` cannot inspect it"),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn an_inspection_writes_no_file_and_no_variable() {
+    let folder = tempfile::tempdir().unwrap();
+    let mark = folder.path().join("mark");
+    fs::write(&mark, "as it was").unwrap();
+    let body = format!(
+        "int file = open({:?}, O_WRONLY | O_TRUNC);\n\
+         void *room; if (host->loan(cx, 1u, &room) != JDE_REFUSED) return jde_failed(host, cx, \"it may write\");\n\
+         if (file >= 0) return jde_failed(host, cx, \"it may open files\");",
+        mark.display().to_string()
+    );
+    plugin(folder.path(), "driver", &today(), &body);
+    let app = application(folder.path(), &["driver"]);
+    let told = in_folder(folder.path(), &["check", &app]);
+    assert_eq!(
+        (told.status, &*told.err),
+        (Some(0), ""),
+        "the kernel has landlock since Linux 5.13"
+    );
+    assert_eq!(fs::read_to_string(&mark).unwrap(), "as it was");
+}
+
+#[test]
+fn plugins_without_the_ability_are_checked_as_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    plugin(
+        folder.path(),
+        "old",
+        &root().join("crates/host/tests/abi/v1.0"),
+        WRONG,
+    );
+    let app = application(folder.path(), &["old"]);
+    let check = in_folder(folder.path(), &["check", &app]);
+    assert_eq!((check.status, &*check.err), (Some(0), ""));
+    let run = in_folder(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    assert_eq!((run.status, &*run.err), (Some(0), ""));
+}
+
+#[test]
+fn a_robot_that_is_not_in_the_world_is_told_before_anything_starts() {
+    for verb in ["check", "run"] {
+        let told = said(&mut jde_with_plugins(&[
+            verb,
+            &app("room.toml"),
+            "--set",
+            "pioneer.robot=pionear",
+        ]));
+        assert_eq!(told.status, Some(2), "{told:?}");
+        for part in [
+            "--set pioneer.robot=pionear: `robot` of schema `pioneer`: ",
+            "pioneer`",
+        ] {
+            assert!(told.err.contains(part), "`{part}` is not in: {}", told.err);
+        }
+    }
+}

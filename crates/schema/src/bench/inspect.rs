@@ -1,0 +1,58 @@
+//! An inspection on the bench: what a schema finds wrong with its modulations.
+
+#![allow(unsafe_code)]
+
+use jde_abi::{inspect, raw};
+
+use super::{Bench, Failure};
+
+/// What an inspection found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The name of the modulation.
+    pub modulation: String,
+    /// The schema would start all the same, and wait for what is missing.
+    pub unavailable: bool,
+    /// What is wrong and what to do.
+    pub words: String,
+}
+
+impl<S> Bench<S> {
+    /// Inspects what its modulations name, as `jde check` does.
+    ///
+    /// # Errors
+    /// As the schema says; or it tries to write, or reports what is no problem of a modulation.
+    ///
+    /// # Panics
+    /// If the schema has no inspection.
+    pub fn inspect(&mut self) -> Result<Vec<Problem>, Failure> {
+        // SAFETY: the bench read this table, and found it right.
+        let table = unsafe { inspect::of(&self.table) }.unwrap_or_default();
+        let Some(inspect) = table.and_then(|table| table.inspect) else {
+            panic!(
+                "`{}` has no inspection: `impl Inspect` gives it one",
+                self.about.name
+            )
+        };
+        self.place.drawing = Some(Vec::new());
+        // SAFETY: the table's own function, instance and context, and a list that lives until it returns.
+        let (done, found) =
+            inspect::lend(|problems| self.call(|instance, cx| unsafe { inspect(instance, cx, problems) }));
+        self.refuse_writes("inspect")?;
+        done?;
+        let failure = |reason| Failure {
+            code: raw::BAD_ARGUMENT,
+            reason,
+        };
+        let named = |problem: inspect::Problem| {
+            let port = self.about.modulation(problem.port);
+            let port = port.ok_or_else(|| failure(format!("it has no modulation {}", problem.port)))?;
+            Ok(Problem {
+                modulation: port.name.clone(),
+                unavailable: problem.unavailable,
+                words: problem.words,
+            })
+        };
+        found.map_err(failure)?.into_iter().map(named).collect()
+    }
+}
