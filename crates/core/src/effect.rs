@@ -30,7 +30,8 @@ pub enum Effect {
     },
     /// A schema gained authority over commands and children (R7); fathers before children. Follows its `TakesOver` at once.
     Granted(SchemaId),
-    /// A schema ended its first iteration with authority: what it took over, is bound to itself and has not written is neutral (R7).
+    /// A schema ended its first iteration with authority: what it took over is neutral, where it is bound to it itself and has not
+    /// written it, or nobody bound to it below could act (R7).
     Lapsed(SchemaId),
     /// A schema lost that authority; children before fathers.
     Withdrawn(SchemaId),

@@ -60,6 +60,13 @@ impl Hierarchy {
         self.nodes.get(id.index()).is_some_and(|n| n.authority)
     }
 
+    /// Whether it is awake and ready, or has not been checked since it woke.
+    #[must_use]
+    pub fn could_act(&self, id: SchemaId) -> bool {
+        let could = |node: &Node| node.ready || !node.checked;
+        self.is_awake(id) && self.nodes.get(id.index()).is_some_and(could)
+    }
+
     /// Whether an operator stopped this schema, by itself or with everything.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {

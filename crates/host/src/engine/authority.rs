@@ -92,10 +92,19 @@ impl Commands {
         })
     }
 
-    /// This one has had its first iteration: what it took over, is bound to itself and did not write is neutral.
-    pub(super) fn lapse(&mut self, instance: usize, now: Nanos) -> Vec<usize> {
+    /// This one has had its first iteration. What it took over, is bound to itself and did not write is neutral; and so is what only
+    /// those below it are bound to, if none of them is among those who could act.
+    pub(super) fn lapse(
+        &mut self,
+        instance: usize,
+        below: &[usize],
+        could_act: impl Fn(usize) -> bool,
+        now: Nanos,
+    ) -> Vec<usize> {
         self.each(now, |command, last| {
-            if command.stands_alone(last) && command.belongs(last, &[instance]) {
+            let mut awaits = command.commanders.iter().filter(|other| below.contains(other));
+            let is_awaited = !command.is_bound(&[instance]) && awaits.any(|other| could_act(*other));
+            if command.stands_alone(last) && command.belongs(last, below) && !is_awaited {
                 Fate::Neutral
             } else {
                 Fate::Stays

@@ -188,7 +188,9 @@ impl Engine {
                 self.carry_commands(rules, &drivers);
             }
             Effect::Lapsed(id) => {
-                let drivers = rules.commands.lapse(id.index(), now);
+                let below = with_below(&rules.hierarchy, id);
+                let could_act = |other| rules.hierarchy.could_act(schema(other));
+                let drivers = rules.commands.lapse(id.index(), &below, could_act, now);
                 self.carry_commands(rules, &drivers);
             }
             Effect::Granted(id) if rules.closing.is_none() => rules.commands.grant(id.index()),

@@ -18,15 +18,19 @@ on_every_executor!(
     r7_between_two_that_command_the_same_actuator_it_never_jerks,
     r7_what_the_winner_does_not_write_in_its_first_iteration_is_neutral_after_it,
     r7_r9_what_a_father_took_over_is_neutral_when_its_children_do_not_want_to_act,
-    r7_what_a_father_took_over_stands_for_the_drivers_validity_alone,
     r7_what_a_father_took_over_is_neutral_when_a_child_wins_that_commands_something_else,
     r9_who_has_no_authority_does_not_brake_what_another_took_over,
+    r7_what_a_father_took_over_is_neutral_when_it_wakes_nobody_who_may_act,
+    r7_what_a_father_took_over_is_neutral_when_nobody_awake_below_it_wants_to_act,
 );
 
 mod hanging {
     use super::*;
 
-    in_real_time!(r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral);
+    in_real_time!(
+        r7_after_the_end_of_patience_the_next_finds_the_losers_command_neutral,
+        r7_what_a_father_took_over_stands_for_the_drivers_validity_alone,
+    );
 }
 
 /// One drives the base and the other the arm of one robot; the base's command would stand for a quarter of an hour.
@@ -393,21 +397,29 @@ fn r7_what_a_father_took_over_stands_for_the_drivers_validity_alone(executor: Ex
         }
         Ok(())
     });
-    // It wins, and wakes nobody.
-    let found = finds(&stage, "father", &switch(true));
+    // It has not ended its first iteration.
+    let won = switch(false);
+    let wins = Arc::clone(&won);
+    stage.play("father", move |call, io| {
+        match call {
+            Call::Check => io.ready(wins.load(SeqCst)),
+            Call::Iterate => io.stage.wait_until(|| io.stage.did("robot reach 0")),
+            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        }
+        Ok(())
+    });
     // Whoever acts once an hour is in force for two; the driver's validity is 50 ms.
     let body = FAMILY.replace(
         "actuators = { base = \"robot.velocity\" }\n    [schemas.father]",
-        "period = \"3600s\"\n actuators = { arm = \"robot.reach\" }\n    [schemas.father]",
+        "period = \"3600s\"\n actuators = { arm = \"robot.reach\" }\n    [schemas.father]\n budget = \"1000s\"",
     );
     let mut rig = Rig::start(executor, &stage, &body);
     rig.until_did("robot reach 0.3");
-    found.lock().unwrap().clear();
+    won.store(true, SeqCst);
     let robot = rig.place("robot");
     rig.operator().play(robot).expect("it can be played");
-    let place = rig.place("first");
-    rig.operator().hold_asleep(place).expect("it can be stopped");
-    rig.until(|_| !found.lock().unwrap().is_empty());
+    let father = rig.place("father");
+    rig.operator().force(father).expect("it can be forced");
     rig.until_did("robot reach 0");
     rig.stop();
 }
@@ -476,4 +488,43 @@ fn r9_who_has_no_authority_does_not_brake_what_another_took_over(executor: Execu
     rig.until(|_| !found.lock().unwrap().is_empty());
     rig.stop();
     assert_eq!(found.lock().unwrap()[0], [0.3, 0.3]);
+}
+
+fn r7_what_a_father_took_over_is_neutral_when_it_wakes_nobody_who_may_act(executor: Executor) {
+    let stage = Stage::new();
+    let first = switch(true);
+    stage.drives("first", &first, 0.3);
+    let found = finds(&stage, "father", &switch(true));
+    let mut rig = Rig::start(executor, &stage, FAMILY);
+    rig.until_did("robot velocity 0.3");
+    found.lock().unwrap().clear();
+    first.store(false, SeqCst);
+    rig.until(|_| found.lock().unwrap().len() > 1);
+    assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
+    rig.until_did("robot velocity 0");
+    rig.stop();
+}
+
+fn r7_what_a_father_took_over_is_neutral_when_nobody_awake_below_it_wants_to_act(executor: Executor) {
+    let stage = Stage::new();
+    let first = switch(true);
+    stage.drives("first", &first, 0.3);
+    // Its group has braked before the father wins.
+    stage.play("left", |call, io| {
+        if call == Call::Check {
+            io.say("check");
+        }
+        Ok(())
+    });
+    let found = finds(&stage, "father", &switch(true));
+    let mut rig = Rig::start(executor, &stage, FAMILY);
+    rig.until_did("robot velocity 0.3");
+    let left = rig.place("left");
+    rig.operator().play(left).expect("it can be played");
+    rig.until_did("left check");
+    found.lock().unwrap().clear();
+    first.store(false, SeqCst);
+    rig.until(|_| found.lock().unwrap().len() > 1);
+    assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
+    rig.stop();
 }
