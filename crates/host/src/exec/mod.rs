@@ -1,6 +1,7 @@
 //! The executors: who calls the runners, and when. The selection is the engine's and the same for all (R16).
 
 mod calendar;
+mod capacity;
 mod ending;
 pub(crate) mod lockstep;
 pub(crate) mod pool;

@@ -1,4 +1,4 @@
-//! Few threads for all schemas: for applications with thousands of light ones, where a thread each would collapse.
+//! Few threads for all schemas, and more only while calls take long.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -8,17 +8,15 @@ use std::time::Duration;
 use jde_core::Nanos;
 
 use super::calendar::{Calendar, leeway};
+use super::capacity::{Capacity, GRACE};
 use super::ending;
 use super::supervisor::{Alarm, Crew, guarded};
 use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
 use crate::runner::{Line, Runner};
 
-/// Fewest workers: so that slow schemas leave some for the others. One that hangs is made up for.
+/// Fewest workers beside the one that is always free: so that turns that take some time leave some for the others.
 const FEWEST: usize = 4;
-/// How long after a deadline another looks at the calendar too, ns: a busy system may not let the one run that keeps it, and who
-/// has left it for a turn may come back later than is usual.
-const GRACE: Nanos = 500_000;
 /// About how long it takes until a worker that is called is there, ns: who is back by then need not call one.
 const CALL: Nanos = 20_000;
 
@@ -44,6 +42,8 @@ struct Holder {
 struct Workers {
     threads: BTreeMap<usize, JoinHandle<()>>,
     hired: usize,
+    /// The system has refused a thread since it last gave one.
+    refused: bool,
 }
 
 struct Desk {
@@ -58,8 +58,9 @@ struct Desk {
     turns: Vec<Turns>,
     /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
     keeper: Option<Nanos>,
-    /// Until when another sleeps, which is a little longer; nothing while none does.
+    /// Until when another sleeps, which is a little longer, for the system may not let the first run; nothing while none does.
     deputy: Option<Nanos>,
+    capacity: Capacity,
     /// How many wait until an instance has nothing to do.
     settling: usize,
     leave: bool,
@@ -69,6 +70,8 @@ struct Desk {
 #[derive(Clone, Copy, Default)]
 struct Turns {
     began: Nanos,
+    /// The present one was thought to be short.
+    brief: bool,
     /// Falls by a quarter from turn to turn; nothing before the first.
     longest: Option<Nanos>,
 }
@@ -106,6 +109,11 @@ impl Pool {
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
         let count = runners.len();
+        let workers = std::thread::available_parallelism()
+            .map_or(FEWEST, usize::from)
+            .max(FEWEST)
+            .min(count)
+            + 1;
         let desk = Desk {
             inboxes: (0..count).map(|_| Inbox::default()).collect(),
             busy: vec![None; count],
@@ -114,6 +122,7 @@ impl Pool {
             turns: vec![Turns::default(); count],
             keeper: None,
             deputy: None,
+            capacity: Capacity::new(workers),
             settling: 0,
             leave: false,
         };
@@ -126,9 +135,6 @@ impl Pool {
             workers: Mutex::default(),
             alarm,
         });
-        let workers = std::thread::available_parallelism()
-            .map_or(FEWEST, usize::from)
-            .max(FEWEST);
         for _ in 0..workers {
             if let Err(error) = pool.hire(engine) {
                 pool.dismiss(engine);
@@ -154,10 +160,11 @@ impl Pool {
         })?;
         workers.threads.insert(worker, thread);
         workers.hired += 1;
+        workers.refused = false;
         Ok(())
     }
 
-    fn run(&self, engine: &Engine, worker: usize) {
+    fn run(&self, engine: &Arc<Engine>, worker: usize) {
         super::supervisor::sharpen_timers();
         while let Some((number, inbox)) = self.next(engine, worker) {
             let runner = Arc::clone(&lock(&self.holders[number]).runner);
@@ -167,31 +174,56 @@ impl Pool {
             drop(runner);
             self.put_back(number, due, period, engine.clock.now());
         }
+        // Who goes before the end is not waited for then.
+        if !self.lock().leave {
+            drop(lock(&self.workers).threads.remove(&worker));
+        }
+    }
+
+    /// So many workers more, who are counted already.
+    fn hire_some(&self, engine: &Arc<Engine>, number: usize) {
+        for hired in 0..number {
+            let Err(error) = self.hire(engine) else {
+                continue;
+            };
+            self.lock().capacity.lacks(number - hired);
+            if !std::mem::replace(&mut lock(&self.workers).refused, true) {
+                tracing::error!("the system refuses a thread in place of those inside calls: {error}");
+            }
+            return;
+        }
     }
 
     /// Waits for an instance with mail, or one that is due; `None` to leave.
-    fn next(&self, engine: &Engine, worker: usize) -> Option<(usize, Inbox)> {
+    fn next(&self, engine: &Arc<Engine>, worker: usize) -> Option<(usize, Inbox)> {
         let mut desk = self.lock();
         loop {
             if desk.leave {
                 return None;
             }
             let now = engine.clock.now();
-            if let Some(number) = desk.take(now) {
+            let others = desk.capacity.leaves_it(now);
+            if others.is_none()
+                && let Some(number) = desk.take(now)
+            {
                 engine.clock.works();
                 desk.busy[number] = Some(worker);
                 let inbox = std::mem::take(&mut desk.inboxes[number]);
-                desk.turns[number].began = now;
-                let longest = desk.turns[number].longest.filter(|_| inbox.is_light());
+                let turns = &mut desk.turns[number];
+                (turns.began, turns.brief) = (now, turns.longest.is_none_or(|longest| longest <= CALL));
+                let (longest, brief) = (turns.longest.filter(|_| inbox.is_light()), turns.brief);
+                let hired = desk.capacity.begin(now, brief);
                 if desk.wants_another(now, longest) {
                     // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
                     self.work.notify_one();
                 }
+                drop(desk);
+                self.hire_some(engine, hired);
                 return Some((number, inbox));
             }
-            // One keeps the calendar and one stands in for it; the others wait until they are called.
-            desk = match desk.calendar.next() {
-                Some(due) if desk.keeper.is_none_or(|kept| due < kept) => {
+            // One keeps the calendar and one stands in for it, who may be the last that is free; the others wait until they are called.
+            desk = match (others, desk.calendar.next()) {
+                (None, Some(due)) if desk.keeper.is_none_or(|kept| due < kept) => {
                     desk.keeper = Some(due);
                     let mut desk = engine.clock.wait(&self.work, desk, Some(due));
                     if desk.keeper == Some(due) {
@@ -199,14 +231,21 @@ impl Pool {
                     }
                     desk
                 }
-                Some(due) if desk.deputy.is_none() => {
-                    let late = due.saturating_add(GRACE);
-                    desk.deputy = Some(late);
-                    let mut desk = engine.clock.wait(&self.work, desk, Some(late));
+                (_, due) if others.is_some() || due.is_some() && desk.deputy.is_none() => {
+                    let late = due.map(|due| due.saturating_add(GRACE).max(others.unwrap_or_default()));
+                    // Mail is due since it came.
+                    let mail = others.filter(|_| !desk.ready.is_empty());
+                    desk.deputy = mail.or(late);
+                    let until = desk.deputy;
+                    let mut desk = engine.clock.wait(&self.work, desk, until);
                     desk.deputy = None;
                     desk
                 }
-                Some(_) | None => engine.clock.wait(&self.work, desk, None),
+                _ if desk.capacity.goes(now) => return None,
+                _ => {
+                    let until = desk.capacity.stays(now);
+                    engine.clock.wait(&self.work, desk, until)
+                }
             };
         }
     }
@@ -214,6 +253,8 @@ impl Pool {
     fn put_back(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {
         let mut desk = self.lock();
         desk.busy[number] = None;
+        let brief = desk.turns[number].brief;
+        desk.capacity.end(brief);
         desk.turns[number].end(now);
         // Who takes long is not kept waiting: whoever is due after it, to read what it writes, would have to be called meanwhile.
         let leeway = if desk.turns[number].are_short() {
@@ -313,16 +354,16 @@ impl Crew for Pool {
             return false;
         };
         *lock(&self.holders[instance]) = Holder::new(runner);
+        let Some(worker) = self.lock().busy[instance] else {
+            // It hangs in its end, which is on no worker.
+            return true;
+        };
         // Not waited for at the end; if the call ever returns, it ends what is left of it and goes.
-        if let Some(worker) = self.lock().busy[instance] {
-            drop(lock(&self.workers).threads.remove(&worker));
-        }
+        drop(lock(&self.workers).threads.remove(&worker));
         self.put_back(instance, None, 0, engine.clock.now());
         // No worker of its own looks at what it left, and the keeper of the calendar may be gone with it.
         self.work.notify_one();
-        if let Err(error) = self.hire(engine) {
-            tracing::error!("the system refuses a thread in place of one that hangs: {error}");
-        }
+        self.hire_some(engine, 1);
         true
     }
 
@@ -365,6 +406,7 @@ mod tests {
             turns: vec![Turns::default()],
             keeper: None,
             deputy: None,
+            capacity: Capacity::new(2),
             settling: 0,
             leave: false,
         }

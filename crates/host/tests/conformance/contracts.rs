@@ -16,14 +16,16 @@ in_real_time!(
     r17_no_takeover_that_a_father_decides_takes_longer_than_its_contract,
     r17_no_takeover_by_urgency_takes_longer_than_its_contract,
     r17_no_takeover_in_turns_takes_longer_than_its_contract,
+    r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls,
 );
 
-/// As many schemas as a pool has workers at least: nobody waits for a worker.
+/// The eye looks at what a crowd of others sees, if there is one.
 const FAMILY: &str = r#"
     roots = ["father"]
     [schemas.eye]
     type = "test/eye"
     period = "EYE"
+    CROWD
     [schemas.father]
     type = "test/motor"
     period = "30ms"
@@ -95,6 +97,18 @@ fn run(
     eye: &str,
     ready: [fn(u64) -> Precondition; 2],
 ) -> (Arc<Stage>, GroupContract, Vec<Nanos>) {
+    run_among(0, executor, rules, trigger, eye, ready)
+}
+
+/// The same, with so many others that are inside calls nearly all the time.
+fn run_among(
+    crowd: usize,
+    executor: Executor,
+    rules: &str,
+    trigger: &str,
+    eye: &str,
+    ready: [fn(u64) -> Precondition; 2],
+) -> (Arc<Stage>, GroupContract, Vec<Nanos>) {
     let stage = Stage::new();
     child(&stage, "left", 5 * MS, ready[0]);
     child(&stage, "right", 8 * MS, ready[1]);
@@ -128,10 +142,25 @@ fn run(
         }
         Ok(())
     });
-    let body = FAMILY
+    let sees = |number| match number {
+        _ if number == crowd => String::new(),
+        _ => format!("imports = {{ input = \"crowd-{number}.out\" }}\n"),
+    };
+    let mut body = FAMILY
         .replace("RULES", rules)
         .replace("EYE", eye)
+        .replace("CROWD", &sees(0))
         .replace("TRIGGER", trigger);
+    for number in 0..crowd {
+        body += &format!("[schemas.crowd-{number}]\ntype = \"test/eye\"\nperiod = \"500ms\"\n");
+        body += &sees(number + 1);
+        stage.play(&format!("crowd-{number}"), |call, io| {
+            if call == Call::Iterate {
+                spend(io, 450 * MS);
+            }
+            Ok(())
+        });
+    }
     let options = Options {
         counted: true,
         limit: Some(8_000 * MS),
@@ -257,5 +286,17 @@ fn r17_no_takeover_in_turns_takes_longer_than_its_contract(executor: Executor) {
     let rules = "policy = \"round-robin\", turn = \"50ms\"";
     let both = |_| true.into();
     let (stage, contract, _) = run(executor, rules, "", "61ms", [both, both]);
+    takeovers(&stage, &contract);
+}
+
+fn r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls(executor: Executor) {
+    let (stage, contract, _) = run_among(
+        12,
+        executor,
+        "policy = \"priority\"",
+        "\"input\"",
+        "13ms",
+        [left_or_both, right_or_both],
+    );
     takeovers(&stage, &contract);
 }

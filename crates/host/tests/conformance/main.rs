@@ -6,6 +6,7 @@ mod common;
 mod arbitration;
 mod chattering;
 mod contracts;
+mod crowds;
 mod faults;
 mod gestures;
 mod hangs;

@@ -1,0 +1,157 @@
+//! How many workers a pool has: one is always free, however many are inside calls. It starts and ends no thread.
+//!
+//! The last free worker takes a turn only if nobody inside one is about to come back, and others are hired before it does. So a
+//! pool has one worker more than there are schemas, at most, and none more while turns are short, however many are due.
+
+use jde_core::Nanos;
+
+/// How long a worker that is about to come back is waited for, ns: a busy system may not let it run, or its turn takes longer than
+/// was thought.
+pub(super) const GRACE: Nanos = 500_000;
+/// Those who were not needed for so long go, ns.
+const LINGER: Nanos = 1_000_000_000;
+
+/// The workers who have not hung.
+pub(super) struct Capacity {
+    /// How many there are at the start, and later at least.
+    start: usize,
+    workers: usize,
+    /// Those in no turn, also those who are not there yet.
+    free: usize,
+    /// Those in a turn that was thought to be short.
+    brief: usize,
+    /// When whoever began the newest of these was to be back.
+    back: Nanos,
+    /// Fewest that were free since then.
+    fewest: usize,
+    since: Nanos,
+}
+
+impl Capacity {
+    pub(super) fn new(workers: usize) -> Self {
+        Self {
+            start: workers,
+            workers,
+            free: workers,
+            brief: 0,
+            back: 0,
+            fewest: workers,
+            since: 0,
+        }
+    }
+
+    /// Whether a free worker leaves what is due to others until then: it is the last, and somebody is about to come back.
+    pub(super) fn leaves_it(&self, now: Nanos) -> Option<Nanos> {
+        (self.free == 1 && self.brief > 0 && now < self.back).then_some(self.back)
+    }
+
+    /// A free worker begins a turn, which is thought to be short or not; answers how many are to be hired.
+    pub(super) fn begin(&mut self, now: Nanos, brief: bool) -> usize {
+        // All who were to be back are not. As many as that may be due, each to find the same.
+        let hired = match (self.free, self.brief) {
+            (1, 0) => 1,
+            (1, _) => self.workers,
+            _ => 0,
+        };
+        self.free -= 1;
+        self.fewest = self.fewest.min(self.free);
+        if brief {
+            self.brief += 1;
+            self.back = now.saturating_add(GRACE);
+        }
+        self.free += hired;
+        self.workers += hired;
+        hired
+    }
+
+    /// A turn ended, or was given up and somebody else takes its worker's place.
+    pub(super) fn end(&mut self, brief: bool) {
+        self.free += 1;
+        self.brief -= usize::from(brief);
+    }
+
+    /// The system refused so many who were to be hired.
+    pub(super) fn lacks(&mut self, workers: usize) {
+        self.free -= workers;
+        self.workers -= workers;
+    }
+
+    /// Until when a free worker that has nothing to do stays at least; nothing if it is one of those from the start.
+    pub(super) fn stays(&self, now: Nanos) -> Option<Nanos> {
+        (self.workers > self.start).then(|| now.saturating_add(LINGER))
+    }
+
+    /// Whether a free worker goes: there were others all the time.
+    pub(super) fn goes(&mut self, now: Nanos) -> bool {
+        if now < self.since.saturating_add(LINGER) {
+            return false;
+        }
+        let goes = self.workers > self.start && self.fewest > 1;
+        if goes {
+            self.lacks(1);
+            self.fewest -= 1;
+        } else {
+            (self.fewest, self.since) = (self.free, now);
+        }
+        goes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_takes_nothing_while_somebody_is_about_to_come_back() {
+        let mut capacity = Capacity::new(2);
+        assert_eq!(capacity.leaves_it(7), None, "there are two");
+        assert_eq!(capacity.begin(7, true), 0);
+        assert_eq!(capacity.leaves_it(7), Some(7 + GRACE));
+        assert_eq!(capacity.leaves_it(7 + GRACE), None, "that one stays away");
+        capacity.end(true);
+        assert_eq!(capacity.begin(8, false), 0);
+        assert_eq!(capacity.leaves_it(8), None, "nobody knows when that is over");
+    }
+
+    #[test]
+    fn somebody_is_free_however_many_are_in_turns() {
+        let mut capacity = Capacity::new(2);
+        for turn in 0..100 {
+            assert_eq!(capacity.begin(0, false), usize::from(turn > 0));
+        }
+        assert_eq!((capacity.workers, capacity.free), (101, 1));
+    }
+
+    #[test]
+    fn of_many_that_stay_away_unexpectedly_few_are_waited_for() {
+        let mut capacity = Capacity::new(2);
+        let (mut now, mut waited) = (0, 0);
+        for _ in 0..100 {
+            if let Some(back) = capacity.leaves_it(now) {
+                (now, waited) = (back, waited + 1);
+            }
+            capacity.begin(now, true);
+        }
+        assert_eq!(waited, 6, "2, 4, 8, 16, 32 and 64 were too few");
+    }
+
+    #[test]
+    fn those_who_were_not_needed_for_long_go() {
+        let mut capacity = Capacity::new(2);
+        (0..5).for_each(|_| _ = capacity.begin(0, false));
+        (0..5).for_each(|_| capacity.end(false));
+        assert_eq!((capacity.workers, capacity.free), (6, 6));
+        assert!(capacity.stays(0) > Some(0));
+        assert!(!capacity.goes(LINGER - 1));
+        assert!(!capacity.goes(LINGER), "all were needed");
+        capacity.begin(LINGER, false);
+        capacity.end(false);
+        let gone = (0..10).filter(|_| capacity.goes(2 * LINGER)).count();
+        assert_eq!(
+            (gone, capacity.workers),
+            (4, 2),
+            "nobody goes of those from the start"
+        );
+        assert_eq!(capacity.stays(0), None);
+    }
+}
