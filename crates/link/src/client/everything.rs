@@ -2,15 +2,16 @@
 //! all that counts: nothing is asked before it, and nobody waits for anybody else.
 
 use std::sync::mpsc::{Sender, channel};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::connection::{Answered, Connection};
 use super::{ANSWER, Reach, check_version, choice, keys};
 use crate::Error;
-use crate::folder::{Entry, Folders};
+use crate::folder::{Entry, Folders, Listing};
 use crate::keys::{OPERATE, PROTOCOL, chunk};
-use crate::message::{Fine, Request};
+use crate::message::{About, Fine, Request};
 use crate::session::{Login, Tls};
 
 /// How long an order is said again that nobody took: an application may just be showing what it has, or have no room.
@@ -32,8 +33,8 @@ pub struct Heard {
 /// answers come. Whoever does not answer is told as well.
 ///
 /// # Errors
-/// [`Error::Folder`]; [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`] if nobody
-/// was meant. Takes 11 s at most.
+/// [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`] if nobody
+/// was meant. Takes 16 s at most.
 pub fn everything(
     reach: &Reach,
     name: Option<&str>,
@@ -68,7 +69,11 @@ pub fn everything(
 }
 
 /// Works at each place at the same time, and has what is heard told as it comes.
-fn each<T: Sync>(places: &[T], work: impl Fn(&T, &Sender<Heard>) + Sync, tell: &mut dyn FnMut(Heard)) {
+fn each<T: Send>(
+    places: impl IntoIterator<Item = T>,
+    work: impl Fn(T, &Sender<Heard>) + Sync,
+    tell: &mut dyn FnMut(Heard),
+) {
     let (told, heard) = channel();
     thread::scope(|scope| {
         for place in places {
@@ -80,32 +85,60 @@ fn each<T: Sync>(places: &[T], work: impl Fn(&T, &Sender<Heard>) + Sync, tell: &
     });
 }
 
+/// Orders in each folder as soon as that is listed. One that cannot be listed is told as if it were an application: some may be in it.
 fn here(
     folders: &Folders,
     name: Option<&str>,
     order: &[u8],
     tell: &mut dyn FnMut(Heard),
 ) -> Result<(), Error> {
-    let mut entries = folders.list()?;
     let (wanted, id) = choice::parts(name.unwrap_or_default());
     let meant = |entry: &Entry| entry.about.executor != REPLAY && choice::fits(&entry.about, wanted, id);
-    if !entries.iter().any(meant) {
-        // Says which there are, if another was meant.
-        let abouts: Vec<_> = entries.iter().map(|entry| &entry.about).collect();
-        let _recording = choice::choose(&abouts, name, super::HERE)?;
-        return Err(Error::OnlyRecordings);
-    }
-    entries.retain(meant);
-    let one = |entry: &Entry, told: &Sender<Heard>| {
+    // All that run, meant or not.
+    let abouts: Mutex<Vec<About>> = Mutex::default();
+    let first = |entry: &Entry| {
+        let mut abouts = abouts.lock().unwrap_or_else(PoisonError::into_inner);
+        // Two names of one folder.
+        let known = abouts.iter().any(|about| about.id == entry.about.id);
+        if !known {
+            abouts.push(entry.about.clone());
+        }
+        !known
+    };
+    let one = |entry: Entry, told: &Sender<Heard>| {
         let heard = Heard {
-            who: entry.about.name.clone(),
-            outcome: at(entry, order),
+            outcome: at(&entry, order),
+            who: entry.about.name,
         };
         // Whoever listens listens to the end.
         let _ = told.send(heard);
     };
-    each(&entries, one, tell);
-    Ok(())
+    let folder = |listing: Listing, told: &Sender<Heard>| {
+        let who = listing.path().display().to_string();
+        match listing.wait() {
+            Ok(entries) => {
+                let entries = entries.into_iter().filter(|entry| first(entry) && meant(entry));
+                each(entries, one, &mut |heard| drop(told.send(heard)));
+            }
+            Err(error) => {
+                let outcome = Err(error);
+                drop(told.send(Heard { who, outcome }));
+            }
+        }
+    };
+    let mut anybody = false;
+    each(folders.listings(), folder, &mut |heard| {
+        anybody = true;
+        tell(heard);
+    });
+    if anybody {
+        return Ok(());
+    }
+    // Says which there are, if another was meant.
+    let mut abouts = abouts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    abouts.sort_by_key(|about| about.started_ns);
+    choice::choose(&abouts.iter().collect::<Vec<_>>(), name, super::HERE)?;
+    Err(Error::OnlyRecordings)
 }
 
 fn at(entry: &Entry, order: &[u8]) -> Result<Vec<String>, Error> {
@@ -234,5 +267,125 @@ fn roots(who: &str, answer: &[u8]) -> Result<Vec<String>, Error> {
         Ok(fine.roots)
     } else {
         Err(garbled("it does not say that it did it".to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, OpenOptions, Permissions};
+    use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
+    use std::path::PathBuf;
+
+    use jde_watchdog::Watchdog;
+    use rustix::fs::{CWD, FileType, Mode, OFlags, mknodat};
+    use zenoh::Wait;
+
+    use super::*;
+    use crate::folder::Announced;
+    use crate::keys::Keys;
+    use crate::message::Action;
+    use crate::session::{Opening, open};
+
+    /// Two folders of the user's, the second with an application called `robot` that says that it stopped.
+    struct Two {
+        first: PathBuf,
+        folders: Folders,
+        _announced: Announced,
+        _robot: zenoh::Session,
+        _files: tempfile::TempDir,
+    }
+
+    impl Two {
+        fn new() -> Self {
+            let files = tempfile::tempdir().unwrap();
+            let [first, second] = ["first", "second"].map(|name| files.path().join(name));
+            fs::create_dir(&first).unwrap();
+            fs::set_permissions(&first, Permissions::from_mode(0o700)).unwrap();
+            let claim = Folders::at(&second).claim("robot", true).unwrap();
+            let listen = [format!("unixsock-stream/{}", claim.socket().display())];
+            let robot = open(&Opening {
+                listen: &listen,
+                ..Opening::default()
+            })
+            .unwrap();
+            robot
+                .declare_queryable(Keys::new("robot", &claim.id).of(OPERATE))
+                .callback(|query| {
+                    let done = r#"{"ok": true, "roots": ["goon"]}"#;
+                    query.reply(query.key_expr().clone(), done).wait().unwrap();
+                })
+                .background()
+                .wait()
+                .unwrap();
+            let about = crate::folder::place::tests::about("robot", &claim.id);
+            Self {
+                folders: Folders::several([first.clone(), second]),
+                first,
+                _announced: claim.announce(&about).unwrap(),
+                _robot: robot,
+                _files: files,
+            }
+        }
+
+        /// Stops everything, and gives what was heard in its order.
+        fn stopped(&self) -> Vec<(String, Result<Vec<String>, String>)> {
+            let stop = Request {
+                by: "ana".to_owned(),
+                action: Action::StopAll,
+                lease_ms: None,
+            };
+            let mut heard = Vec::new();
+            everything(&Reach::Local(self.folders.clone()), None, &stop, &mut |what| {
+                heard.push((what.who, what.outcome.map_err(|error| error.to_string())));
+            })
+            .unwrap();
+            heard
+        }
+    }
+
+    fn robot() -> (String, Result<Vec<String>, String>) {
+        ("robot".to_owned(), Ok(vec!["goon".to_owned()]))
+    }
+
+    #[test]
+    fn r14_a_folder_that_does_not_answer_delays_nobody_and_is_named() {
+        let _watchdog = Watchdog::of_a_test();
+        let two = Two::new();
+        // Who opens it to read waits until somebody writes, as a file system of the network may have one wait.
+        let hung = two.first.join("hung.json");
+        mknodat(CWD, &hung, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+        let heard = two.stopped();
+        assert_eq!(heard[0], robot());
+        let (who, error) = &heard[1];
+        assert_eq!(*who, two.first.display().to_string());
+        assert!(
+            error.as_ref().unwrap_err().contains("cannot be listed within"),
+            "{error:?}"
+        );
+        // The thread that waits ends with the folder.
+        let nonblock = OFlags::NONBLOCK.bits().cast_signed();
+        let _end = OpenOptions::new()
+            .write(true)
+            .custom_flags(nonblock)
+            .open(hung)
+            .unwrap();
+    }
+
+    #[test]
+    fn r14_a_folder_of_ones_own_that_cannot_be_listed_is_named_and_one_of_others_is_not() {
+        let _watchdog = Watchdog::of_a_test();
+        let two = Two::new();
+        fs::set_permissions(&two.first, Permissions::from_mode(0o755)).unwrap();
+        let mut heard = two.stopped();
+        heard.sort_by_key(|(who, _)| who == "robot");
+        assert_eq!(heard[1], robot());
+        assert_eq!(heard[0].0, two.first.display().to_string());
+        assert!(
+            heard[0].1.as_ref().unwrap_err().contains("chmod 700"),
+            "{heard:?}"
+        );
+        fs::remove_dir(&two.first).unwrap();
+        fs::write(&two.first, "").unwrap();
+        assert_eq!(two.stopped(), [robot()]);
     }
 }

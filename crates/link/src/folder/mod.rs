@@ -2,14 +2,13 @@
 //! first place that is its user's alone; a tool looks in all, since a boot service, a login and `su` are told different ones. Opens no
 //! session.
 
-mod place;
+pub(crate) mod place;
 
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use crate::{Error, whoami};
-use place::Place;
-pub(crate) use place::{Announced, Claim, Entry, Secret, new_id};
+pub(crate) use place::{Announced, Claim, Entry, Listing, Secret, new_id};
+use place::{Place, is_own};
 
 /// Names the only folder there is to be, for tests and whoever wants an island.
 const ONLY: &str = "JDE_RUNTIME_DIR";
@@ -52,15 +51,12 @@ impl Folders {
         temporary: [PathBuf; 2],
         home: Option<PathBuf>,
     ) -> Self {
-        let own = |folder: &PathBuf| {
-            std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
-        };
-        let runtime = runtime.into_iter().flatten().filter(own);
+        let runtime = runtime.into_iter().flatten().filter(|folder| is_own(folder));
         let temporary = temporary.map(|folder| folder.join(format!("jde-{user}")));
-        let home = home.filter(own).map(|home| {
+        let home = home.map(|home| {
             // A home may be shared by machines.
             let run = format!("run-{}", whoami::host());
-            Place::deep(home.join(".local/state/jde").join(run))
+            Place::below(home, Path::new(".local/state/jde").join(run))
         });
         let mut places: Vec<Place> = Vec::new();
         let shallow = runtime.map(|folder| folder.join("jde")).chain(temporary);
@@ -80,21 +76,35 @@ impl Folders {
         }
     }
 
+    /// Several, for tests of what asks all of them.
+    #[cfg(test)]
+    pub(crate) fn several(paths: [PathBuf; 2]) -> Self {
+        Self {
+            places: paths.map(Place::at).into(),
+        }
+    }
+
     /// The first of them.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.places[0].path()
     }
 
-    /// The applications that run, in the order of their start. Clears away what those left that were killed. A folder that somebody else
-    /// made, or may enter, is passed over if there are others: no application of this user is in it.
+    /// Begins to list all of them at once.
+    pub(crate) fn listings(&self) -> Vec<Listing> {
+        let only = self.places.len() == 1;
+        self.places.iter().map(|place| place.listing(only)).collect()
+    }
+
+    /// The applications that run, in the order of their start. Clears away what those left that were killed. Of several folders one that
+    /// cannot be listed is passed over.
     ///
     /// # Errors
-    /// [`Error::Folder`]; there being none is no error.
+    /// [`Error::Folder`]; there being none is no error. Takes 5 s at most.
     pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
         let mut entries: Vec<Entry> = Vec::new();
-        for place in &self.places {
-            match place.list() {
+        for listing in self.listings() {
+            match listing.wait() {
                 Ok(found) => entries.extend(found),
                 Err(error) if self.places.len() == 1 => return Err(error),
                 Err(error) => tracing::debug!("{error}"),
@@ -151,11 +161,7 @@ mod tests {
 
     fn announce(folders: &Folders, name: &str) -> Announced {
         let claim = folders.claim(name, true).unwrap();
-        let about = crate::message::About {
-            name: name.to_owned(),
-            id: claim.id.clone(),
-            ..place::tests::about()
-        };
+        let about = place::tests::about(name, &claim.id);
         claim.announce(&about).unwrap()
     }
 

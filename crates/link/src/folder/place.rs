@@ -5,6 +5,8 @@ use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{Read, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use crate::Error;
@@ -19,13 +21,25 @@ const SOCKET_PATH: usize = 107;
 const LOCK: &str = "lock";
 /// How long others may take to choose theirs.
 const CHOOSING: Duration = Duration::from_secs(10);
+/// How long a folder may take to be listed.
+const LISTING: Duration = Duration::from_secs(5);
+/// Most listings that are under way at once: those of a folder that does not answer never end.
+const MOST_LISTINGS: usize = 64;
+static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
 
 /// A folder that is to be the user's alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     path: PathBuf,
-    /// What is above it is made as well.
-    deep: bool,
+    /// The folder of the user's below which it is. What is in between is made as well.
+    below: Option<PathBuf>,
+}
+
+/// What a folder says when it is listed.
+pub(crate) struct Listing {
+    place: Place,
+    since: Instant,
+    listed: Receiver<Result<Vec<Entry>, Error>>,
 }
 
 /// A name that is ours, while nobody else can choose one.
@@ -54,12 +68,15 @@ pub(crate) struct Entry {
 
 impl Place {
     pub(super) fn at(path: PathBuf) -> Self {
-        Self { path, deep: false }
+        Self { path, below: None }
     }
 
-    /// One that is made with all folders above it.
-    pub(super) fn deep(path: PathBuf) -> Self {
-        Self { path, deep: true }
+    /// One below a folder that counts if it is the user's. The folder is not looked at before the place is used.
+    pub(super) fn below(folder: PathBuf, path: impl AsRef<Path>) -> Self {
+        Self {
+            path: folder.join(path),
+            below: Some(folder),
+        }
     }
 
     /// Where it is.
@@ -67,11 +84,46 @@ impl Place {
         &self.path
     }
 
+    /// Begins to list the applications that run, on a thread of its own: a file system of the network may not answer. A folder that
+    /// somebody else made has none of this user's; only if it is the `only` one, that is an error.
+    pub(super) fn listing(&self, only: bool) -> Listing {
+        let (tell, listed) = sync_channel(1);
+        let since = Instant::now();
+        let free = UNDER_WAY.try_update(Ordering::Relaxed, Ordering::Relaxed, |listings| {
+            (listings < MOST_LISTINGS).then_some(listings + 1)
+        });
+        if free.is_ok() {
+            let place = self.clone();
+            std::thread::spawn(move || {
+                let listed = match place.list() {
+                    Err(_) if !only && place.is_of_others() => Ok(Vec::new()),
+                    listed => listed,
+                };
+                let _ = tell.send(listed);
+                UNDER_WAY.fetch_sub(1, Ordering::Relaxed);
+            });
+        }
+        Listing {
+            place: self.clone(),
+            since,
+            listed,
+        }
+    }
+
+    /// Whether no application of this user can be in it.
+    fn is_of_others(&self) -> bool {
+        let user = rustix::process::getuid().as_raw();
+        std::fs::symlink_metadata(&self.path).is_ok_and(|found| !found.is_dir() || found.uid() != user)
+    }
+
     /// The applications that run, in no order. Clears away what those left that were killed.
     ///
     /// # Errors
     /// [`Error::Folder`]; there being none is no error.
-    pub(super) fn list(&self) -> Result<Vec<Entry>, Error> {
+    fn list(&self) -> Result<Vec<Entry>, Error> {
+        if self.below.as_deref().is_some_and(|folder| !is_own(folder)) {
+            return Ok(Vec::new());
+        }
         match std::fs::symlink_metadata(&self.path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
             _ => self.check()?,
@@ -150,7 +202,10 @@ impl Place {
 
     fn make(&self) -> Result<(), Error> {
         let make = || {
-            if let Some(above) = self.path.parent().filter(|_| self.deep) {
+            if self.below.as_deref().is_some_and(|folder| !is_own(folder)) {
+                return Err(std::io::ErrorKind::PermissionDenied.into());
+            }
+            if let Some(above) = self.path.parent().filter(|_| self.below.is_some()) {
                 DirBuilder::new().mode(0o700).recursive(true).create(above)?;
             }
             DirBuilder::new().mode(0o700).create(&self.path)
@@ -250,6 +305,27 @@ impl Place {
     }
 }
 
+impl Listing {
+    /// Where the folder is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.place.path
+    }
+
+    /// The applications that run, in no order.
+    ///
+    /// # Errors
+    /// [`Error::Folder`], also if it does not answer in 5 s; there being none is no error.
+    pub(crate) fn wait(self) -> Result<Vec<Entry>, Error> {
+        let left = LISTING.saturating_sub(self.since.elapsed());
+        self.listed.recv_timeout(left).unwrap_or_else(|_| {
+            Err(self.place.refused(
+                format!("it cannot be listed within {LISTING:?}"),
+                "see whether its file system answers",
+            ))
+        })
+    }
+}
+
 impl Claim {
     /// Where the application listens.
     pub(crate) fn socket(&self) -> PathBuf {
@@ -306,6 +382,12 @@ impl Drop for Secret {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Whether a folder is this user's.
+pub(super) fn is_own(folder: &Path) -> bool {
+    let user = rustix::process::getuid().as_raw();
+    std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
 }
 
 /// What a file of the folder is.
@@ -365,14 +447,14 @@ pub(crate) fn new_id() -> Result<String, Error> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use crate::message::{About, Network};
 
     /// What an application says of itself.
-    pub(in crate::folder) fn about() -> About {
+    pub(crate) fn about(name: &str, id: &str) -> About {
         About {
-            name: String::new(),
-            id: String::new(),
+            name: name.to_owned(),
+            id: id.to_owned(),
             protocol: crate::PROTOCOL,
             version: String::new(),
             host: String::new(),
