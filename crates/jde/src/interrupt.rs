@@ -18,8 +18,8 @@ const BY_SIGNAL: i32 = 128;
 /// How long a process that has nothing more to stop may take to end by itself after a signal.
 const ENDS: Duration = Duration::from_secs(1);
 
-/// What is called at each signal.
-type Heard = Box<dyn Fn(i32) + Send>;
+/// What is called at each signal, and whether nobody else listens.
+type Heard = Box<dyn Fn(i32, bool) + Send>;
 
 /// All that listen now, by their numbers.
 static LISTENERS: Mutex<Vec<(u64, Heard)>> = Mutex::new(Vec::new());
@@ -37,7 +37,7 @@ impl Interrupts {
     /// The system refuses to tell of signals.
     pub(crate) fn call(stop: impl Fn() + Send + 'static) -> io::Result<Self> {
         let before = AtomicBool::new(false);
-        Self::each(move |signal| {
+        Self::each(move |signal, _| {
             if before.swap(true, Ordering::Relaxed) {
                 end_by(signal);
             }
@@ -45,11 +45,12 @@ impl Interrupts {
         })
     }
 
-    /// Calls `heard` at each signal, from a thread of its own; it must return soon, and neither begin to listen nor end it.
+    /// Calls `heard` at each signal with it and whether nobody else listens, from a thread of its own; it must return soon, and neither
+    /// begin to listen nor end it.
     ///
     /// # Errors
     /// The system refuses to tell of signals.
-    pub(crate) fn each(heard: impl Fn(i32) + Send + 'static) -> io::Result<Self> {
+    pub(crate) fn each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         listen()?;
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -88,7 +89,8 @@ fn take(signal: i32) {
     terminal::let_go();
     let is_heard = {
         let listeners = listeners();
-        listeners.iter().for_each(|(_, heard)| heard(signal));
+        let alone = listeners.len() == 1;
+        listeners.iter().for_each(|(_, heard)| heard(signal, alone));
         !listeners.is_empty()
     };
     if !is_heard {
@@ -132,7 +134,45 @@ fn ignored(status: &str) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::ignored;
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Command, Stdio};
+
+    use jde_watchdog::Watchdog;
+
+    use super::{Interrupts, ignored};
+
+    /// Has this test program listen to signals, and no more.
+    const LISTENED: &str = "JDE_TEST_LISTENED";
+
+    #[test]
+    fn a_signal_after_the_last_who_listened_ends_the_process() {
+        let _watchdog = Watchdog::of_a_test();
+        if std::env::var_os(LISTENED).is_some() {
+            drop(Interrupts::call(|| {}).unwrap());
+            println!("\nlistened");
+            loop {
+                std::thread::park();
+            }
+        }
+        let name = "interrupt::tests::a_signal_after_the_last_who_listened_ends_the_process";
+        let mut process = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", name, "--nocapture"])
+            .env(LISTENED, "")
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(process.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap() == "listened"));
+        let id = process.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args(["-TERM", &id])
+                .status()
+                .unwrap()
+                .success()
+        );
+        assert_eq!(process.wait().unwrap().code(), Some(143));
+    }
 
     #[test]
     fn ignored_signals_are_read_from_the_status_of_the_process() {

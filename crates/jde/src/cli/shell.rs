@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 use clap::builder::Resettable;
 use clap::{Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -15,7 +15,7 @@ use reedline::{
 };
 
 use ratatui::crossterm::terminal::disable_raw_mode;
-use signal_hook::consts::SIGHUP;
+use signal_hook::consts::{SIGHUP, SIGINT};
 
 use super::client::{Client, Context, Target};
 use super::print_help;
@@ -101,7 +101,7 @@ fn piped(context: &Context) -> Result<(), Failure> {
         if let Then::Leave = signals.during(|| obey(&line, context))? {
             break;
         }
-        if signals.heard.load(Ordering::Relaxed) {
+        if signals.heard.load(Ordering::SeqCst) == SIGINT {
             return Err(Failure::Broken(format!(
                 "interrupted at `{line}`; what follows was not done"
             )));
@@ -110,24 +110,25 @@ fn piped(context: &Context) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Signals of a whole shell, and the loss of its terminal: a verb that runs ends by itself, and between two verbs the shell does.
+/// Signals of a whole shell, and the loss of its terminal, which counts as SIGHUP. A verb that runs ends by itself, and then, unless it
+/// was Ctrl-C, the shell does.
 struct Signals {
     busy: Arc<AtomicBool>,
-    /// One was heard while a verb ran.
-    heard: Arc<AtomicBool>,
-    /// The terminal is gone.
-    gone: Arc<AtomicBool>,
+    /// The last that came while a verb ran, the others rather than Ctrl-C; 0 for none.
+    heard: Arc<AtomicI32>,
     _interrupts: Interrupts,
 }
 
 impl Signals {
     fn mind() -> Result<Self, Failure> {
-        let (busy, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let (busy, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicI32::new(0)));
         let (works, hears) = (Arc::clone(&busy), Arc::clone(&heard));
-        let interrupts = Interrupts::each(move |signal| {
-            if works.load(Ordering::Relaxed) {
-                hears.store(true, Ordering::Relaxed);
-            } else {
+        let interrupts = Interrupts::each(move |signal, alone| {
+            if signal != SIGINT || hears.load(Ordering::SeqCst) == 0 {
+                hears.store(signal, Ordering::SeqCst);
+            }
+            // A verb that does not listen would not end by it.
+            if !works.load(Ordering::SeqCst) || alone && signal != SIGINT {
                 // The line editor has the terminal; whether it can be given back or not, the shell ends.
                 let _ = disable_raw_mode();
                 end_by(signal);
@@ -136,16 +137,15 @@ impl Signals {
         Ok(Self {
             busy,
             heard,
-            gone: Arc::default(),
             _interrupts: interrupts,
         })
     }
 
     /// Ends the shell with its terminal: the line editor would look for keys for ever, and a verb has to end by itself.
     fn mind_terminal(&self) -> Result<(), Failure> {
-        let (busy, gone) = (Arc::clone(&self.busy), Arc::clone(&self.gone));
+        let (busy, heard) = (Arc::clone(&self.busy), Arc::clone(&self.heard));
         terminal::on_hang_up(move || {
-            gone.store(true, Ordering::SeqCst);
+            heard.store(SIGHUP, Ordering::SeqCst);
             terminal::let_go();
             if !busy.load(Ordering::SeqCst) {
                 end_by(SIGHUP);
@@ -161,8 +161,9 @@ impl Signals {
         // Before the line editor has the terminal again.
         let _ = terminal::settle();
         self.busy.store(false, Ordering::SeqCst);
-        if self.gone.load(Ordering::SeqCst) {
-            end_by(SIGHUP);
+        let heard = self.heard.load(Ordering::SeqCst);
+        if ![0, SIGINT].contains(&heard) {
+            end_by(heard);
         }
         done
     }

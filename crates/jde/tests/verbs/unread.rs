@@ -319,6 +319,32 @@ fn whoever_had_a_terminal_ends_with_it() {
 }
 
 #[test]
+fn a_shell_that_is_asked_to_end_ends_with_the_verb_that_runs() {
+    let _watchdog = Watchdog::of_a_test();
+    let place = Place::new();
+    let _application = place.start(&pair(), &[]);
+    let mut terminal = Terminal::new();
+    let mut shell = terminal.start(place.command(jde(&["shell"])), false);
+    terminal.shows(ASKS);
+    terminal
+        .shows
+        .write_all(b"\x1b[1;1Rwatch talker.count\r")
+        .unwrap();
+    // The line editor has let go of the terminal.
+    terminal.shows(" s\u{1b}[0m  ");
+    shell.signal("TERM");
+    assert_eq!(shell.ended(), Some(143));
+
+    let mut command = place.command(jde(&["shell"]));
+    let mut shell = Process::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
+    let mut lines = shell.0.stdin.take().unwrap();
+    lines.write_all(b"watch talker.count\n").unwrap();
+    shell.0.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
+    shell.signal("TERM");
+    assert_eq!(shell.ended(), Some(143));
+}
+
+#[test]
 fn views_on_a_terminal_that_takes_nothing_end_when_they_are_asked_to() {
     let _watchdog = Watchdog::of_a_test();
     let place = Place::new();
