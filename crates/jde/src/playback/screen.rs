@@ -14,6 +14,7 @@ use ratatui::widgets::{Gauge, Paragraph};
 
 use super::player::Player;
 use crate::terminal;
+use crate::visible::visible;
 
 /// Time between two redraws.
 const REDRAW: Duration = Duration::from_millis(50);
@@ -77,7 +78,7 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
         (false, true) => "paused",
         (false, false) => "playing",
     };
-    frame.render_widget(Paragraph::new(Span::styled(title, bold)), head);
+    frame.render_widget(Paragraph::new(Span::styled(visible(title), bold)), head);
     let (begin, end) = (player.index.begin, player.index.end);
     let played = position.saturating_sub(begin) as f64 / (end - begin).max(1) as f64;
     let gauge = Gauge::default().ratio(played.min(1.0)).label(format!(
@@ -97,10 +98,13 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
         format!("{} ▸ {winner}", group.name)
     });
     let winners = winners.collect::<Vec<_>>().join("   ");
-    frame.render_widget(Paragraph::new(vec![Line::default(), Line::from(winners)]), acting);
+    frame.render_widget(
+        Paragraph::new(vec![Line::default(), Line::from(visible(&winners))]),
+        acting,
+    );
 
     let shown = player.recent(usize::from(told.height), words);
-    let shown: Vec<_> = shown.into_iter().map(Line::from).collect();
+    let shown: Vec<_> = shown.iter().map(|line| Line::from(visible(line))).collect();
     frame.render_widget(Paragraph::new(shown), told);
     let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
     frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);

@@ -10,6 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 
 use super::traces::Traces;
+use crate::visible::visible;
 
 /// Colours of the terminal's theme that can be told apart.
 const COLORS: [Color; 6] = [
@@ -47,14 +48,14 @@ pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: 
     };
 
     let mut lines = vec![Line::from(Span::styled(
-        title,
+        visible(title),
         Style::new().add_modifier(Modifier::BOLD),
     ))];
     for (trace, name) in traces.names.iter().enumerate() {
         let newest = traces.newest(trace).map_or("-".to_owned(), number);
         lines.push(Line::from(vec![
             Span::styled("━ ", style(trace)),
-            Span::raw(format!("{name}  ")),
+            Span::raw(format!("{}  ", visible(name))),
             Span::styled(newest, Style::new().add_modifier(Modifier::BOLD)),
         ]));
     }
@@ -95,7 +96,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: 
     frame.render_widget(chart, picture);
 
     let keys = match (status, traces.is_paused()) {
-        (Some(status), _) => status.to_owned(),
+        (Some(status), _) => visible(status),
         (None, true) => "paused   space go on   [ ] time   c clear   q leave".to_owned(),
         (None, false) => "space pause   [ ] time   c clear   q leave".to_owned(),
     };

@@ -2,7 +2,7 @@
 //!
 //! It refuses to draw and to read keys; `draw` and `keys` do.
 
-use jde_core::Nanos;
+use jde_core::{Health, Nanos};
 use jde_host::event::Outcome;
 use jde_host::snapshot::{SchemaView, Snapshot};
 
@@ -11,6 +11,7 @@ use super::paint::Paint;
 use super::switches::Switches;
 use super::tree::{self, Row};
 use super::{Application, RobotView};
+use crate::visible::visible;
 
 /// What one cell of a strip may stand for: from what one redraw can tell apart to an hour on a wide terminal.
 pub(super) const TIME_BASES: [Nanos; 6] = [
@@ -78,7 +79,7 @@ impl Screen {
             Row::Group { .. } | Row::Heading(_) => None,
         });
         let mut screen = Self {
-            title: title.to_owned(),
+            title: visible(title),
             paint,
             rows,
             snapshot,
@@ -99,11 +100,11 @@ impl Screen {
 
     /// Looks at the application.
     pub(super) fn observe(&mut self, app: &dyn Application) {
-        self.snapshot = app.snapshot();
+        self.snapshot = shown(app.snapshot());
         self.rows = tree::rows(&self.snapshot);
         self.robot = app.robot();
         self.outcome = app.outcome();
-        self.log = app.log_lines();
+        self.log = app.log_lines().iter().map(|line| visible(line)).collect();
         self.history.observe(&self.snapshot);
         self.switches.observe(&self.snapshot);
     }
@@ -154,6 +155,29 @@ impl Screen {
     }
 }
 
+/// A snapshot whose texts are nothing but letters: the application may be anywhere.
+fn shown(mut snapshot: Snapshot) -> Snapshot {
+    let show = |text: &mut String| *text = visible(text);
+    for schema in &mut snapshot.schemas {
+        show(&mut schema.name);
+        show(&mut schema.type_name);
+        match &mut schema.health {
+            Health::ArbitrationFailed(reason) | Health::Faulted(reason) => show(reason),
+            Health::Ok | Health::Overrun => {}
+        }
+        schema.operator.iter_mut().for_each(|hold| show(&mut hold.by));
+    }
+    for group in &mut snapshot.groups {
+        show(&mut group.name);
+        show(&mut group.policy);
+        if let Some(switch) = &mut group.last {
+            show(&mut switch.decider);
+            show(&mut switch.reason);
+        }
+    }
+    snapshot
+}
+
 /// Says how an application ended.
 pub(super) fn ending(outcome: &Outcome) -> String {
     match outcome {
@@ -161,6 +185,6 @@ pub(super) fn ending(outcome: &Outcome) -> String {
         Outcome::Failed => "failed".to_owned(),
         Outcome::TimeUp => "time is up".to_owned(),
         Outcome::Stopped => "stopped".to_owned(),
-        Outcome::Broken(reason) => format!("broken: {reason}"),
+        Outcome::Broken(reason) => format!("broken: {}", visible(reason)),
     }
 }

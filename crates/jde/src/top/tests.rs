@@ -226,6 +226,14 @@ fn typed(text: &str) -> Vec<KeyCode> {
 }
 
 #[test]
+fn letters_that_would_act_are_shown_by_their_numbers() {
+    let app = Fixed::new();
+    app.snapshot.borrow_mut().schemas[3].name = "vff\u{202e}x".to_owned();
+    let lines = lines(&mut app.screen(), 80, 24).join("\n");
+    assert_eq!(lines.matches("vff\\u{202e}x").count(), 3, "{lines}");
+}
+
+#[test]
 fn the_classic_terminal_shows_the_whole_example() {
     let app = Fixed::new();
     let mut screen = app.screen();

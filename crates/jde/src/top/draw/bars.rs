@@ -7,6 +7,7 @@ use ratatui::widgets::Paragraph;
 
 use crate::top::screen::{Mode, Screen, Status, ending};
 use crate::top::text;
+use crate::visible::visible;
 
 /// The keys with what they do, the ones that a newcomer needs first at the left.
 const KEYS: [(&str, &str); 9] = [
@@ -52,8 +53,8 @@ pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &Screen) {
 /// Draws the input while there is one, the answer to the last action, or that the application has ended.
 pub(super) fn status(frame: &mut Frame, area: Rect, screen: &Screen) {
     let answer = match &screen.status {
-        Some(Status::Done(what)) => Span::raw(what.clone()),
-        Some(Status::Refused(why)) => Span::styled(why.clone(), screen.paint.bad()),
+        Some(Status::Done(what)) => Span::raw(visible(what)),
+        Some(Status::Refused(why)) => Span::styled(visible(why), screen.paint.bad()),
         None => Span::raw(""),
     };
     let line = match (&screen.mode, &screen.outcome) {
