@@ -90,3 +90,80 @@ impl Stopper {
         self.inbox.wake();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_board::{Board, Nanos};
+    use jde_host::snapshot::Snapshot;
+    use jde_watchdog::Watchdog;
+    use zenoh::Wait;
+
+    use super::*;
+    use crate::message::Schemas;
+    use crate::server::subject::Title;
+    use crate::session::{Opening, open};
+
+    /// Of which nothing is asked: it is told of no order.
+    struct Unasked;
+
+    impl Subject for Unasked {
+        fn title(&self) -> Title {
+            unreachable!()
+        }
+
+        fn schemas(&self) -> Schemas {
+            unreachable!()
+        }
+
+        fn board(&self) -> &Board {
+            unreachable!()
+        }
+
+        fn writer(&self, _: u32) -> String {
+            unreachable!()
+        }
+
+        fn now(&self) -> Nanos {
+            unreachable!()
+        }
+
+        fn snapshot(&self) -> Snapshot {
+            unreachable!()
+        }
+
+        fn act(&self, _: &str, _: &Action) -> Result<(), Refusal> {
+            unreachable!()
+        }
+    }
+
+    #[test]
+    fn r14_orders_to_stop_that_are_refused_fill_the_place_of_no_other_answer() {
+        let _watchdog = Watchdog::of_a_test();
+        let inbox = Arc::new(Inbox::new());
+        let key = "jde/1/robot/ab12/operate";
+        let stopper = Stopper {
+            subject: Arc::new(Unasked),
+            inbox: Arc::clone(&inbox),
+            key: key.to_owned(),
+            network: Network::Read,
+        };
+        let stopper = std::thread::spawn(|| stopper.run());
+        let me = std::thread::current();
+        inbox.attach(&me, &me, stopper.thread());
+        let session = open(&Opening::default()).unwrap();
+        let asked = Arc::clone(&inbox);
+        let _asked = session
+            .declare_queryable(key)
+            .callback(move |query| asked.ask(Origin::Network, query))
+            .wait()
+            .unwrap();
+        // Nobody takes the answers.
+        while !inbox.stopped.is_full() && !inbox.done.is_full() {
+            let order = r#"{"by": "eve", "action": "stop-all"}"#;
+            session.get(key).payload(order).callback(drop).wait().unwrap();
+        }
+        assert_eq!(inbox.done.len(), 0);
+        inbox.stop();
+        stopper.join().unwrap();
+    }
+}

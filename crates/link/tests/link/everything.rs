@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_link::message::{Action, Request};
 use jde_link::{Error, Heard, Reach, everything};
+use jde_watchdog::Watchdog;
 use zenoh::Wait;
 
 use crate::common::{Home, Stage};
@@ -124,6 +125,30 @@ fn r14_one_that_does_not_answer_delays_nobody_and_is_named() {
     drop((holds, talks));
     let nobody = stopped(&both, Some("robot3")).unwrap_err();
     assert!(matches!(nobody, Error::NotThere { .. }), "{nobody}");
+}
+
+#[test]
+fn r14_of_several_at_an_endpoint_one_that_does_not_answer_is_told_as_well() {
+    let _watchdog = Watchdog::of_a_test();
+    let kept = Arc::new(Mutex::new(Vec::new()));
+    let keeps = Arc::clone(&kept);
+    let (endpoint, _both) = answering(move |query| {
+        let done = r#"{"ok": true, "roots": ["goon"]}"#;
+        query.reply("jde/1/quick/1/operate", done).wait().unwrap();
+        // Another there has not answered as long as the question is open.
+        keeps.lock().unwrap().push(query);
+    });
+    let heard = stopped(&at(&[&endpoint]), None).unwrap();
+    assert!(
+        matches!(
+            &*heard,
+            [
+                Heard { who: quick, outcome: Ok(_) },
+                Heard { who, outcome: Err(Error::NoAnswer { .. }) },
+            ] if quick == "quick" && *who == endpoint
+        ),
+        "{heard:?}"
+    );
 }
 
 #[test]

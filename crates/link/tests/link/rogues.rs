@@ -3,7 +3,8 @@
 use std::net::TcpListener;
 use std::sync::mpsc::channel;
 
-use jde_link::{Client, Error, Events, Link, Reach};
+use jde_link::{Client, Error, Events, Link, Reach, Tls};
+use jde_watchdog::Watchdog;
 use zenoh::Wait;
 
 use crate::common::{Home, SOON, Stage, until};
@@ -91,6 +92,39 @@ fn a_peer_of_a_foreign_authority_gets_nothing() {
     assert_eq!(stage.acts().len(), done);
     let peers: Vec<_> = rogue.info().peers_zid().wait().collect();
     assert!(peers.is_empty(), "it is not even connected to: {peers:?}");
+}
+
+#[test]
+fn where_nobody_has_to_prove_anything_no_public_authority_is_believed() {
+    let _watchdog = Watchdog::of_a_test();
+    let files = tempfile::tempdir().unwrap();
+    let theirs = authority(files.path(), "theirs");
+    let (encrypted, plain) = (format!("tls/{}", free()), format!("tcp/{}", free()));
+    let (rogue, friend) = (
+        rogue(&encrypted, Some(&theirs), false),
+        rogue(&plain, None, false),
+    );
+    // Without an authority nobody is believed within TLS; the one of the rogue shows that it would have got in.
+    for (tls, believed) in [
+        (None, false),
+        (Some(Tls::default()), false),
+        (Some(theirs.tls(false, false)), true),
+    ] {
+        let home = Home::new();
+        let mut settings = home.settings("robot");
+        (settings.connect, settings.insecure) = (vec![encrypted.clone(), plain.clone()], true);
+        settings.tls = tls;
+        let link = Link::open(&settings, Stage::new(), &Events::told()).unwrap();
+        until("who is not asked operates", || {
+            operates(&friend, &link.about().id)
+        });
+        if believed {
+            until("the rogue operates", || operates(&rogue, &link.about().id));
+        } else {
+            let peers: Vec<_> = rogue.info().peers_zid().wait().collect();
+            assert!(peers.is_empty(), "{peers:?}");
+        }
+    }
 }
 
 #[test]

@@ -53,15 +53,8 @@ fn small(path: &Path, overwrite: bool) -> Result<(Output, Option<Disk>), Error> 
     Ok((Box::new(Small { file, room }), None))
 }
 
-#[test]
-fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let told: Arc<Mutex<Vec<_>>> = Arc::default();
-    let tell = Arc::clone(&told);
-    let on_file: OnFile = Box::new(move |happened, written| {
-        let name = written.path.file_name().unwrap().to_string_lossy().into_owned();
-        tell.lock().unwrap().push((happened, name));
-    });
+/// In `drive.mcap` of a folder, whose files are made so.
+fn sink(folder: &Path, make: Make, on_file: OnFile) -> Triggered {
     let shared = Arc::new(Shared::new(sync_channel(1).0, true));
     let origin = Origin {
         application: "bench".to_owned(),
@@ -72,14 +65,51 @@ fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
         cast: None,
     };
     let plan = Plan {
-        path: folder.path().join("drive.mcap"),
+        path: folder.join("drive.mcap"),
         overwrite: false,
         before: 10 * SECOND,
         after: 5 * SECOND,
         memory: 1 << 20,
     };
     let mut sink = Triggered::new(&shared, origin, plan, on_file).unwrap();
-    sink.make = small;
+    sink.make = make;
+    sink
+}
+
+#[test]
+fn a_file_that_cannot_be_opened_is_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let theirs = folder.path().join("drive-001.mcap");
+    std::fs::write(&theirs, "precious").unwrap();
+    let refused: Make = |path, _| {
+        Err(Error::Create {
+            path: path.to_owned(),
+            error: io::ErrorKind::PermissionDenied.into(),
+        })
+    };
+    let mut sink = sink(folder.path(), refused, Box::new(|_, _| {}));
+    let firing = Firing {
+        time: 0,
+        condition: 0,
+        text: "now".to_owned(),
+    };
+    sink.fired(&firing, "operator");
+    sink.finish();
+    assert!(lock(&sink.shared.files)[0].trouble.is_some());
+    assert_eq!(std::fs::read_to_string(theirs).unwrap(), "precious");
+}
+
+#[test]
+fn a_full_disk_is_told_once_and_the_next_firing_tries_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let told: Arc<Mutex<Vec<_>>> = Arc::default();
+    let tell = Arc::clone(&told);
+    let on_file: OnFile = Box::new(move |happened, written| {
+        let name = written.path.file_name().unwrap().to_string_lossy().into_owned();
+        tell.lock().unwrap().push((happened, name));
+    });
+    let mut sink = sink(folder.path(), small, on_file);
+    let shared = Arc::clone(&sink.shared);
     let value_type = Arc::new(<[u64; 16]>::describe());
     let lane = Lane::new(
         "/bench/noise".to_owned(),
