@@ -93,9 +93,7 @@ impl Runner {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
         let panel = instance::panel_of(&engine.builds.of(number).table);
-        engine
-            .panels
-            .declare(number, panel.map(|panel| panel.touch.is_some()));
+        engine.declare_panel(number, panel.map(|panel| panel.touch.is_some()));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
         if let Some(journal) = &journal {
             ports.follow(journal);
@@ -129,7 +127,7 @@ impl Runner {
             return Ok(());
         }
         let instance = self.instance_of(&self.engine.builds.of(self.number))?;
-        self.engine.panels.declare(self.number, instance.panel());
+        self.engine.declare_panel(self.number, instance.panel());
         self.life = Life::Slept(instance);
         self.engine.panels.came(self.number);
         Ok(())

@@ -162,6 +162,15 @@ impl Hierarchy {
         }
     }
 
+    /// Changes whether a schema has a panel, for the contract; answers whether that is a change.
+    pub fn set_panel(&mut self, id: SchemaId, panel: bool) -> bool {
+        let is_other = self.plan.knows(id) && self.plan.spec.schemas[id.index()].panel != panel;
+        if is_other {
+            Arc::make_mut(&mut self.plan).spec.schemas[id.index()].panel = panel;
+        }
+        is_other
+    }
+
     fn node(&self, id: SchemaId) -> &Node {
         &self.nodes[id.index()]
     }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use jde_core::GroupId;
 use jde_panel::Gesture;
 
 use super::{Engine, Signal};
@@ -9,6 +10,18 @@ use crate::event::{Event, OperatorAction};
 use crate::panels::{Look, News, Put, Refusal};
 
 impl Engine {
+    /// Whether an instance's build has a panel, and one that can be touched. The contract counts with it from now on (R17).
+    pub(crate) fn declare_panel(&self, instance: usize, panel: Option<bool>) {
+        self.panels.declare(instance, panel);
+        let changed = self
+            .lock()
+            .hierarchy
+            .set_panel(super::schema(instance), panel.is_some());
+        if changed && let Some(group) = self.application.instances[instance].group {
+            self.renew_contract(GroupId(group as u32));
+        }
+    }
+
     /// Has a panel be drawn while the answer lives.
     pub(crate) fn look(&self, schema: usize, rate: f64, news: News) -> Result<Look, Refusal> {
         self.has_panel(schema)?;

@@ -256,7 +256,7 @@ impl Runner {
 
     /// Lets an instance be the schema, with a turn at once if it is awake.
     fn seat(&mut self, instance: Instance, awake: bool) {
-        self.engine.panels.declare(self.number, instance.panel());
+        self.engine.declare_panel(self.number, instance.panel());
         self.engine.panels.came(self.number);
         self.late = [false; 2];
         self.at_once = awake;

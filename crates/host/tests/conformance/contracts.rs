@@ -6,9 +6,11 @@ use std::sync::{Arc, Mutex};
 use jde_core::{GroupContract, Nanos, contract};
 use jde_host::Options;
 use jde_host::event::Event;
-use jde_schema::Precondition;
+use jde_host::plugin::Loaded;
+use jde_host::reload::How;
+use jde_schema::prelude::*;
 
-use crate::common::{Call, Executor, Io, MS, Rig, Stage, in_real_time};
+use crate::common::{Call, Executor, Io, MS, Rig, Stage, TEST, in_real_time, on_every_executor};
 
 in_real_time!(
     r17_no_takeover_by_a_check_takes_longer_than_its_contract,
@@ -18,6 +20,12 @@ in_real_time!(
     r17_no_takeover_in_turns_takes_longer_than_its_contract,
     r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls,
 );
+
+mod reloaded {
+    use super::*;
+
+    on_every_executor!(r17_a_build_that_gains_a_panel_is_in_the_contract);
+}
 
 /// The eye looks at what a crowd of others sees, if there is one.
 const FAMILY: &str = r#"
@@ -299,4 +307,52 @@ fn r17_no_takeover_takes_longer_for_many_others_that_are_inside_calls(executor: 
         [left_or_both, right_or_both],
     );
     takeovers(&stage, &contract);
+}
+
+/// A build of the motor schema of the tests that has a panel.
+#[derive(Describe)]
+#[schema(motor, period = "10ms", name = "motor")]
+struct Shows {
+    /// The number of its stage.
+    #[modulation(default = 0, fixed)]
+    stage: Modulation<u32>,
+}
+
+impl Schema for Shows {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
+        Stage::of(self.stage.get(cx)).note(|| String::from("it iterates"));
+        Ok(())
+    }
+}
+
+impl Panel for Shows {
+    fn draw(&self, _: &Context, _: &mut Pen) {}
+}
+
+static SHOWS: jde_schema::derived::raw::Plugin = jde_schema::plugin!("test", "Shows.", [Shows]);
+
+fn r17_a_build_that_gains_a_panel_is_in_the_contract(executor: Executor) {
+    let body = r#"
+        roots = ["low"]
+        [schemas.low]
+        type = "test/motor"
+        budget = "4ms"
+    "#;
+    let stage = Stage::new();
+    let mut rig = Rig::start(executor, &stage, body);
+    let low = rig.place("low");
+    let allowed = |rig: &Rig| rig.handle.snapshot().groups[0].allowed;
+    let before = allowed(&rig);
+    // One that looks draws it, and one that takes over.
+    for (build, panels) in [(&SHOWS, 2), (&TEST, 0)] {
+        let build = Loaded::linked_in(build).expect("its tables are right");
+        let how = How {
+            probation: 0,
+            fresh: true,
+        };
+        let order = rig.operator().replace(low, &build, how).expect("it fits");
+        rig.until(|_| order.outcome().is_some());
+        assert_eq!(allowed(&rig), before + panels * 4 * MS);
+    }
+    rig.stop();
 }
