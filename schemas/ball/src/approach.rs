@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Drives the base toward the ball, slower as it comes nearer, up to a distance. Ready while the ball is here and farther.
 #[derive(Describe)]
@@ -40,7 +40,7 @@ pub struct Approach {
 
 impl Schema for Approach {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let Some(ball) = Ball::read(&self.ball, cx).filter(Ball::is_here) else {
+        let Some(ball) = ball::read(&self.ball, cx).filter(Ball::is_here) else {
             self.far.reset();
             return Ok(false.into());
         };
@@ -50,7 +50,7 @@ impl Schema for Approach {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(ball) = Ball::read(&self.ball, cx) else {
+        let Some(ball) = ball::read(&self.ball, cx) else {
             return Ok(());
         };
         let left = ball.ahead() - self.distance.get(cx);

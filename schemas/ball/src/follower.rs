@@ -3,7 +3,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Leads base and head to a ball.
 ///
@@ -101,7 +101,7 @@ impl Schema for Follower {
         }
         let brakes = self.brake.state(cx) == State::Winner;
         self.braking = brakes.then(|| self.braking.unwrap_or(cx.now()));
-        let ball = Ball::read(&self.ball, cx);
+        let ball = ball::read(&self.ball, cx);
         self.blind = match ball {
             Some(_) => None,
             None => Some(self.blind.unwrap_or(cx.now())),

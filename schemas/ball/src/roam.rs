@@ -3,7 +3,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Drives the base ahead while there is room, and turns on the spot to the side with more room where there is none. Ready while
 /// the ball is lost and the head has looked for it in vain.
@@ -45,7 +45,7 @@ pub struct Roam {
 impl Schema for Roam {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         let patience = self.patience.get(cx);
-        let ball = Ball::read(&self.ball, cx);
+        let ball = ball::read(&self.ball, cx);
         let lost = ball.is_some_and(|ball| !ball.is_here() && ball.unseen > patience);
         Ok((lost && self.laser.get(cx).is_some()).into())
     }

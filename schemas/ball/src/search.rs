@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Sweeps the head from side to side, first to the side on which the ball was seen last. Ready while the ball is lost.
 #[derive(Describe)]
@@ -39,7 +39,7 @@ struct Leg {
 
 impl Schema for Search {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let lost = Ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_here());
+        let lost = ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_here());
         let ready = lost && self.pan_tilt.get(cx).is_some();
         if !ready {
             self.leg = None;
@@ -48,7 +48,7 @@ impl Schema for Search {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (Some(ball), Some(now)) = (Ball::read(&self.ball, cx), self.pan_tilt.get(cx)) else {
+        let (Some(ball), Some(now)) = (ball::read(&self.ball, cx), self.pan_tilt.get(cx)) else {
             return Ok(());
         };
         let (sweep, speed) = (self.sweep.get(cx), self.speed.get(cx));

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Turns the head so that the camera looks at the ball. Ready while the ball is here.
 #[derive(Describe)]
@@ -30,12 +30,12 @@ pub struct Track {
 
 impl Schema for Track {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let here = Ball::read(&self.ball, cx).is_some_and(|ball| ball.is_here());
+        let here = ball::read(&self.ball, cx).is_some_and(|ball| ball.is_here());
         Ok((here && self.pan_tilt.get(cx).is_some()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (Some(ball), Some(now)) = (Ball::read(&self.ball, cx), self.pan_tilt.get(cx)) else {
+        let (Some(ball), Some(now)) = (ball::read(&self.ball, cx), self.pan_tilt.get(cx)) else {
             return Ok(());
         };
         let (pan, tilt) = (ball.bearing, -ball.elevation);

@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 
 use jde_schema::prelude::*;
 
-use crate::ball::Ball;
+use crate::ball::{self, Ball};
 
 /// Turns the base on the spot toward a ball that is far to the side, and once around when the ball is lost and the head has
 /// looked for it in vain.
@@ -38,7 +38,7 @@ pub struct Turn {
 
 impl Schema for Turn {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let Some(ball) = Ball::read(&self.ball, cx) else {
+        let Some(ball) = ball::read(&self.ball, cx) else {
             self.aside.reset();
             return Ok(false.into());
         };
@@ -54,7 +54,7 @@ impl Schema for Turn {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(ball) = Ball::read(&self.ball, cx) else {
+        let Some(ball) = ball::read(&self.ball, cx) else {
             return Ok(());
         };
         let rate = if ball.is_here() {

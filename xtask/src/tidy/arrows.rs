@@ -147,6 +147,7 @@ const TABLE: &[Row] = &[
         ],
     ),
     row("crates/port", &[]),
+    row("crates/ball", &["crates/types"]),
     row(
         "crates/device",
         &["crates/port", "crates/schema", "crates/watchdog"],
@@ -167,7 +168,7 @@ const TABLE: &[Row] = &[
             "crates/ros",
         ],
     ),
-    row("schemas/", &["crates/schema"]),
+    row("schemas/", &["crates/schema", "crates/ball"]),
     row("xtask", &["crates/headers"]),
 ];
 
