@@ -196,8 +196,8 @@ impl Sums<'_> {
     }
 
     /// From the situation to the end of the check that sees it: whole periods, until the check before has ended; what may be under
-    /// way when the turn is due or the value comes, which is a turn, a drawing and an arbitration and another that awaits it; the
-    /// check.
+    /// way when the turn is due or the value comes, which is a turn, a drawing, a gesture and an arbitration and another that awaits
+    /// it; the check.
     fn looks(&self, id: SchemaId) -> [Nanos; 4] {
         let schema = &self.spec.schemas[id.index()];
         let before = if schema.triggered {
@@ -223,7 +223,7 @@ impl Sums<'_> {
         };
         let words = [
             before,
-            format!("drawing of the panel of {name}"),
+            format!("drawing of the panel of {name} and a gesture on it"),
             format!("arbitrations by {name}"),
             format!("check by {name}"),
         ];
@@ -231,7 +231,7 @@ impl Sums<'_> {
     }
 
     /// From the decision to the first iteration: the father thinks, once more if it was thinking already; the loser ends its
-    /// iteration; the winner ends its drawing or arbitration and looks again before it acts (R8).
+    /// iteration; the winner ends its drawing, a gesture, its arbitration and another that awaits it, and looks again before it acts (R8).
     fn hands_over(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
         let father = arbitration(group).saturating_mul(2);
         father
@@ -248,8 +248,8 @@ impl Sums<'_> {
         ];
         let mut all = self::terms(words, [think, think, group.patience]);
         let words = [
-            format!("drawing of the panel of {name}"),
-            format!("arbitration by {name}"),
+            format!("drawing of the panel of {name} and a gesture on it"),
+            format!("arbitrations by {name}"),
             format!("look of {name} before it acts"),
         ];
         all.extend(self::terms(words, self.acts(acts)));
@@ -259,7 +259,7 @@ impl Sums<'_> {
     fn acts(&self, id: SchemaId) -> [Nanos; 3] {
         [
             self.panel(id),
-            (self.own)(id),
+            (self.own)(id).saturating_mul(2),
             self.spec.schemas[id.index()].budget,
         ]
     }
@@ -302,7 +302,7 @@ impl Sums<'_> {
         let name = self.name(*slowest);
         let words = [
             format!("period of the winner {name}"),
-            format!("drawing of the panel of {name}"),
+            format!("drawing of the panel of {name} and a gesture on it"),
             format!("arbitrations by {name}"),
             format!("iteration of {name}"),
         ];
@@ -320,9 +320,14 @@ impl Sums<'_> {
         schema.period.saturating_mul(skipped.saturating_add(1))
     }
 
+    /// A drawing may be under way, and a gesture is handed in after it.
     fn panel(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
-        if schema.panel { schema.budget } else { 0 }
+        if schema.panel {
+            schema.budget.saturating_mul(2)
+        } else {
+            0
+        }
     }
 
     fn name(&self, id: SchemaId) -> String {

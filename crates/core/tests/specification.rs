@@ -208,8 +208,9 @@ fn r17_a_triggered_schema_may_be_in_the_middle_of_a_turn() {
     spec.schemas[GOON.index()].panel = true;
     assert_eq!(
         motion_contract(&spec).to_string(),
-        "motion: goon takes over within 105 ms = turn of goon that is under way 20 ms + drawing of the panel of goon 20 ms \
-         + check by goon 20 ms + patience with the loser 5 ms + drawing of the panel of goon 20 ms \
+        "motion: goon takes over within 145 ms = turn of goon that is under way 20 ms \
+         + drawing of the panel of goon and a gesture on it 40 ms + check by goon 20 ms + patience with the loser 5 ms \
+         + drawing of the panel of goon and a gesture on it 40 ms \
          + look of goon before it acts 20 ms"
     );
 }
@@ -229,8 +230,8 @@ fn r17_a_father_that_is_asked_again_thinks_twice_and_may_be_held_up_by_it_himsel
     let roots = &contract(&spec)[0];
     assert_eq!(
         roots.to_string(),
-        "roots: example takes over within 101 ms = period of example 75 ms + arbitrations by example 14 ms \
-         + patience with the loser 5 ms + arbitration by example 7 ms"
+        "roots: example takes over within 108 ms = period of example 75 ms + arbitrations by example 14 ms \
+         + patience with the loser 5 ms + arbitrations by example 14 ms"
     );
 }
 

@@ -259,9 +259,11 @@ impl Panels {
         Put::Kept
     }
 
-    /// The gestures that await a schema, in the order in which they came.
-    pub(crate) fn take(&self, schema: usize) -> VecDeque<(String, Gesture)> {
-        std::mem::take(&mut lock(&self.easels[schema].hands).gestures)
+    /// The gesture that has awaited a schema longest, and whether there are more.
+    pub(crate) fn take(&self, schema: usize) -> Option<((String, Gesture), bool)> {
+        let gestures = &mut lock(&self.easels[schema].hands).gestures;
+        let first = gestures.pop_front()?;
+        Some((first, !gestures.is_empty()))
     }
 
     /// The number of the next gesture that is handed in, from 1.

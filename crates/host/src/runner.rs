@@ -155,7 +155,7 @@ impl Runner {
 
     /// Does what is due now; answers when the next turn is due, if by time alone.
     pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
-        let (triggered, promoted) = (inbox.triggered, inbox.promoted);
+        let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.touched);
         if !inbox.is_empty() {
             self.attend(inbox);
         }
@@ -178,6 +178,9 @@ impl Runner {
                 self.draw();
             }
             self.rest();
+        }
+        if touched {
+            self.take_gesture();
         }
         self.end_turn(looked);
         match self.life {
@@ -216,9 +219,6 @@ impl Runner {
             && let Some(swap) = self.engine.builds.has_turn(self.number)
         {
             self.swap(&swap);
-        }
-        if inbox.touched {
-            self.take_gestures();
         }
     }
 

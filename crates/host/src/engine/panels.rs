@@ -74,6 +74,15 @@ impl Engine {
         });
     }
 
+    /// The first gesture that awaits a schema, which is rung for again if there are more.
+    pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
+        let (first, more) = self.panels.take(schema)?;
+        if more {
+            self.ring(schema, Signal::Touched);
+        }
+        Some(first)
+    }
+
     /// A gesture is about to be handed in; answers with its number.
     pub(crate) fn touched(&self, by: &str, schema: usize, gesture: &Gesture) -> u64 {
         let number = self.panels.next_handed();

@@ -9,25 +9,25 @@ use super::{Life, Runner};
 use crate::turn::Turn;
 
 impl Runner {
-    /// Hands in the gestures that await it, each in a turn of its own.
-    pub(super) fn take_gestures(&mut self) {
-        let mut gestures = self.engine.panels.take(self.number);
-        while let Some((by, gesture)) = gestures.pop_front() {
-            let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
-                return self.engine.untouched(self.number, gestures.len() + 1);
-            };
-            let number = self.engine.touched(&by, self.number, &gesture);
-            self.told = Turn {
-                detail: number,
-                ..Turn::of(Turn::TOUCHED, self.number)
-            };
-            let result = instance.touch(&by, &gesture);
-            self.told.looked = instance.called(&mut self.told, &mut self.beyond);
-            if let Err(reason) = result {
-                self.fault(reason);
-            }
-            self.tell();
+    /// Hands in the first of the gestures that await it. The next has another turn, so that what cannot wait awaits one at most (R17).
+    pub(super) fn take_gesture(&mut self) {
+        let Some((by, gesture)) = self.engine.take_gesture(self.number) else {
+            return;
+        };
+        let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
+            return self.engine.untouched(self.number, 1);
+        };
+        let number = self.engine.touched(&by, self.number, &gesture);
+        self.told = Turn {
+            detail: number,
+            ..Turn::of(Turn::TOUCHED, self.number)
+        };
+        let result = instance.touch(&by, &gesture);
+        self.told.looked = instance.called(&mut self.told, &mut self.beyond);
+        if let Err(reason) = result {
+            self.fault(reason);
         }
+        self.tell();
     }
 
     /// Draws the panel over what was looked at in this turn, if somebody looks and it is time. In real time it has the budget of an

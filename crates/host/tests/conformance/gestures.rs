@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use jde_core::Health;
 use jde_host::event::{Event, OperatorAction};
 use jde_host::story::{Line, Story};
-use jde_host::{Look, Refusal};
+use jde_host::{Look, Options, Refusal};
 use jde_panel::{Button, Touch};
 
-use crate::common::{Executor, Rig, Stage, on_every_executor};
+use crate::common::{Executor, MS, Rig, Stage, on_every_executor};
 use crate::panels::{APP, look, touch};
 
 on_every_executor!(
@@ -22,6 +22,43 @@ on_every_executor!(
     gestures_that_nobody_can_take_up_any_more_are_told,
     a_gesture_that_fails_is_a_fault_like_any_other,
 );
+
+mod hanging {
+    use super::r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn;
+
+    crate::common::in_real_time!(r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn);
+}
+
+fn r17_of_gestures_that_pile_up_no_more_than_one_delays_a_turn(executor: Executor) {
+    let stage = Stage::new();
+    let (begun, clock) = (AtomicBool::new(false), Arc::clone(&stage));
+    stage.paints("easel", move |_, _, _| {
+        if !begun.swap(true, Ordering::SeqCst) {
+            clock.note(|| String::from("it draws"));
+            clock.wait_until(|| clock.did("go"));
+            // Its next turn is due when this is over.
+            clock.handle().expect("it was opened before").spend(20 * MS);
+        }
+    });
+    let options = Options {
+        counted: true,
+        ..Options::default()
+    };
+    let mut rig = Rig::start_with(executor, &stage, APP, options);
+    let _look = look(&rig, "easel");
+    rig.until_did("it draws");
+    for number in 0..5 {
+        touch(&rig, &format!("button-{number}"), Touch::Pressed).expect("it takes them");
+    }
+    stage.note(|| String::from("go"));
+    rig.until_did("ana@laptop pressed `button-4` of easel");
+    rig.stop();
+    let since = stage.lines().split_off(stage.first("go"));
+    let place = |wanted: &str| since.iter().position(|line| line.contains(wanted));
+    assert!(place("easel iterate") < place("button-1"), "{since:#?}");
+    let pressed = since.iter().filter(|line| line.contains("pressed"));
+    assert_eq!(pressed.count(), 5, "each once");
+}
 
 fn r10_gestures_are_handed_in_between_iterations_in_their_order_and_once(executor: Executor) {
     let stage = Stage::new();
