@@ -2,57 +2,16 @@
 //!
 //! It refuses to repeat what the random tests hold for every order of calls.
 
+mod family;
+
 use jde_core::{
-    Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused, Restart,
-    SchemaId, SchemaSpec, Spec, State, Timer,
+    Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Refused, SchemaId,
+    SchemaSpec, Spec, State, Timer,
 };
 
-const FATHER: SchemaId = SchemaId(0);
-const A: SchemaId = SchemaId(1);
-const B: SchemaId = SchemaId(2);
-const C: SchemaId = SchemaId(3);
+use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+
 const NOBODY: SchemaId = SchemaId(99);
-const CHILDREN: GroupId = GroupId(1);
-const READY: Check = Check {
-    ready: true,
-    urgency: 0.0,
-    cause: 0,
-};
-
-/// A father that wins and has woken the first two of its three children, decided by `policy`.
-fn family(policy: Policy) -> Hierarchy {
-    let restart = Restart::OnFault {
-        backoff: 10,
-        limit: u32::MAX,
-        within: u64::MAX,
-    };
-    let schema = |name| SchemaSpec {
-        restart,
-        ..SchemaSpec::new(name, Kind::Motor, 10)
-    };
-    let children = GroupSpec {
-        policy,
-        ..GroupSpec::new("children", Some(FATHER), vec![A, B, C])
-    };
-    let spec = Spec {
-        schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
-        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
-    };
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
-    effects(|out| {
-        h.start(0, out);
-        h.checked(0, FATHER, READY, out);
-        h.wake(0, FATHER, A, out).expect("authority");
-        h.wake(0, FATHER, B, out).expect("authority");
-    });
-    h
-}
-
-fn effects(call: impl FnOnce(&mut Vec<Effect>)) -> Vec<Effect> {
-    let mut out = Vec::new();
-    call(&mut out);
-    out
-}
 
 #[test]
 fn calls_about_nobody_are_refused_or_have_no_effect() {

@@ -2,56 +2,14 @@
 //!
 //! It refuses to repeat what the stories and the random tests hold.
 
+mod family;
+
 use jde_core::{
-    Absence, Answer, Check, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Restart,
+    Absence, Answer, Effect, GroupId, GroupSpec, Health, Hierarchy, Kind, Operator, Policy, Restart,
     SchemaId, SchemaSpec, Spec, State,
 };
 
-const FATHER: SchemaId = SchemaId(0);
-const A: SchemaId = SchemaId(1);
-const B: SchemaId = SchemaId(2);
-const C: SchemaId = SchemaId(3);
-const CHILDREN: GroupId = GroupId(1);
-const READY: Check = Check {
-    ready: true,
-    urgency: 0.0,
-    cause: 0,
-};
-
-/// A father that wins and has woken the first two of its three children, decided by `policy`.
-fn family(policy: Policy) -> Hierarchy {
-    let restart = Restart::OnFault {
-        backoff: 10,
-        limit: u32::MAX,
-        within: u64::MAX,
-    };
-    let schema = |name| SchemaSpec {
-        restart,
-        ..SchemaSpec::new(name, Kind::Motor, 10)
-    };
-    let children = GroupSpec {
-        policy,
-        ..GroupSpec::new("children", Some(FATHER), vec![A, B, C])
-    };
-    let spec = Spec {
-        schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
-        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
-    };
-    let mut h = Hierarchy::new(spec).expect("a sound specification");
-    effects(|out| {
-        h.start(0, out);
-        h.checked(0, FATHER, READY, out);
-        h.wake(0, FATHER, A, out).expect("authority");
-        h.wake(0, FATHER, B, out).expect("authority");
-    });
-    h
-}
-
-fn effects(call: impl FnOnce(&mut Vec<Effect>)) -> Vec<Effect> {
-    let mut out = Vec::new();
-    call(&mut out);
-    out
-}
+use family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
 
 #[test]
 fn r15_a_fault_is_a_switch_away_from_whoever_was_chosen() {

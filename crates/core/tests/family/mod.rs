@@ -1,0 +1,51 @@
+//! A father with three children, for the tests that call the rules one by one.
+
+use jde_core::{
+    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Policy, Restart, SchemaId, SchemaSpec, Spec,
+};
+
+pub(crate) const FATHER: SchemaId = SchemaId(0);
+pub(crate) const A: SchemaId = SchemaId(1);
+pub(crate) const B: SchemaId = SchemaId(2);
+pub(crate) const C: SchemaId = SchemaId(3);
+pub(crate) const CHILDREN: GroupId = GroupId(1);
+pub(crate) const READY: Check = Check {
+    ready: true,
+    urgency: 0.0,
+    cause: 0,
+};
+
+/// A father that wins and has woken the first two of its three children, decided by `policy`.
+pub(crate) fn family(policy: Policy) -> Hierarchy {
+    let restart = Restart::OnFault {
+        backoff: 10,
+        limit: u32::MAX,
+        within: u64::MAX,
+    };
+    let schema = |name| SchemaSpec {
+        restart,
+        ..SchemaSpec::new(name, Kind::Motor, 10)
+    };
+    let children = GroupSpec {
+        policy,
+        ..GroupSpec::new("children", Some(FATHER), vec![A, B, C])
+    };
+    let spec = Spec {
+        schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
+        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
+    };
+    let mut h = Hierarchy::new(spec).expect("a sound specification");
+    effects(|out| {
+        h.start(0, out);
+        h.checked(0, FATHER, READY, out);
+        h.wake(0, FATHER, A, out).expect("authority");
+        h.wake(0, FATHER, B, out).expect("authority");
+    });
+    h
+}
+
+pub(crate) fn effects(call: impl FnOnce(&mut Vec<Effect>)) -> Vec<Effect> {
+    let mut out = Vec::new();
+    call(&mut out);
+    out
+}
