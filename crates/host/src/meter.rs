@@ -25,8 +25,9 @@ pub(crate) struct Meter {
     pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none does.
     running_since: AtomicU64,
-    /// The question that it was last called to answer.
+    /// The question that it was last called to answer, and when.
     took_up: AtomicU64,
+    took_up_at: AtomicU64,
     last_cycle: AtomicU64,
     mean_cycle: AtomicU64,
     mean_busy: AtomicU64,
@@ -58,14 +59,19 @@ impl Meter {
     }
 
     /// It is about to be called to answer that question.
-    pub(crate) fn take_up(&self, ticket: u64) {
-        self.took_up.store(ticket, Relaxed);
+    pub(crate) fn take_up(&self, ticket: u64, now: Nanos) {
+        self.took_up_at.store(now, Relaxed);
+        self.took_up.store(ticket, Release);
     }
 
-    /// Whether a call runs or ran that answers that question, or another call runs.
-    pub(crate) fn is_busy_with(&self, ticket: Option<u64>) -> bool {
+    /// Whether another call runs, or one that answers that question runs or ran that began by `latest`.
+    pub(crate) fn is_busy_with(&self, ticket: Option<u64>, latest: Nanos) -> bool {
         // In this order: whoever has returned from the call had taken it up before.
-        self.running_since().is_some() || ticket == Some(self.took_up.load(Relaxed))
+        let runs = self.running_since().is_some();
+        match ticket == Some(self.took_up.load(Acquire)) {
+            true => self.took_up_at.load(Relaxed) <= latest,
+            false => runs,
+        }
     }
 
     /// A periodic cycle began at `start` and took `busy`.

@@ -373,7 +373,7 @@ impl Runner {
             ticket,
             ..Turn::of(Turn::ARBITRATED, self.number)
         };
-        self.engine.meters[self.number].take_up(ticket);
+        self.engine.meters[self.number].take_up(ticket, self.engine.clock.now());
         let answer = self.answer(level);
         let failed = match &answer {
             Answer::Failed { reason } => Some(reason.clone()),

@@ -250,17 +250,21 @@ impl Engine {
         self.tell_turn(Turn::TICKED, 0, 0, moment);
     }
 
-    /// A father whose time to arbitrate is over, which is inside no call and has not been called to answer, had no chance to begin: its
-    /// thread was woken and did not run, or found no worker. That is the machine's lateness and not its own.
+    /// A father whose time to arbitrate is over, which is inside no other call and has not been called to answer in the first half of
+    /// that time, had no chance: its thread was woken and did not run, or found no worker. That is the machine's lateness and not its own.
     fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
-            Timer::Arbitration(group) if due <= now => Some(group),
+            Timer::Arbitration(group) if due <= now => Some((due, group)),
             _ => None,
         });
-        for group in over.collect::<Vec<_>>() {
-            let father = self.application.groups[group.index()].father;
+        for (due, group) in over.collect::<Vec<_>>() {
+            let about = &self.application.groups[group.index()];
+            let latest = due.saturating_sub(about.budget_ns / 2);
             let asked = hierarchy.asked(group);
-            if father.is_some_and(|father| !self.meters[father].is_busy_with(asked)) {
+            if about
+                .father
+                .is_some_and(|father| !self.meters[father].is_busy_with(asked, latest))
+            {
                 hierarchy.excuse(group);
             }
         }

@@ -181,7 +181,17 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         [schemas.right]
         type = "engine-tests/act"
     "#;
-    for (begun, returned) in [(false, false), (true, false), (true, true)] {
+    const MS: Nanos = 1_000_000;
+    // When it was called to answer, and whether it has returned from that.
+    let rows = [
+        (None, false, false),
+        (Some(0), false, true),
+        (Some(0), true, true),
+        (Some(2 * MS), false, true),
+        (Some(3 * MS), false, false),
+        (Some(3 * MS), true, false),
+    ];
+    for (begun, returned, wanted) in rows {
         let (engine, _ears) = engine(FAMILY, vec![]);
         let check = Check {
             ready: true,
@@ -195,22 +205,23 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         }
         engine.checked(1, check);
         engine.checked(2, check);
-        if begun {
+        if let Some(begun) = begun {
+            engine.clock.set(begun);
             let asked = engine.lock().hierarchy.asked(GroupId(1));
-            engine.meters[0].take_up(asked.unwrap());
-            engine.meters[0].enter(engine.clock.now());
+            engine.meters[0].take_up(asked.unwrap(), begun);
+            engine.meters[0].enter(begun);
         }
         if returned {
             // It has yet to give its answer.
             engine.meters[0].leave();
         }
-        engine.clock.set(5_000_000);
+        engine.clock.set(5 * MS);
         engine.tick();
         let rules = engine.lock();
         let decided = rules.hierarchy.winner(GroupId(1));
         assert_eq!(decided, Some(schema(1)), "the priority order decides");
         let blamed = matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_));
-        assert_eq!(blamed, begun);
+        assert_eq!(blamed, wanted, "begun at {begun:?}, returned: {returned}");
     }
 }
 
