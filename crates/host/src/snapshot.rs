@@ -97,7 +97,7 @@ pub struct Hold {
     /// What; of several, the first in the order of [`HoldKind`].
     pub kind: HoldKind,
     /// Whether it was stopped with everything, whatever else was done to it.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_everything: bool,
     /// Who: "ana@laptop".
     pub by: String,
