@@ -1,6 +1,6 @@
 //! Plugins: where they are found, how a file is checked before anything of it runs, and what is loaded.
 //!
-//! A library is never unmapped: threads, thread-locals and panics may still need its code (docs/architecture.md, hazards).
+//! A library is never unmapped: threads, thread-locals and panics may still need its code (docs/decisions/07-private-copies.md).
 
 mod copy;
 mod elf;
