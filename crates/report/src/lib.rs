@@ -3,18 +3,18 @@
 //!
 //! It reads recordings and draws; it runs nothing, asks nobody over the network and prints nothing.
 
+mod analysis;
 mod chart;
 mod drawing;
 mod map;
 mod page;
 mod picture;
 mod sheet;
-mod tale;
 #[cfg(test)]
 mod tests;
 
-pub use map::{Drive, Moment, Takeover, Target, Thing, Way};
+pub use analysis::{Analysis, Number, Series, Wanted};
+pub use map::{Drive, Obstacle, PathPoint, RobotPath, Takeover, Target};
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
 pub use sheet::{SIDES, Size};
-pub use tale::{Number, Series, Tale, Wanted};

@@ -70,10 +70,10 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Moment, Way};
+    use crate::map::{PathPoint, RobotPath};
 
     fn drive() -> Drive {
-        let at = |time: f64| Moment {
+        let at = |time: f64| PathPoint {
             time,
             x: time,
             y: 2.0,
@@ -82,9 +82,9 @@ mod tests {
         };
         Drive {
             title: "a line".to_owned(),
-            ways: vec![Way {
-                path: vec![at(0.0), at(4.0)],
-                ..Way::default()
+            paths: vec![RobotPath {
+                points: vec![at(0.0), at(4.0)],
+                ..RobotPath::default()
             }],
             schema_names: vec!["goon".to_owned()],
             ..Drive::default()

@@ -1,11 +1,11 @@
 //! A sheet of paper with all that a recording shows: where the robot went or how numbers were, and below on one axis of time who was
 //! in which state.
 
+use crate::analysis::Analysis;
 use crate::chart::{self, Area, Bands, SMALL};
-use crate::drawing::{Align, Drawing, Tone};
+use crate::drawing::{Align, ColorRole, Drawing};
 use crate::map::{self, Palette};
 use crate::picture::Picture;
-use crate::tale::Tale;
 
 /// Units of an area like that of the usual sheet: a larger picture shows the same larger, not more.
 const UNITS: f32 = 1600.0 * 1067.0;
@@ -25,7 +25,7 @@ const BANDS: f32 = 0.42;
 /// Pixels that a side of a picture has at least and at most.
 pub const SIDES: std::ops::RangeInclusive<u32> = 200..=8000;
 
-/// How a picture shows a tale.
+/// How a picture shows an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Pixels, within [`SIDES`].
@@ -63,19 +63,19 @@ struct Layout<'t> {
 }
 
 impl<'t> Layout<'t> {
-    fn new(tale: &'t Tale, size: Size) -> Self {
+    fn new(analysis: &'t Analysis, size: Size) -> Self {
         let scale = size.scale();
         let (width, height) = (size.width as f32 / scale, size.height as f32 / scale);
-        let remarks = remarks(tale);
+        let remarks = remarks(analysis);
         let foot = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
-        let has_lines = !tale.traces.is_empty();
-        let has_map = !has_lines && tale.ending.drive.has_way();
+        let has_lines = !analysis.traces.is_empty();
+        let has_map = !has_lines && analysis.ending.drive.has_way();
         let most = if has_lines || has_map {
             foot * BANDS
         } else {
             foot - HEADING - TIMES
         };
-        let bands = Bands::new(tale, most);
+        let bands = Bands::new(analysis, most);
         let (left, right) = if bands.height() > 0.0 {
             (MARGIN + chart::NAMES, chart::NUMBERS + MARGIN)
         } else {
@@ -103,14 +103,14 @@ impl<'t> Layout<'t> {
 impl Picture {
     /// What a recording shows: its numbers if any were asked for, else where the robot went; and below who was in which state.
     #[must_use]
-    pub fn of_tale(tale: &Tale, size: Size) -> Self {
-        let layout = Layout::new(tale, size);
-        let (times, drive) = (layout.times, &tale.ending.drive);
+    pub fn of_tale(analysis: &Analysis, size: Size) -> Self {
+        let layout = Layout::new(analysis, size);
+        let (times, drive) = (layout.times, &analysis.ending.drive);
         let mut drawing = Drawing::new(layout.width, layout.height);
         if layout.has_map {
             map::draw_within(&mut drawing, drive, layout.width, times.top);
         } else {
-            heading(&mut drawing, tale, MARGIN);
+            heading(&mut drawing, analysis, MARGIN);
         }
         if layout.has_lines {
             let area = Area {
@@ -118,17 +118,17 @@ impl Picture {
                 height: (times.top - HEADING).max(40.0),
                 ..times
             };
-            chart::charts(&mut drawing, area, tale.columns, &tale.traces);
+            chart::charts(&mut drawing, area, analysis.columns, &analysis.traces);
         }
-        chart::time_grid(&mut drawing, times, tale.columns);
+        chart::time_grid(&mut drawing, times, analysis.columns);
         layout.bands.draw(&mut drawing, times, &Palette::of(drive));
         if layout.has_lines || layout.bands.height() > 0.0 {
-            chart::time_axis(&mut drawing, times, tale.columns);
+            chart::time_axis(&mut drawing, times, analysis.columns);
         }
         for (number, remark) in layout.remarks.iter().enumerate() {
             let y = layout.foot + (number as f32 + 0.5) * REMARK;
             let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
-            drawing.label(&text, SMALL, (MARGIN, y), Align::Left, Tone::Soft);
+            drawing.label(&text, SMALL, (MARGIN, y), Align::Left, ColorRole::Soft);
         }
         Self::new(drawing, layout.scale)
     }
@@ -136,28 +136,34 @@ impl Picture {
 
 /// Where the bands of a picture are.
 #[cfg(test)]
-pub(crate) fn times(tale: &Tale, size: Size) -> Area {
-    Layout::new(tale, size).times
+pub(crate) fn times(analysis: &Analysis, size: Size) -> Area {
+    Layout::new(analysis, size).times
 }
 
-fn heading(drawing: &mut Drawing, tale: &Tale, left: f32) {
-    drawing.text(&tale.title, 32.0, (left, 52.0), Align::Left, Tone::Ink);
-    let switches: u64 = tale.contests.iter().map(|contest| contest.switches).sum();
-    let mut parts = vec![chart::seconds(tale.columns.seconds())];
-    parts.extend(tale.begun());
+fn heading(drawing: &mut Drawing, analysis: &Analysis, left: f32) {
+    drawing.text(&analysis.title, 32.0, (left, 52.0), Align::Left, ColorRole::Ink);
+    let switches: u64 = analysis.groups.iter().map(|statistics| statistics.switches).sum();
+    let mut parts = vec![chart::seconds(analysis.columns.seconds())];
+    parts.extend(analysis.begun());
     if switches > 0 {
         parts.push(format!("{switches} switches"));
     }
-    drawing.text(&parts.join("  ·  "), 18.0, (left, 84.0), Align::Left, Tone::Soft);
+    drawing.text(
+        &parts.join("  ·  "),
+        18.0,
+        (left, 84.0),
+        Align::Left,
+        ColorRole::Soft,
+    );
 }
 
 /// What a picture lacks, and why.
-fn remarks(tale: &Tale) -> Vec<String> {
-    let mut remarks = tale.remarks();
-    if tale.traces.is_empty() && !tale.ending.drive.has_way() {
+fn remarks(analysis: &Analysis) -> Vec<String> {
+    let mut remarks = analysis.remarks();
+    if analysis.traces.is_empty() && !analysis.ending.drive.has_way() {
         remarks.push("the recording does not say where the robot was".to_owned());
     }
-    if !tale.bands.iter().any(crate::tale::Band::was_awake) {
+    if !analysis.bands.iter().any(crate::analysis::Band::was_awake) {
         remarks.push("it does not say who was in which state: it holds no selections".to_owned());
     }
     remarks

@@ -10,8 +10,8 @@ use jde_log::{Cast, Member, Options, Origin, Recorder, Recording, Stamps, Topic,
 use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
-use crate::drawing::Tone;
-use crate::{Picture, Series, Size, Tale, Wanted, page};
+use crate::drawing::ColorRole;
+use crate::{Analysis, Picture, Series, Size, Wanted, page};
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -139,8 +139,8 @@ fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2])
     }
 }
 
-fn read(recording: &Recording, wanted: Wanted) -> Tale {
-    Tale::read(recording, wanted, &mut |_| {}).unwrap()
+fn read(recording: &Recording, wanted: Wanted) -> Analysis {
+    Analysis::read(recording, wanted, &mut |_| {}).unwrap()
 }
 
 fn columns(columns: usize) -> Wanted {
@@ -173,7 +173,7 @@ fn without_a_path_everybody_who_won_has_a_colour_too() {
     let recording = Recording::open(&file).unwrap();
     bands_have_the_colours_of_who_won(&recording);
     let page = page(&read(&recording, columns(600)), "turns.mcap");
-    for tone in [Tone::Of(0), Tone::Of(1)] {
+    for tone in [ColorRole::Of(0), ColorRole::Of(1)] {
         assert!(page.contains(&format!("background:var({tone})")), "{page}");
     }
 }
@@ -183,17 +183,17 @@ fn bands_have_the_colours_of_who_won(recording: &Recording) {
         width: 1600,
         height: 1067,
     };
-    let tale = read(recording, columns(size.columns()));
-    let png = Picture::of_tale(&tale, size).png().unwrap();
+    let analysis = read(recording, columns(size.columns()));
+    let png = Picture::of_tale(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&png).unwrap();
     assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
-    let area = crate::sheet::times(&tale, size);
+    let area = crate::sheet::times(&analysis, size);
     for second in 0..60_u32 {
         // The last value is a tenth of a second before the minute is over.
         let share = (second as f32 + 0.5) / 59.9;
         let x = (area.left + area.width * share) as u32;
         let (winner, loser) = if second / 10 % 2 == 0 { (0, 1) } else { (1, 0) };
-        let [won, lost] = [winner, loser].map(|place| found(&pixels, x, Tone::Of(place).light()));
+        let [won, lost] = [winner, loser].map(|place| found(&pixels, x, ColorRole::Of(place).light()));
         assert!(won > 10 && won > 3 * lost, "{second} s: {won} and {lost}");
     }
 }
@@ -218,20 +218,20 @@ fn numbers_stand_in_a_chart_of_their_own() {
         to: Some(40 * SECOND),
         ..columns(800)
     };
-    let tale = read(&recording, wanted);
-    let (least, greatest) = tale.traces[0].1.range().unwrap();
+    let analysis = read(&recording, wanted);
+    let (least, greatest) = analysis.traces[0].1.range().unwrap();
     assert!(
         (least - 2.0).abs() < 0.02 && (greatest - 4.0).abs() < 0.02,
         "{least} to {greatest}"
     );
-    assert_eq!(tale.contests[0].switches, 3, "at 20, 30 and 40 s");
+    assert_eq!(analysis.groups[0].switches, 3, "at 20, 30 and 40 s");
     let size = Size {
         width: 800,
         height: 600,
     };
-    let pixels = Picture::of_tale(&tale, size).png().unwrap();
+    let pixels = Picture::of_tale(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&pixels).unwrap();
-    assert!((0..800).any(|x| found(&pixels, x, Tone::Of(0).light()) > 0));
+    assert!((0..800).any(|x| found(&pixels, x, ColorRole::Of(0).light()) > 0));
 }
 
 #[test]
@@ -244,12 +244,12 @@ fn a_stretch_counts_what_was_in_it() {
             to: Some(to * SECOND),
             ..columns(600)
         };
-        let tale = read(&recording, wanted);
-        let selections = tale.contests.iter().map(|one| one.decisions).sum::<u64>();
-        let page = page(&tale, "turns.mcap");
+        let analysis = read(&recording, wanted);
+        let selections = analysis.groups.iter().map(|one| one.decisions).sum::<u64>();
+        let page = page(&analysis, "turns.mcap");
         assert!(page.contains(&format!("of {selections} selections")), "{page}");
         (
-            tale.troubled.iter().map(|one| one.faults).sum::<u64>(),
+            analysis.troubled.iter().map(|one| one.faults).sum::<u64>(),
             selections,
         )
     };
@@ -333,21 +333,24 @@ fn who_is_in_a_recording_is_known_also_if_it_does_not_say() {
     let folder = tempfile::tempdir().unwrap();
     for cast in [true, false] {
         let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], cast);
-        let tale = read(&recording, columns(600));
-        let names: Vec<_> = tale
+        let analysis = read(&recording, columns(600));
+        let names: Vec<_> = analysis
             .hierarchy
             .schemas
             .iter()
             .map(|schema| schema.name.as_str())
             .collect();
         assert_eq!(names, ["one", "two"]);
-        assert_eq!(tale.hierarchy.groups[0].members, [0, 1]);
+        assert_eq!(analysis.hierarchy.groups[0].members, [0, 1]);
         assert_eq!(
-            tale.bands.iter().map(|band| band.wins).collect::<Vec<_>>(),
+            analysis.bands.iter().map(|band| band.wins).collect::<Vec<_>>(),
             [3, 3]
         );
-        assert_eq!(tale.hierarchy.groups[0].contract, cast.then_some(SECOND / 1000));
-        let seconds = tale.bands[0].time(jde_core::State::Winner) as f64 / 1e9;
+        assert_eq!(
+            analysis.hierarchy.groups[0].contract,
+            cast.then_some(SECOND / 1000)
+        );
+        let seconds = analysis.bands[0].time(jde_core::State::Winner) as f64 / 1e9;
         assert!((seconds - 30.0).abs() < 0.01, "{seconds}");
     }
 }
@@ -447,21 +450,21 @@ fn two_robots(file: &Path) -> Recording {
 fn of_two_robots_both_ways_are_told_with_who_acted_for_each() {
     let folder = tempfile::tempdir().unwrap();
     let recording = two_robots(&folder.path().join("two.mcap"));
-    let tale = read(&recording, columns(600));
-    let ways = &tale.ending.drive.ways;
+    let analysis = read(&recording, columns(600));
+    let ways = &analysis.ending.drive.paths;
     let told: Vec<_> = ways
         .iter()
         .map(|way| {
             (
                 way.robot.as_str(),
-                way.path.len(),
+                way.points.len(),
                 way.distance,
-                way.path[9].winner,
+                way.points[9].winner,
             )
         })
         .collect();
     assert_eq!(told, [("left", 20, 19.0, Some(0)), ("right", 20, 38.0, Some(1))]);
-    let page = page(&tale, "two.mcap");
+    let page = page(&analysis, "two.mcap");
     for text in ["19.0 m<small>left</small>", "38.0 m<small>right</small>"] {
         assert!(page.contains(text), "{text}");
     }

@@ -57,8 +57,8 @@ impl Plot {
             from: self.from,
             to: self.to,
         };
-        let tale = recorded::read(&recording, stretch, wanted)?;
-        if tale.is_empty() {
+        let analysis = recorded::read(&recording, stretch, wanted)?;
+        if analysis.is_empty() {
             return Err(Failure::usage(
                 format!(
                     "{} holds nothing that can be drawn: no path, no states, no such values",
@@ -67,7 +67,7 @@ impl Plot {
                 "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
             ));
         }
-        let png = Picture::of_tale(&tale, self.size).png();
+        let png = Picture::of_tale(&analysis, self.size).png();
         output.write(&png.map_err(|error: PictureError| Failure::Broken(error.to_string()))?)
     }
 }

@@ -48,7 +48,7 @@ impl Report {
             from: self.from,
             to: self.to,
         };
-        let tale = recorded::read(&recording, stretch, wanted)?;
-        output.write(jde_report::page(&tale, &shown(&self.file)).as_bytes())
+        let analysis = recorded::read(&recording, stretch, wanted)?;
+        output.write(jde_report::page(&analysis, &shown(&self.file)).as_bytes())
     }
 }

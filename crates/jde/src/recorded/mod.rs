@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 use jde_log::Recording;
-use jde_report::{Tale, Wanted};
+use jde_report::{Analysis, Wanted};
 
 use crate::failure::{Failure, shown};
 use crate::terminal::{self, FAINT};
@@ -68,7 +68,7 @@ impl Stretch {
 ///
 /// # Errors
 /// It cannot be read, or has no such time. Damage is no error.
-pub(crate) fn read(recording: &Recording, stretch: Stretch, wanted: Wanted) -> Result<Tale, Failure> {
+pub(crate) fn read(recording: &Recording, stretch: Stretch, wanted: Wanted) -> Result<Analysis, Failure> {
     stretch.check(recording)?;
     let wanted = Wanted {
         from: stretch.from,
@@ -76,9 +76,9 @@ pub(crate) fn read(recording: &Recording, stretch: Stretch, wanted: Wanted) -> R
         ..wanted
     };
     let mut progress = Progress::new(recording.path());
-    let tale = Tale::read(recording, wanted, &mut |share| progress.tell(share));
+    let analysis = Analysis::read(recording, wanted, &mut |share| progress.tell(share));
     progress.clear();
-    Ok(tale?)
+    Ok(analysis?)
 }
 
 /// A line on the terminal that tells how far it is.

@@ -6,7 +6,7 @@ use jde_abi::describe::Role;
 use jde_board::value::{self, Value};
 use jde_host::Handle;
 use jde_host::app::{Application, Binding, Instance};
-use jde_report::{Drive, Moment, Picture, PictureError, Takeover, Target, Thing, Way};
+use jde_report::{Drive, Obstacle, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
 use jde_sim::{RobotConfig, World};
 
 use crate::failure::Failure;
@@ -44,7 +44,7 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
             .map(|instance| instance.name.clone())
             .collect(),
         scans: trace.scans.clone().unwrap_or_default(),
-        ways: trace
+        paths: trace
             .paths
             .iter()
             .map(|(robot, path)| way(&application.instances[*robot].name, path))
@@ -58,7 +58,7 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
         let world =
             World::load(path, application.seed).map_err(|error| Failure::Broken(error.to_string()))?;
         drive.bounds = Some(world.bounds());
-        drive.shapes = world.shapes().map(Thing::from).collect();
+        drive.shapes = world.shapes().map(Obstacle::from).collect();
         drive.robot_radius = radius(application);
     }
     Picture::of_drive(&drive).save(file).map_err(|error| match error {
@@ -67,19 +67,19 @@ pub(crate) fn draw(handle: &Handle, kept: &Kept, world: Option<&Path>, file: &Pa
     })
 }
 
-fn way(robot: &str, path: &[Sample]) -> Way {
+fn way(robot: &str, path: &[Sample]) -> RobotPath {
     let steps = path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
-    let moment = |sample: &Sample| Moment {
+    let moment = |sample: &Sample| PathPoint {
         time: sample.time as f64 / 1e9,
         x: sample.pose.x,
         y: sample.pose.y,
         heading: sample.pose.theta,
         winner: sample.acting,
     };
-    Way {
+    RobotPath {
         robot: robot.to_owned(),
         distance: steps.map(|[from, to]| (to.x - from.x).hypot(to.y - from.y)).sum(),
-        path: path.iter().map(moment).collect(),
+        points: path.iter().map(moment).collect(),
     }
 }
 

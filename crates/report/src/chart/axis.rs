@@ -1,8 +1,8 @@
 //! Axes: which numbers stand at them, and how times and numbers are written.
 
 use super::{Area, SMALL};
-use crate::drawing::{Align, Drawing, Line, Tone};
-use crate::tale::Columns;
+use crate::analysis::Columns;
+use crate::drawing::{Align, ColorRole, Drawing, Line};
 
 /// Units between two lines of the grid at least.
 const APART: f32 = 90.0;
@@ -55,7 +55,10 @@ fn times(columns: Columns, width: f32) -> Vec<(f64, String)> {
 pub(crate) fn time_grid(drawing: &mut Drawing, area: Area, columns: Columns) {
     for (time, _) in times(columns, area.width) {
         let x = at(area, columns, time);
-        drawing.polyline(&[(x, area.top), (x, area.bottom())], Line::new(Tone::Grid, 1.0));
+        drawing.polyline(
+            &[(x, area.top), (x, area.bottom())],
+            Line::new(ColorRole::Grid, 1.0),
+        );
     }
 }
 
@@ -64,7 +67,13 @@ pub(crate) fn time_axis(drawing: &mut Drawing, area: Area, columns: Columns) {
     let times = times(columns, area.width);
     for (time, text) in times {
         let x = at(area, columns, time);
-        drawing.label(&text, SMALL, (x, area.bottom() + 15.0), Align::Middle, Tone::Soft);
+        drawing.label(
+            &text,
+            SMALL,
+            (x, area.bottom() + 15.0),
+            Align::Middle,
+            ColorRole::Soft,
+        );
     }
 }
 

@@ -6,9 +6,9 @@
 use jde_core::State;
 
 use super::{Area, SMALL, TEXT};
-use crate::drawing::{Align, Drawing, Ink, Shape, Tone};
+use crate::analysis::{Analysis, Row};
+use crate::drawing::{Align, ColorRole, Drawing, Fill, Shape};
 use crate::map::Palette;
-use crate::tale::{Row, Tale};
 
 /// Units of the names, and of the numbers at the right.
 pub(crate) const NAMES: f32 = 200.0;
@@ -30,7 +30,7 @@ const FAINTEST: f32 = 0.375;
 
 /// Rows that fit some paper.
 pub(crate) struct Bands<'t> {
-    tale: &'t Tale,
+    analysis: &'t Analysis,
     rows: Vec<Row>,
     /// Rows for which there was no room.
     pub(crate) left_out: usize,
@@ -38,21 +38,21 @@ pub(crate) struct Bands<'t> {
 }
 
 impl<'t> Bands<'t> {
-    /// The rows of a tale, in no more than this height; none if there are no schemas.
-    pub(crate) fn new(tale: &'t Tale, most: f32) -> Self {
-        let mut rows = tale.hierarchy.rows();
+    /// The rows of an analysis, in no more than this height; none if there are no schemas.
+    pub(crate) fn new(analysis: &'t Analysis, most: f32) -> Self {
+        let mut rows = analysis.hierarchy.rows();
         let fit = (most / LOWEST) as usize;
         let all = rows.len();
         if all > fit {
             // Who never was awake has the least to show.
             rows.retain(|row| match row {
-                Row::Schema(schema, _) => tale.bands[*schema].was_awake(),
+                Row::Schema(schema, _) => analysis.bands[*schema].was_awake(),
                 Row::Group(..) => true,
             });
             rows.truncate(fit);
         }
         Self {
-            tale,
+            analysis,
             left_out: all - rows.len(),
             row: (most / rows.len().max(1) as f32).clamp(LOWEST, HIGHEST),
             rows,
@@ -83,14 +83,14 @@ impl<'t> Bands<'t> {
 
     /// A row, for whoever points at it.
     fn words(&self, row: Row) -> String {
-        let tale = self.tale;
+        let analysis = self.analysis;
         match row {
             Row::Group(group, _) => {
-                let (about, contest) = (&tale.hierarchy.groups[group], &tale.contests[group]);
-                format!("{}: {}", about.name, switches(contest.switches))
+                let (about, statistics) = (&analysis.hierarchy.groups[group], &analysis.groups[group]);
+                format!("{}: {}", about.name, switches(statistics.switches))
             }
             Row::Schema(schema, _) => {
-                let band = &tale.bands[schema];
+                let band = &analysis.bands[schema];
                 let times = [
                     ("WINNER", State::Winner),
                     ("READY", State::Ready),
@@ -100,32 +100,36 @@ impl<'t> Bands<'t> {
                     let time = super::seconds(band.time(state) as f64 / 1e9);
                     format!("{word} {time}")
                 });
-                format!("{}: {}", tale.hierarchy.schemas[schema].name, times.join(", "))
+                format!(
+                    "{}: {}",
+                    analysis.hierarchy.schemas[schema].name,
+                    times.join(", ")
+                )
             }
         }
     }
 
     fn schema(&self, drawing: &mut Drawing, area: Area, schema: usize, depth: usize, palette: &Palette) {
         let (name, band) = (
-            &self.tale.hierarchy.schemas[schema].name,
-            &self.tale.bands[schema],
+            &self.analysis.hierarchy.schemas[schema].name,
+            &self.analysis.bands[schema],
         );
-        let acts = self.tale.hierarchy.is_actor(schema);
+        let acts = self.analysis.hierarchy.is_actor(schema);
         let own = if acts {
             palette.tone(Some(schema))
         } else {
-            Tone::Edge
+            ColorRole::Edge
         };
         let layers = [
-            (State::Checking, CHECKING, Tone::Edge.faded(0.7)),
+            (State::Checking, CHECKING, ColorRole::Edge.faded(0.7)),
             (State::Ready, READY, own.faded(0.5)),
             (State::Winner, WINNER, own.faded(1.0)),
         ];
         for (state, height, ink) in layers {
             layer(drawing, area, band.shares(state), height, ink);
         }
-        self.name(drawing, area, name, depth, Tone::Ink);
-        let whole = self.tale.columns.to - self.tale.columns.from;
+        self.name(drawing, area, name, depth, ColorRole::Ink);
+        let whole = self.analysis.columns.to - self.analysis.columns.from;
         let share = band.time(State::Winner) as f64 / whole as f64;
         if band.was_awake() {
             self.number(drawing, area, &percent(share));
@@ -133,15 +137,18 @@ impl<'t> Bands<'t> {
     }
 
     fn group(&self, drawing: &mut Drawing, area: Area, group: usize, depth: usize, palette: &Palette) {
-        let (about, contest) = (&self.tale.hierarchy.groups[group], &self.tale.contests[group]);
-        let wide = area.width / self.tale.columns.count as f32;
+        let (about, statistics) = (
+            &self.analysis.hierarchy.groups[group],
+            &self.analysis.groups[group],
+        );
+        let wide = area.width / self.analysis.columns.count as f32;
         let (top, height) = (area.top + area.height * 0.62, area.height * 0.2);
         for member in &about.members {
-            let ink = match self.tale.hierarchy.is_actor(*member) {
+            let ink = match self.analysis.hierarchy.is_actor(*member) {
                 true => palette.tone(Some(*member)).faded(1.0),
-                false => Tone::Edge.faded(1.0),
+                false => ColorRole::Edge.faded(1.0),
             };
-            for (from, to, shade) in runs(self.tale.bands[*member].shares(State::Winner)) {
+            for (from, to, shade) in runs(self.analysis.bands[*member].shares(State::Winner)) {
                 let bar = Shape::bar(
                     area.left + from as f32 * wide,
                     top,
@@ -155,21 +162,26 @@ impl<'t> Bands<'t> {
         }
         // At least as wide as can be seen, around the middle of its column.
         let mark = wide.max(1.4);
-        for (column, _) in contest.marks.iter().enumerate().filter(|(_, count)| **count > 0) {
+        for (column, _) in statistics
+            .marks
+            .iter()
+            .enumerate()
+            .filter(|(_, count)| **count > 0)
+        {
             let middle = area.left + (column as f32 + 0.5) * wide;
             let left = (middle - mark / 2.0).clamp(area.left, area.right() - mark);
             drawing.bar(
                 (left, area.top + area.height * 0.22),
                 mark,
                 area.height * 0.6,
-                Tone::Ink,
+                ColorRole::Ink,
             );
         }
-        self.name(drawing, area, &about.name, depth, Tone::Soft);
-        self.number(drawing, area, &switches(contest.switches));
+        self.name(drawing, area, &about.name, depth, ColorRole::Soft);
+        self.number(drawing, area, &switches(statistics.switches));
     }
 
-    fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: Tone) {
+    fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: ColorRole) {
         if self.row < NAMED {
             return;
         }
@@ -184,13 +196,13 @@ impl<'t> Bands<'t> {
     fn number(&self, drawing: &mut Drawing, area: Area, text: &str) {
         if self.row >= NAMED {
             let at = (area.right() + NUMBERS - 4.0, area.top + self.row * 0.58);
-            drawing.label(text, SMALL.min(self.row * 0.7), at, Align::Right, Tone::Soft);
+            drawing.label(text, SMALL.min(self.row * 0.7), at, Align::Right, ColorRole::Soft);
         }
     }
 }
 
 /// Bars of one state, from the bottom of the row to the height of that state.
-fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, height: f32, ink: Ink) {
+fn layer(drawing: &mut Drawing, area: Area, shares: impl Iterator<Item = f32>, height: f32, ink: Fill) {
     let shares: Vec<f32> = shares.collect();
     let wide = area.width / shares.len().max(1) as f32;
     let high = area.height * height;

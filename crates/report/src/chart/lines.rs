@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::axis::{self, numbers};
 use super::{Area, SMALL, TEXT};
-use crate::drawing::{Align, Drawing, Ink, Line, Point, Shape, Tone};
-use crate::tale::{Cell, Columns, Series, Trace};
+use crate::analysis::{Cell, Columns, Series, Trace};
+use crate::drawing::{Align, ColorRole, Drawing, Fill, Line, Point, Shape};
 
 /// Units of the legend above a chart, and between two charts.
 const LEGEND: f32 = 26.0;
@@ -17,7 +17,7 @@ const SIGN: f32 = 36.0;
 /// How a line looks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
-    pub(crate) ink: Ink,
+    pub(crate) ink: Fill,
     pub(crate) width: f32,
 }
 
@@ -61,21 +61,27 @@ fn chart(
     axis::time_grid(drawing, area, columns);
     for (value, text) in numbers(least, greatest, area.height) {
         let y = at(area, least, greatest, value).floor() + 0.5;
-        let line = Line::new(Tone::Grid, 1.0);
+        let line = Line::new(ColorRole::Grid, 1.0);
         drawing.polyline(&[(area.left, y), (area.right(), y)], line);
-        drawing.label(&text, SMALL, (area.left - 8.0, y), Align::Right, Tone::Soft);
+        drawing.label(&text, SMALL, (area.left - 8.0, y), Align::Right, ColorRole::Soft);
     }
     frame(drawing, area);
     for number in numbers_of {
         let look = Look {
-            ink: Tone::Of(*number).into(),
+            ink: ColorRole::Of(*number).into(),
             width: 1.8,
         };
         line(drawing, area, traces[*number].1.cells(), (least, greatest), look);
     }
     if range.is_none() {
         let middle = (area.left + area.width / 2.0, area.top + area.height / 2.0);
-        drawing.label("no value in this time", TEXT, middle, Align::Middle, Tone::Soft);
+        drawing.label(
+            "no value in this time",
+            TEXT,
+            middle,
+            Align::Middle,
+            ColorRole::Soft,
+        );
     }
 }
 
@@ -103,9 +109,9 @@ fn legend(
         if x > area.left && x + width > area.right() {
             (x, y) = (area.left, y + LEGEND);
         }
-        let sign = Line::new(Tone::Of(*number), 4.0);
+        let sign = Line::new(ColorRole::Of(*number), 4.0);
         drawing.polyline(&[(x, y), (x + SIGN - 12.0, y)], sign);
-        drawing.label(&text, TEXT, (x + SIGN - 4.0, y), Align::Left, Tone::Ink);
+        drawing.label(&text, TEXT, (x + SIGN - 4.0, y), Align::Left, ColorRole::Ink);
         x += width;
     }
     y - area.top + LEGEND / 2.0 + 2.0
@@ -124,7 +130,7 @@ pub(crate) fn small(
     let (least, greatest) = range;
     if let Some(wanted) = wanted.filter(|wanted| (least..=greatest).contains(wanted)) {
         let y = at(area, least, greatest, wanted);
-        let across = Line::new(Tone::Soft, 1.0).dashed(4.0, 3.0);
+        let across = Line::new(ColorRole::Soft, 1.0).dashed(4.0, 3.0);
         drawing.polyline(&[(area.left, y), (area.right(), y)], across);
     }
     line(drawing, area, trace.cells(), range, look);
@@ -132,7 +138,7 @@ pub(crate) fn small(
 
 fn frame(drawing: &mut Drawing, area: Area) {
     if let Some(edge) = Shape::bar(area.left, area.top, area.width, area.height) {
-        drawing.stroke(edge, Line::new(Tone::Edge, 1.0));
+        drawing.stroke(edge, Line::new(ColorRole::Edge, 1.0));
     }
 }
 

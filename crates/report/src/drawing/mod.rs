@@ -3,22 +3,22 @@
 //!
 //! It refuses to know metres and seconds; who draws turns those into units.
 
+pub(crate) mod color_role;
 mod font;
 mod raster;
 mod shape;
 mod svg;
-pub(crate) mod tone;
 
 use tiny_skia::Rect;
 
+pub(crate) use color_role::ColorRole;
 pub(crate) use font::Font;
 pub(crate) use shape::{Point, Shape};
-pub(crate) use tone::Tone;
 
 /// A colour, and how much of what is below it lets through.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ink {
-    pub(crate) tone: Tone,
+pub(crate) struct Fill {
+    pub(crate) tone: ColorRole,
     /// 0 nothing is seen of it, 1 nothing of what is below.
     pub(crate) opacity: f32,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Ink {
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
-    pub(crate) ink: Ink,
+    pub(crate) ink: Fill,
     /// Units.
     pub(crate) width: f32,
     /// Units of line and of gap; `None` is a whole line.
@@ -45,42 +45,42 @@ pub(crate) enum Align {
 pub(crate) struct Drawing {
     width: f32,
     height: f32,
-    marks: Vec<Mark>,
+    marks: Vec<Element>,
     clip: Option<Rect>,
     font: Font,
 }
 
 /// One thing that is drawn.
-struct Mark {
-    what: What,
+struct Element {
+    what: ElementKind,
     /// Ink only falls inside.
     clip: Option<Rect>,
 }
 
-enum What {
-    Fill(Shape, Ink),
+enum ElementKind {
+    Fill(Shape, Fill),
     Stroke(Shape, Line),
     Text {
         text: String,
         size: f32,
         at: Point,
         align: Align,
-        ink: Ink,
+        ink: Fill,
     },
     /// What the marks from here on are, for whoever points at them, until the next note.
     Note(Option<String>),
 }
 
-impl From<Tone> for Ink {
-    fn from(tone: Tone) -> Self {
+impl From<ColorRole> for Fill {
+    fn from(tone: ColorRole) -> Self {
         Self { tone, opacity: 1.0 }
     }
 }
 
-impl Tone {
+impl ColorRole {
     /// It lets through what is below.
-    pub(crate) fn faded(self, opacity: f32) -> Ink {
-        Ink {
+    pub(crate) fn faded(self, opacity: f32) -> Fill {
+        Fill {
             tone: self,
             opacity: opacity.clamp(0.0, 1.0),
         }
@@ -88,7 +88,7 @@ impl Tone {
 }
 
 impl Line {
-    pub(crate) fn new(ink: impl Into<Ink>, width: f32) -> Self {
+    pub(crate) fn new(ink: impl Into<Fill>, width: f32) -> Self {
         Self {
             ink: ink.into(),
             width,
@@ -120,12 +120,12 @@ impl Drawing {
         self.clip = to;
     }
 
-    pub(crate) fn fill(&mut self, shape: Shape, ink: impl Into<Ink>) {
-        self.add(What::Fill(shape, ink.into()));
+    pub(crate) fn fill(&mut self, shape: Shape, ink: impl Into<Fill>) {
+        self.add(ElementKind::Fill(shape, ink.into()));
     }
 
     pub(crate) fn stroke(&mut self, shape: Shape, line: Line) {
-        self.add(What::Stroke(shape, line));
+        self.add(ElementKind::Stroke(shape, line));
     }
 
     /// Draws a line through points; one that leads nowhere is a dot.
@@ -139,11 +139,11 @@ impl Drawing {
         }
     }
 
-    pub(crate) fn polygon(&mut self, points: &[Point], ink: impl Into<Ink>) {
+    pub(crate) fn polygon(&mut self, points: &[Point], ink: impl Into<Fill>) {
         self.fill(Shape::Area(points.to_vec()), ink);
     }
 
-    pub(crate) fn disc(&mut self, at: Point, radius: f32, ink: impl Into<Ink>) {
+    pub(crate) fn disc(&mut self, at: Point, radius: f32, ink: impl Into<Fill>) {
         self.fill(Shape::Disc(at, radius), ink);
     }
 
@@ -152,15 +152,15 @@ impl Drawing {
     }
 
     /// Fills a rectangle; nothing if it has no size.
-    pub(crate) fn bar(&mut self, (x, y): Point, width: f32, height: f32, ink: impl Into<Ink>) {
+    pub(crate) fn bar(&mut self, (x, y): Point, width: f32, height: f32, ink: impl Into<Fill>) {
         if let Some(rect) = Rect::from_xywh(x, y, width, height) {
             self.fill(Shape::Box(rect), ink);
         }
     }
 
     /// Writes a text at its base line.
-    pub(crate) fn text(&mut self, text: &str, size: f32, at: Point, align: Align, ink: impl Into<Ink>) {
-        self.add(What::Text {
+    pub(crate) fn text(&mut self, text: &str, size: f32, at: Point, align: Align, ink: impl Into<Fill>) {
+        self.add(ElementKind::Text {
             text: text.to_owned(),
             size,
             at,
@@ -170,14 +170,14 @@ impl Drawing {
     }
 
     /// Writes a text with the middle of its capital letters at a height.
-    pub(crate) fn label(&mut self, text: &str, size: f32, (x, y): Point, align: Align, ink: impl Into<Ink>) {
+    pub(crate) fn label(&mut self, text: &str, size: f32, (x, y): Point, align: Align, ink: impl Into<Fill>) {
         let base = y + self.font.capital(size) / 2.0;
         self.text(text, size, (x, base), align, ink);
     }
 
     /// Says what is drawn from here on to whoever points at it, or nothing again.
     pub(crate) fn note(&mut self, note: Option<String>) {
-        self.add(What::Note(note));
+        self.add(ElementKind::Note(note));
     }
 
     /// Units of a text's width.
@@ -190,8 +190,8 @@ impl Drawing {
         self.font.fitted(text, size, room)
     }
 
-    fn add(&mut self, what: What) {
-        self.marks.push(Mark {
+    fn add(&mut self, what: ElementKind) {
+        self.marks.push(Element {
             what,
             clip: self.clip,
         });

@@ -5,7 +5,7 @@ use tiny_skia::{
     Transform,
 };
 
-use super::{Align, Drawing, Ink, Line, What};
+use super::{Align, Drawing, ElementKind, Fill, Line};
 
 /// Most pixels on a side.
 const MOST: f32 = 16_384.0;
@@ -17,7 +17,7 @@ impl Drawing {
         let pixmap = Pixmap::new(side(self.width), side(self.height));
         let mut pixmap = pixmap.expect("no side is 0 or more than a picture can have");
         pixmap.fill(Color::WHITE);
-        let mut brush = Brush {
+        let mut brush = Rasterizer {
             pixmap,
             mask: None,
             scale: Transform::from_scale(scale, scale),
@@ -25,17 +25,17 @@ impl Drawing {
         for mark in &self.marks {
             brush.clip(mark.clip);
             match &mark.what {
-                What::Fill(shape, ink) => {
+                ElementKind::Fill(shape, ink) => {
                     if let Some(path) = shape.path() {
                         brush.fill(&path, *ink);
                     }
                 }
-                What::Stroke(shape, line) => {
+                ElementKind::Stroke(shape, line) => {
                     if let Some(path) = shape.path() {
                         brush.stroke(&path, *line);
                     }
                 }
-                What::Text {
+                ElementKind::Text {
                     text,
                     size,
                     at: (x, y),
@@ -54,20 +54,20 @@ impl Drawing {
                         brush.stroke(&outline, Line::new(*ink, size / 50.0));
                     }
                 }
-                What::Note(_) => {}
+                ElementKind::Note(_) => {}
             }
         }
         brush.pixmap
     }
 }
 
-struct Brush {
+struct Rasterizer {
     pixmap: Pixmap,
     mask: Option<(Rect, Mask)>,
     scale: Transform,
 }
 
-impl Brush {
+impl Rasterizer {
     fn clip(&mut self, to: Option<Rect>) {
         if self.mask.as_ref().map(|(rect, _)| *rect) == to {
             return;
@@ -80,7 +80,7 @@ impl Brush {
         });
     }
 
-    fn fill(&mut self, path: &Path, ink: Ink) {
+    fn fill(&mut self, path: &Path, ink: Fill) {
         let mask = self.mask.as_ref().map(|(_, mask)| mask);
         self.pixmap
             .fill_path(path, &paint(ink), FillRule::Winding, self.scale, mask);
@@ -104,7 +104,7 @@ impl Brush {
     }
 }
 
-fn paint(ink: Ink) -> Paint<'static> {
+fn paint(ink: Fill) -> Paint<'static> {
     let mut paint = Paint {
         anti_alias: true,
         ..Paint::default()

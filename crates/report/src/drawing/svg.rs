@@ -6,7 +6,7 @@ use std::fmt::{self, Write};
 use maud::{Markup, PreEscaped, Render};
 use tiny_skia::Rect;
 
-use super::{Align, Drawing, Ink, Line, Mark, Point, Shape, What};
+use super::{Align, Drawing, Element, ElementKind, Fill, Line, Point, Shape};
 
 /// A part of a page.
 struct Svg<'d> {
@@ -75,10 +75,10 @@ impl Svg<'_> {
     }
 
     /// Rectangles of one colour as one path: there may be thousands.
-    fn bars(&mut self, marks: &[Mark], ink: Ink, prefix: &str) -> fmt::Result {
+    fn bars(&mut self, marks: &[Element], ink: Fill, prefix: &str) -> fmt::Result {
         self.text.push_str("<path d=\"");
         for mark in marks {
-            if let What::Fill(Shape::Box(rect), _) = &mark.what {
+            if let ElementKind::Fill(Shape::Box(rect), _) = &mark.what {
                 let (wide, high) = (Short(rect.width()), Short(rect.height()));
                 write!(
                     self.text,
@@ -95,17 +95,17 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn mark(&mut self, mark: &Mark, prefix: &str) -> fmt::Result {
+    fn mark(&mut self, mark: &Element, prefix: &str) -> fmt::Result {
         match &mark.what {
-            What::Fill(shape, ink) => {
+            ElementKind::Fill(shape, ink) => {
                 self.shape(shape)?;
                 self.filled(*ink)?;
             }
-            What::Stroke(shape, line) => {
+            ElementKind::Stroke(shape, line) => {
                 self.shape(shape)?;
                 self.stroked(*line)?;
             }
-            What::Text {
+            ElementKind::Text {
                 text,
                 size,
                 at: (x, y),
@@ -123,7 +123,7 @@ impl Svg<'_> {
                 self.clipped(mark.clip, prefix)?;
                 return write!(self.text, ">{}</text>", escaped(text));
             }
-            What::Note(note) => {
+            ElementKind::Note(note) => {
                 if std::mem::replace(&mut self.noted, note.is_some()) {
                     self.text.push_str("</g>");
                 }
@@ -170,7 +170,7 @@ impl Svg<'_> {
         write!(self.text, "{end}\"")
     }
 
-    fn filled(&mut self, ink: Ink) -> fmt::Result {
+    fn filled(&mut self, ink: Fill) -> fmt::Result {
         write!(self.text, r#" fill="var({})""#, ink.tone)?;
         if ink.opacity < 1.0 {
             write!(self.text, r#" fill-opacity="{}""#, Short(ink.opacity))?;
@@ -205,9 +205,9 @@ impl Svg<'_> {
 }
 
 /// How many rectangles of one colour come next, if any do.
-fn bars(marks: &[Mark]) -> Option<(usize, Ink)> {
-    let bar = |mark: &Mark| match mark.what {
-        What::Fill(Shape::Box(_), ink) => Some((ink, mark.clip)),
+fn bars(marks: &[Element]) -> Option<(usize, Fill)> {
+    let bar = |mark: &Element| match mark.what {
+        ElementKind::Fill(Shape::Box(_), ink) => Some((ink, mark.clip)),
         _ => None,
     };
     let first = bar(marks.first()?)?;
@@ -233,7 +233,7 @@ impl fmt::Display for Short {
 
 #[cfg(test)]
 mod tests {
-    use crate::drawing::{Align, Drawing, Line, Tone};
+    use crate::drawing::{Align, ColorRole, Drawing, Line};
 
     #[test]
     fn what_others_wrote_is_text_and_no_markup() {
@@ -244,7 +244,7 @@ mod tests {
             5.0,
             (1.0, 2.0),
             Align::Left,
-            Tone::Ink,
+            ColorRole::Ink,
         );
         let svg = drawing.svg("a & \"b\"", "c").into_string();
         assert!(!svg.contains("<script>") && !svg.contains("<b>"), "{svg}");
@@ -259,12 +259,12 @@ mod tests {
         let mut drawing = Drawing::new(10.0, 10.0);
         drawing.note(Some("three".to_owned()));
         for x in [0.0, 2.0, 4.0] {
-            drawing.bar((x, 0.5), 1.0, 2.25, Tone::Of(8));
+            drawing.bar((x, 0.5), 1.0, 2.25, ColorRole::Of(8));
         }
-        drawing.bar((6.0, 0.5), 1.0, 2.0, Tone::Bad.faded(0.5));
+        drawing.bar((6.0, 0.5), 1.0, 2.0, ColorRole::Bad.faded(0.5));
         drawing.polyline(
             &[(0.0, 0.0), (1.0, 1.0)],
-            Line::new(Tone::Ink, 1.0).dashed(1.0, 2.0),
+            Line::new(ColorRole::Ink, 1.0).dashed(1.0, 2.0),
         );
         let svg = drawing.svg("bars", "c").into_string();
         assert!(svg.contains("M0 0.5h1v2.25h-1zM2 0.5h1"), "{svg}");

@@ -1,8 +1,8 @@
 //! What the robot drives on: the grid, the walls, the furniture, and what a laser saw of them.
 
 use super::frame::{Frame, box_corners};
-use super::{Drive, Thing};
-use crate::drawing::{Align, Drawing, Line, Shape, Tone};
+use super::{Drive, Obstacle};
+use crate::drawing::{Align, ColorRole, Drawing, Line, Shape};
 use jde_sim::Outline;
 
 /// Metres; a wall of the world has no thickness, and is drawn as one that is plastered.
@@ -23,8 +23,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     drawing.clip(Some(frame.map));
     grid(drawing, frame);
     scans(drawing, frame, &drive.scans);
-    let (moving, still): (Vec<Thing>, Vec<Thing>) = drive.shapes.iter().partition(|thing| thing.moving);
-    let (walls, furniture): (Vec<Thing>, Vec<Thing>) = still.into_iter().partition(is_wall);
+    let (moving, still): (Vec<Obstacle>, Vec<Obstacle>) = drive.shapes.iter().partition(|thing| thing.moving);
+    let (walls, furniture): (Vec<Obstacle>, Vec<Obstacle>) = still.into_iter().partition(is_wall);
 
     // All edges, then all areas: things that touch become one, and so do the blocks of a map.
     let areas: Vec<Shape> = furniture
@@ -33,10 +33,10 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
         .collect();
     areas
         .iter()
-        .for_each(|area| drawing.stroke(area.clone(), Line::new(Tone::Edge, 2.5)));
+        .for_each(|area| drawing.stroke(area.clone(), Line::new(ColorRole::Edge, 2.5)));
     areas
         .into_iter()
-        .for_each(|area| drawing.fill(area, Tone::Furniture));
+        .for_each(|area| drawing.fill(area, ColorRole::Furniture));
     moving
         .iter()
         .filter_map(|thing| area(frame, &thing.outline))
@@ -44,14 +44,14 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     for wall in walls {
         match wall.outline {
             Outline::Segment { from, to } => {
-                let line = Line::new(Tone::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
+                let line = Line::new(ColorRole::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
                 drawing.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], line);
             }
             Outline::Box { .. } | Outline::Circle { .. } => {
                 if let Some(area) = area(frame, &wall.outline) {
-                    drawing.fill(area.clone(), Tone::Ink);
+                    drawing.fill(area.clone(), ColorRole::Ink);
                     // So that a wall thinner than a pixel is seen as well.
-                    drawing.stroke(area, Line::new(Tone::Ink, 1.0));
+                    drawing.stroke(area, Line::new(ColorRole::Ink, 1.0));
                 }
             }
         }
@@ -62,14 +62,14 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
 /// Draws the edge of the map, the labels of the grid and the scale bar.
 pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
-    drawing.stroke(Shape::Box(map), Line::new(Tone::Edge, 1.0));
+    drawing.stroke(Shape::Box(map), Line::new(ColorRole::Edge, 1.0));
     for (x, text) in labels(frame, 0) {
         let at = (frame.at(x, 0.0).0, map.bottom() + 18.0);
-        drawing.label(&text, LABEL, at, Align::Middle, Tone::Soft);
+        drawing.label(&text, LABEL, at, Align::Middle, ColorRole::Soft);
     }
     for (y, text) in labels(frame, 1) {
         let at = (map.left() - 10.0, frame.at(0.0, y).1);
-        drawing.label(&text, LABEL, at, Align::Right, Tone::Soft);
+        drawing.label(&text, LABEL, at, Align::Right, ColorRole::Soft);
     }
     scale_bar(drawing, frame);
 }
@@ -81,7 +81,7 @@ pub(super) fn moving_disc(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32
 
 fn grid(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
-    let line = Line::new(Tone::Grid, 1.0);
+    let line = Line::new(ColorRole::Grid, 1.0);
     for x in frame.grid_lines(0) {
         let at = crisp(frame.at(x, 0.0).0);
         drawing.polyline(&[(at, map.top()), (at, map.bottom())], line);
@@ -119,7 +119,7 @@ fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
     }
     // From light to dark, so that all of one shade are drawn at once.
     for shade in 0..=SHADES {
-        let ink = Tone::Ink.faded(0.45 + 0.1 * shade as f32);
+        let ink = ColorRole::Ink.faded(0.45 + 0.1 * shade as f32);
         let alike = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
         for (place, _) in hits.iter().enumerate().filter(|(_, hits)| alike(**hits)) {
             let left = frame.map.left() + (place % columns * POINT) as f32;
@@ -139,7 +139,7 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
     let length = length.unwrap_or(power);
     let (left, y) = (frame.map.left(), frame.map.bottom() + 48.0);
     let right = left + frame.pixels(length);
-    let line = Line::new(Tone::Ink, 2.0);
+    let line = Line::new(ColorRole::Ink, 2.0);
     drawing.polyline(&[(left, y), (right, y)], line);
     for end in [left, right] {
         drawing.polyline(&[(end, y - 5.0), (end, y + 5.0)], line);
@@ -149,16 +149,16 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
         LABEL,
         (right + 10.0, y),
         Align::Left,
-        Tone::Ink,
+        ColorRole::Ink,
     );
 }
 
 fn light(drawing: &mut Drawing, area: Shape) {
-    drawing.fill(area.clone(), Tone::Furniture.faded(0.45));
-    drawing.stroke(area, Line::new(Tone::Edge, 1.5).dashed(4.0, 4.0));
+    drawing.fill(area.clone(), ColorRole::Furniture.faded(0.45));
+    drawing.stroke(area, Line::new(ColorRole::Edge, 1.5).dashed(4.0, 4.0));
 }
 
-fn is_wall(thing: &Thing) -> bool {
+fn is_wall(thing: &Obstacle) -> bool {
     match thing.outline {
         Outline::Segment { .. } => true,
         Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= THIN,

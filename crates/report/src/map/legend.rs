@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 
 use super::frame::Frame;
 use super::palette::Palette;
-use super::{Drive, Way, ground, way};
-use crate::drawing::{Align, Drawing, Font, Line, Tone};
+use super::{Drive, RobotPath, ground, path};
+use crate::drawing::{Align, ColorRole, Drawing, Font, Line};
 
 /// Size of the title, pixels.
 const TITLE: f32 = 32.0;
@@ -113,14 +113,14 @@ pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
         TITLE,
         (frame.map.left(), 52.0),
         Align::Left,
-        Tone::Ink,
+        ColorRole::Ink,
     );
     drawing.text(
         &numbers(drive),
         TEXT,
         (frame.map.left(), 84.0),
         Align::Left,
-        Tone::Soft,
+        ColorRole::Soft,
     );
 }
 
@@ -128,7 +128,13 @@ pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, palette: &Palette, entries: &[Entry]) {
     for (entry, &(x, y)) in entries.iter().zip(&frame.legend) {
         sign(drawing, entry.sign, (x + SIGN / 2.0, y), palette);
-        drawing.label(&entry.text, TEXT, (x + SIGN + SPACE, y), Align::Left, Tone::Ink);
+        drawing.label(
+            &entry.text,
+            TEXT,
+            (x + SIGN + SPACE, y),
+            Align::Left,
+            ColorRole::Ink,
+        );
     }
 }
 
@@ -137,15 +143,15 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
         Sign::Way(winner) => {
             let line = Line {
                 width: 5.0,
-                ..way::line(palette, winner)
+                ..path::line(palette, winner)
             };
             drawing.polyline(&[(x - SIGN / 2.0 + 3.0, y), (x + SIGN / 2.0 - 3.0, y)], line);
         }
-        Sign::Takeover => way::takeover(drawing, (x, y), Tone::Soft),
-        Sign::Start => way::robot(drawing, (x, y), 11.0, 0.0, way::Robot::Start),
-        Sign::End => way::robot(drawing, (x, y), 11.0, 0.0, way::Robot::End),
-        Sign::Reached => way::badge(drawing, (x, y), "n", true),
-        Sign::Missed => way::badge(drawing, (x, y), "n", false),
+        Sign::Takeover => path::takeover(drawing, (x, y), ColorRole::Soft),
+        Sign::Start => path::robot(drawing, (x, y), 11.0, 0.0, path::Robot::Start),
+        Sign::End => path::robot(drawing, (x, y), 11.0, 0.0, path::Robot::End),
+        Sign::Reached => path::badge(drawing, (x, y), "n", true),
+        Sign::Missed => path::badge(drawing, (x, y), "n", false),
         Sign::Moving => ground::moving_disc(drawing, (x, y), 10.0),
     }
 }
@@ -153,12 +159,12 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
 /// Says how long, how far and how well.
 fn numbers(drive: &Drive) -> String {
     let mut numbers = Vec::new();
-    let driven: Vec<_> = drive.ways.iter().filter(|way| way.path.len() > 1).collect();
-    let times = || driven.iter().flat_map(|way| &way.path).map(|at| at.time);
+    let driven: Vec<_> = drive.paths.iter().filter(|way| way.points.len() > 1).collect();
+    let times = || driven.iter().flat_map(|way| &way.points).map(|at| at.time);
     if !driven.is_empty() {
         let [first, last] = [times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max)];
         numbers.push(format!("{:.1} s", last - first));
-        let far = |way: &&Way| match drive.ways.len() {
+        let far = |way: &&RobotPath| match drive.paths.len() {
             1 => format!("{:.1} m", way.distance),
             _ => format!("{} {:.1} m", way.robot, way.distance),
         };
@@ -182,7 +188,7 @@ fn numbers(drive: &Drive) -> String {
 
 /// How long each winner stayed, seconds; time that goes back counts for nothing.
 fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
-    let pairs = drive.ways.iter().flat_map(|way| way.path.windows(2));
+    let pairs = drive.paths.iter().flat_map(|way| way.points.windows(2));
     pairs
         .map(|pair| (pair[0].winner, (pair[1].time - pair[0].time).max(0.0)))
         .collect()

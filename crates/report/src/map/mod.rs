@@ -6,9 +6,9 @@ mod frame;
 mod ground;
 mod legend;
 mod palette;
+mod path;
 #[cfg(test)]
 mod tests;
-mod way;
 
 use jde_sim::{Bounds, Outline, Shape};
 
@@ -24,11 +24,11 @@ pub struct Drive {
     /// What to show at least; `None` shows what the rest takes up.
     pub bounds: Option<Bounds>,
     /// The world as it was at the start.
-    pub shapes: Vec<Thing>,
+    pub shapes: Vec<Obstacle>,
     /// Where laser beams ended, for a drive without a world.
     pub scans: Vec<(f64, f64)>,
     /// Where its robots went.
-    pub ways: Vec<Way>,
+    pub paths: Vec<RobotPath>,
     /// Names of the schemas that [`Moment::winner`], [`Takeover::to`] and [`Drive::winners`] count.
     pub schema_names: Vec<String>,
     /// Who won for any time, if only where nobody knows where the robot was; the others of the path and of the takeovers may be
@@ -46,18 +46,18 @@ pub struct Drive {
 
 /// Where one robot went.
 #[derive(Clone, Debug, Default)]
-pub struct Way {
+pub struct RobotPath {
     /// Its name, to tell it from others.
     pub robot: String,
     /// Where it was and who won, in the order of time.
-    pub path: Vec<Moment>,
+    pub points: Vec<PathPoint>,
     /// How far it drove, metres: at least as far as along [`Way::path`], of which some may be left out.
     pub distance: f64,
 }
 
 /// A thing of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Thing {
+pub struct Obstacle {
     /// Where it is and how big.
     pub outline: Outline,
     /// Whether it moves on its own, so that this is only where it began.
@@ -66,7 +66,7 @@ pub struct Thing {
 
 /// The robot at one time. The winner stays the winner until the next moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct PathPoint {
     /// Seconds since the start.
     pub time: f64,
     /// Metres.
@@ -111,8 +111,8 @@ impl Drive {
     }
 
     /// Gives all places of all robots.
-    fn places(&self) -> impl Iterator<Item = &Moment> {
-        self.ways.iter().flat_map(|way| &way.path)
+    fn places(&self) -> impl Iterator<Item = &PathPoint> {
+        self.paths.iter().flat_map(|way| &way.points)
     }
 
     /// Gives those who won where the robot is known to have been, each as often as that is known.
@@ -122,7 +122,7 @@ impl Drive {
     }
 }
 
-impl From<Shape<'_>> for Thing {
+impl From<Shape<'_>> for Obstacle {
     fn from(shape: Shape<'_>) -> Self {
         Self {
             outline: shape.outline,
@@ -159,7 +159,7 @@ pub(crate) fn draw_within(drawing: &mut Drawing, drive: &Drive, width: f32, heig
 fn onto(drawing: &mut Drawing, drive: &Drive, frame: &Frame, entries: &[legend::Entry]) {
     let palette = Palette::of(drive);
     ground::draw(drawing, frame, drive);
-    way::draw(drawing, frame, drive, &palette);
+    path::draw(drawing, frame, drive, &palette);
     ground::edge(drawing, frame);
     legend::draw(drawing, frame, &palette, entries);
 }
@@ -186,8 +186,8 @@ fn finite(drive: &Drive) -> Drive {
         Outline::Circle { center, radius } => is_placed(&center) && is_placed(&[radius]),
     });
     drive.scans.retain(|(x, y)| is_placed(&[*x, *y]));
-    for way in &mut drive.ways {
-        way.path
+    for way in &mut drive.paths {
+        way.points
             .retain(|at| is_placed(&[at.x, at.y]) && at.time.is_finite() && at.heading.is_finite());
     }
     drive.targets.retain(|target| is_placed(&[target.x, target.y]));

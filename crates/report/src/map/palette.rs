@@ -1,8 +1,8 @@
 //! Who has which colour: the schemas that won during a drive, in the order of the application.
 
 use super::Drive;
-use crate::drawing::Tone;
-use crate::drawing::tone::TOLD_APART;
+use crate::drawing::ColorRole;
+use crate::drawing::color_role::TOLD_APART;
 
 /// The colours of the schemas that won.
 #[derive(Clone, Debug, Default)]
@@ -25,8 +25,8 @@ impl Palette {
     }
 
     /// Gives the colour of a winner; from the eighth on they repeat.
-    pub(crate) fn tone(&self, winner: Option<usize>) -> Tone {
-        self.place(winner).map_or(Tone::Nobody, Tone::Of)
+    pub(crate) fn tone(&self, winner: Option<usize>) -> ColorRole {
+        self.place(winner).map_or(ColorRole::Nobody, ColorRole::Of)
     }
 
     /// Whether a winner shares its colour with one before it: its way is dashed.

@@ -6,10 +6,10 @@ use tiny_skia::{ColorU8, Pixmap};
 use super::frame::Frame;
 use super::legend::{self, Sign};
 use super::*;
-use crate::drawing::Tone;
+use crate::drawing::ColorRole;
 
-fn moment(time: f64, x: f64, y: f64, winner: Option<usize>) -> Moment {
-    Moment {
+fn moment(time: f64, x: f64, y: f64, winner: Option<usize>) -> PathPoint {
+    PathPoint {
         time,
         x,
         y,
@@ -18,8 +18,8 @@ fn moment(time: f64, x: f64, y: f64, winner: Option<usize>) -> Moment {
     }
 }
 
-fn still(outline: Outline) -> Thing {
-    Thing {
+fn still(outline: Outline) -> Obstacle {
+    Obstacle {
         outline,
         moving: false,
     }
@@ -49,7 +49,7 @@ fn room() -> Drive {
                 size: [1.0, 1.0],
                 angle: 0.5,
             }),
-            Thing {
+            Obstacle {
                 outline: Outline::Circle {
                     center: [7.0, 4.5],
                     radius: 0.5,
@@ -57,9 +57,9 @@ fn room() -> Drive {
                 moving: true,
             },
         ],
-        ways: vec![Way {
-            path,
-            ..Way::default()
+        paths: vec![RobotPath {
+            points: path,
+            ..RobotPath::default()
         }],
         schema_names: vec!["goon".to_owned(), "vff".to_owned()],
         targets: vec![
@@ -110,7 +110,7 @@ fn probe(drive: &Drive, x: f64, y: f64) -> ColorU8 {
 fn inked(picture: &Pixmap, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>) -> usize {
     let places = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
     places
-        .filter(|(x, y)| color(picture, (*x as f32, *y as f32)) != Tone::Paper.light())
+        .filter(|(x, y)| color(picture, (*x as f32, *y as f32)) != ColorRole::Paper.light())
         .count()
 }
 
@@ -122,17 +122,17 @@ fn the_way_has_the_colour_of_who_won_there() {
     assert_ne!(goon, vff);
     assert_eq!(probe(&drive, 2.5, 2.0), goon);
     assert_eq!(probe(&drive, 7.5, 2.0), vff);
-    assert_eq!(probe(&drive, 9.0, 2.4), Tone::Nobody.light());
+    assert_eq!(probe(&drive, 9.0, 2.4), ColorRole::Nobody.light());
 }
 
 #[test]
 fn walls_are_dark_furniture_is_grey_and_what_moves_is_light() {
     let drive = room();
-    assert_eq!(probe(&drive, 2.5, 6.0), Tone::Ink.light());
-    assert_eq!(probe(&drive, 3.0, 4.5), Tone::Furniture.light());
+    assert_eq!(probe(&drive, 2.5, 6.0), ColorRole::Ink.light());
+    assert_eq!(probe(&drive, 3.0, 4.5), ColorRole::Furniture.light());
     let moving = probe(&drive, 7.0, 4.6);
     assert!(
-        moving.red() > Tone::Furniture.light().red() && moving != Tone::Paper.light(),
+        moving.red() > ColorRole::Furniture.light().red() && moving != ColorRole::Paper.light(),
         "{moving:?}"
     );
 }
@@ -153,9 +153,9 @@ fn a_reached_target_is_full_and_another_is_not() {
         let (x, y) = frame.at(x, y);
         color(&picture, (x + 19.0 - 9.0, y - 19.0))
     };
-    assert_eq!(badge(9.0, 5.0), Tone::Ink.light());
-    assert_eq!(badge(1.0, 5.0), Tone::Paper.light());
-    assert_eq!(color(&picture, frame.at(9.0, 5.0)), Tone::Ink.light());
+    assert_eq!(badge(9.0, 5.0), ColorRole::Ink.light());
+    assert_eq!(badge(1.0, 5.0), ColorRole::Paper.light());
+    assert_eq!(color(&picture, frame.at(9.0, 5.0)), ColorRole::Ink.light());
 }
 
 #[test]
@@ -171,8 +171,14 @@ fn the_badge_of_a_target_leaves_the_robot_and_the_way_in_sight() {
     let frame = frame(&drive);
     let (x, y) = frame.at(9.0, 2.7);
     let picture = draw(&drive);
-    assert_eq!(color(&picture, (x + 19.0 - 9.0, y + 19.0)), Tone::Ink.light());
-    assert_ne!(color(&picture, (x + 19.0 - 9.0, y - 19.0)), Tone::Ink.light());
+    assert_eq!(
+        color(&picture, (x + 19.0 - 9.0, y + 19.0)),
+        ColorRole::Ink.light()
+    );
+    assert_ne!(
+        color(&picture, (x + 19.0 - 9.0, y - 19.0)),
+        ColorRole::Ink.light()
+    );
 }
 
 #[test]
@@ -260,9 +266,9 @@ fn nothing_at_all_is_still_a_picture() {
 fn a_robot_that_stood_still_has_a_place() {
     let path = vec![moment(0.0, 3.0, -4.0, Some(0)); 3];
     let drive = Drive {
-        ways: vec![Way {
-            path,
-            ..Way::default()
+        paths: vec![RobotPath {
+            points: path,
+            ..RobotPath::default()
         }],
         ..Drive::default()
     };
@@ -296,10 +302,10 @@ fn bounds_without_an_extent_or_turned_around_do_no_harm() {
 #[test]
 fn a_lost_pose_and_an_unknown_schema_cost_only_themselves() {
     let mut drive = room();
-    drive.ways[0]
-        .path
+    drive.paths[0]
+        .points
         .insert(1, moment(f64::NAN, f64::NAN, f64::INFINITY, Some(0)));
-    drive.ways[0].path[0].winner = Some(77);
+    drive.paths[0].points[0].winner = Some(77);
     drive.shapes.push(still(Outline::Circle {
         center: [f64::NAN, 0.0],
         radius: 1.0,
@@ -324,9 +330,9 @@ fn more_winners_than_colours_are_told_apart_by_dashes() {
         .map(|step| moment(step as f64, step as f64, 0.0, Some(step)))
         .collect();
     let drive = Drive {
-        ways: vec![Way {
-            path,
-            ..Way::default()
+        paths: vec![RobotPath {
+            points: path,
+            ..RobotPath::default()
         }],
         ..Drive::default()
     };
@@ -350,10 +356,10 @@ fn the_same_drive_gives_the_same_picture() {
 fn every_robot_has_its_way_and_its_name() {
     let mut drive = room();
     let alone = draw(&drive);
-    drive.ways[0].robot = "left".to_owned();
-    drive.ways.push(Way {
+    drive.paths[0].robot = "left".to_owned();
+    drive.paths.push(RobotPath {
         robot: "right".to_owned(),
-        path: vec![moment(0.0, 2.0, 1.0, Some(1)), moment(4.0, 8.0, 1.0, Some(1))],
+        points: vec![moment(0.0, 2.0, 1.0, Some(1)), moment(4.0, 8.0, 1.0, Some(1))],
         distance: 6.0,
     });
     let vff = Palette::of(&drive).tone(Some(1)).light();

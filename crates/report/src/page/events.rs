@@ -8,7 +8,7 @@ use super::{Page, at, counted};
 const UNFOLDED: usize = 40;
 
 pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
-    let events = &page.tale.events;
+    let events = &page.analysis.events;
     let count = events.kept().count();
     if count == 0 {
         return None;

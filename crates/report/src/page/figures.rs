@@ -15,14 +15,14 @@ const MOST: f32 = 6000.0;
 const TIMES: f32 = 28.0;
 
 pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
-    let drive = &page.tale.ending.drive;
+    let drive = &page.analysis.ending.drive;
     if !drive.has_way() {
         return None;
     }
     let drawing = map::draw(drive, false);
     let label = format!(
         "The way of the robot of {}, in the colours of who acted",
-        page.tale.title
+        page.analysis.title
     );
     Some(html! {
         p.note { "From above, in the colours of who acted; a ring where the winner changed." }
@@ -31,8 +31,8 @@ pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
 }
 
 pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
-    let tale = page.tale;
-    let bands = Bands::new(tale, MOST);
+    let analysis = page.analysis;
+    let bands = Bands::new(analysis, MOST);
     if bands.height() == 0.0 {
         return None;
     }
@@ -43,11 +43,11 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
         height: bands.height(),
     };
     let mut drawing = Drawing::new(WIDTH, area.height + TIMES);
-    chart::time_grid(&mut drawing, area, tale.columns);
+    chart::time_grid(&mut drawing, area, analysis.columns);
     bands.draw(&mut drawing, area, &page.palette);
-    chart::time_axis(&mut drawing, area, tale.columns);
+    chart::time_axis(&mut drawing, area, analysis.columns);
     let seconds = |time: u64| time as f64 / 1e9;
-    let (from, to) = (seconds(tale.columns.from), seconds(tale.columns.to));
+    let (from, to) = (seconds(analysis.columns.from), seconds(analysis.columns.to));
     Some(html! {
         p.note {
             "High and in colour: WINNER; half as high: READY; low: CHECKING; nothing: SLEPT. Of a group, who won it, and a mark at every "

@@ -4,15 +4,15 @@ use jde_host::chatter::MANY;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
+use crate::analysis::{ChatterStatistics, GroupStatistics, Row};
 use crate::chart;
-use crate::tale::{Contest, Restless, Row};
 
 /// Pairs that are told of a group.
 const PAIRS: usize = 5;
 
 pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
-    let tale = page.tale;
-    let rows = tale.hierarchy.rows();
+    let analysis = page.analysis;
+    let rows = analysis.hierarchy.rows();
     let groups: Vec<usize> = rows
         .iter()
         .filter_map(|row| match row {
@@ -25,7 +25,7 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
     }
     let knows_contracts = groups
         .iter()
-        .any(|group| tale.hierarchy.groups[*group].contract.is_some());
+        .any(|group| analysis.hierarchy.groups[*group].contract.is_some());
     Some(html! {
         p.note {
             "A takeover goes from its cause to the first iteration of the new winner."
@@ -44,10 +44,13 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
 }
 
 fn one(page: &Page<'_>, group: usize) -> Markup {
-    let (about, contest) = (&page.tale.hierarchy.groups[group], &page.tale.contests[group]);
-    let rate = contest.switches as f64 / page.tale.columns.seconds();
+    let (about, statistics) = (
+        &page.analysis.hierarchy.groups[group],
+        &page.analysis.groups[group],
+    );
+    let rate = statistics.switches as f64 / page.analysis.columns.seconds();
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
-    let worst = contest.takeovers.worst();
+    let worst = statistics.takeovers.worst();
     let contract = about.contract.map(|contract| contract as f64);
     let broken = worst
         .zip(contract)
@@ -56,27 +59,27 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
         tr {
             td.name { b { (about.name) } }
             td { (about.policy) }
-            td.n { (contest.decisions) (cases(contest)) }
-            td.n { (contest.switches) }
+            td.n { (statistics.decisions) (cases(statistics)) }
+            td.n { (statistics.switches) }
             td.n { (format!("{rate:.2}")) }
             td.n {
-                @match contest.busiest {
+                @match statistics.busiest {
                     Some((most, time)) => { (most) br; small { "until " (at(time as f64 / 1e9)) } }
                     None => "–",
                 }
             }
-            td.n { (time(contest.takeovers.quantile(0.5))) }
-            td.n { (time(contest.takeovers.quantile(0.99))) }
+            td.n { (time(statistics.takeovers.quantile(0.5))) }
+            td.n { (time(statistics.takeovers.quantile(0.99))) }
             td.n {
                 @if broken { span.bad { (time(worst)) } } @else { (time(worst)) }
-                @if let Some((when, who)) = &contest.worst { br; small { (who) " at " (at(*when as f64 / 1e9)) } }
+                @if let Some((when, who)) = &statistics.worst { br; small { (who) " at " (at(*when as f64 / 1e9)) } }
             }
             td.n { (time(contract)) }
         }
-        @if contest.restless.spells > 0 {
-            tr { td {} td colspan="9" { (chattered(page, &contest.restless)) } }
+        @if statistics.chatter.spells > 0 {
+            tr { td {} td colspan="9" { (chattered(page, &statistics.chatter)) } }
         }
-        @let pairs = contest.pairs();
+        @let pairs = statistics.pairs();
         @if !pairs.is_empty() {
             tr {
                 td {}
@@ -86,7 +89,7 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
                         @if place > 0 { " · " }
                         (page.schema(&pair.one)) " ⇄ " (page.schema(&pair.other)) " "
                         (counted(pair.switches, "time"))
-                        small { " (" (format!("{:.2}", pair.switches as f64 / page.tale.columns.seconds())) " a second)" }
+                        small { " (" (format!("{:.2}", pair.switches as f64 / page.analysis.columns.seconds())) " a second)" }
                     }
                     @if pairs.len() > PAIRS { small { " and " (counted((pairs.len() - PAIRS) as u64, "other pair")) } }
                 }
@@ -96,36 +99,36 @@ fn one(page: &Page<'_>, group: usize) -> Markup {
 }
 
 /// That it chattered, and what would have kept it from that.
-fn chattered(page: &Page<'_>, restless: &Restless) -> Markup {
-    let spells = match restless.spells {
+fn chattered(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
+    let spells = match chatter.spells {
         1 => String::from("once"),
         many => format!("{many} times"),
     };
-    let switches = match restless.switches {
+    let switches = match chatter.switches {
         1 => String::from("1 switch"),
         many => format!("{many} switches"),
     };
     html! {
         span.bad { "chattered " (spells) }
-        @if let Some((one, other)) = restless.between() {
+        @if let Some((one, other)) = chatter.between() {
             ", most between " (page.choice(one)) " and " (page.choice(other))
         }
         ": " (switches) " at more than " (MANY) " a second, "
-        (restless.collisions) " of them where several were ready. "
-        @if restless.is_for_a_policy() {
-            @if let Some(dwell) = restless.dwell() {
+        (chatter.collisions) " of them where several were ready. "
+        @if chatter.is_for_a_policy() {
+            @if let Some(dwell) = chatter.dwell() {
                 "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most))
                 "; twice that is " code { "policy = \"sticky\", dwell = \"" (milliseconds(dwell.value)) "\"" }
                 ", with which it changes " (format!("{:.1}", 1.0 / dwell.value)) " times a second at most. "
             }
-            @if let Some(hysteresis) = restless.hysteresis() {
+            @if let Some(hysteresis) = chatter.hysteresis() {
                 "Nine in ten of " (counted(hysteresis.count, "takeover")) " were won by an urgency no more than "
                 (format!("{:.3}", hysteresis.most)) " greater: " code { "hysteresis = " (short(hysteresis.value)) } " would have refused them. "
             }
         } @else {
             "Where one alone is ready no policy is asked (R4): let its precondition begin and end at different values, by "
             code { "Hysteresis" } " of the SDK. "
-            @if let Some(dwell) = restless.dwell() {
+            @if let Some(dwell) = chatter.dwell() {
                 "Nine in ten of " (counted(dwell.count, "stay")) " were no longer than " (chart::seconds(dwell.most)) "."
             }
         }
@@ -144,8 +147,8 @@ fn short(value: f64) -> String {
 }
 
 /// In which cases (R3) it selected.
-fn cases(contest: &Contest) -> Markup {
-    let cases = contest
+fn cases(statistics: &GroupStatistics) -> Markup {
+    let cases = statistics
         .cases
         .iter()
         .map(|(case, count)| format!("{count} {case}"));

@@ -14,9 +14,9 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use crate::drawing::{Tone, tone};
+use crate::analysis::Analysis;
+use crate::drawing::{ColorRole, color_role};
 use crate::map::Palette;
-use crate::tale::Tale;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
@@ -28,7 +28,7 @@ const ALL_COLUMNS: usize = 600_000;
 
 /// What the parts of a page share.
 struct Page<'t> {
-    tale: &'t Tale,
+    analysis: &'t Analysis,
     palette: Palette,
 }
 
@@ -40,10 +40,10 @@ pub fn columns(schemas: usize) -> usize {
 
 /// Writes the page. `file` is the recording as people call it.
 #[must_use]
-pub fn page(tale: &Tale, file: &str) -> String {
+pub fn page(analysis: &Analysis, file: &str) -> String {
     let page = Page {
-        tale,
-        palette: Palette::of(&tale.ending.drive),
+        analysis,
+        palette: Palette::of(&analysis.ending.drive),
     };
     let parts = [
         ("path", "Path", figures::path(&page)),
@@ -54,7 +54,7 @@ pub fn page(tale: &Tale, file: &str) -> String {
         ("events", "Events", events::events(&page)),
         ("topics", "What was recorded", topics::topics(&page)),
     ];
-    let style = format!("{}{STYLE}", tone::style());
+    let style = format!("{}{STYLE}", color_role::style());
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -62,7 +62,7 @@ pub fn page(tale: &Tale, file: &str) -> String {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content=(policy());
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (tale.title) " – " (file) }
+                title { (analysis.title) " – " (file) }
                 style { (PreEscaped(style)) }
             }
             body {
@@ -100,7 +100,7 @@ fn policy() -> String {
 }
 
 fn footer(page: &Page<'_>) -> Markup {
-    let columns = page.tale.columns;
+    let columns = page.analysis.columns;
     html! {
         footer {
             "Time is cut into " (columns.count) " columns of "
@@ -114,10 +114,10 @@ fn footer(page: &Page<'_>) -> Markup {
 impl Page<'_> {
     /// A schema's name with the colour it has in the drawings.
     fn schema(&self, name: &str) -> Markup {
-        let place = self.tale.hierarchy.find(name);
+        let place = self.analysis.hierarchy.find(name);
         let tone = match place {
-            Some(place) if self.tale.hierarchy.is_actor(place) => self.palette.tone(Some(place)),
-            Some(_) | None => Tone::Edge,
+            Some(place) if self.analysis.hierarchy.is_actor(place) => self.palette.tone(Some(place)),
+            Some(_) | None => ColorRole::Edge,
         };
         html! { i.sign style={ "background:var(" (tone) ")" } {} (name) }
     }

@@ -5,16 +5,16 @@ use jde_log::Troubled;
 use maud::{Markup, html};
 
 use super::{Page, percent, trouble};
+use crate::analysis::{Row, SchemaTiming};
 use crate::chart::{self, Area, Look};
-use crate::drawing::{Drawing, Tone};
-use crate::tale::{Row, Work};
+use crate::drawing::{ColorRole, Drawing};
 
 /// Units of a small chart.
 const CHART: (f32, f32) = (190.0, 34.0);
 
 pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
-    let tale = page.tale;
-    let schemas: Vec<(usize, usize)> = tale
+    let analysis = page.analysis;
+    let schemas: Vec<(usize, usize)> = analysis
         .hierarchy
         .rows()
         .into_iter()
@@ -26,7 +26,7 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
     if schemas.is_empty() {
         return None;
     }
-    let virtual_time = tale.lockstep == Some(true);
+    let virtual_time = analysis.lockstep == Some(true);
     Some(html! {
         p.note {
             "The period is the time from one deadline at which a schema iterated to the next, without pauses; the first iteration after "
@@ -50,17 +50,17 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
 }
 
 fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
-    let tale = page.tale;
+    let analysis = page.analysis;
     let (about, band, work) = (
-        &tale.hierarchy.schemas[schema],
-        &tale.bands[schema],
-        &tale.works[schema],
+        &analysis.hierarchy.schemas[schema],
+        &analysis.bands[schema],
+        &analysis.timings[schema],
     );
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
     let won = band.time(State::Winner);
-    let configured = tale.periods[schema];
+    let configured = analysis.periods[schema];
     let none = Troubled::default();
-    let had = tale
+    let had = analysis
         .troubled
         .iter()
         .find(|troubled| troubled.schema == about.name);
@@ -73,7 +73,7 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
                     br; small { (about.type_name) }
                 }
             }
-            td.n { (percent(won as f64 / 1e9 / tale.columns.seconds())) br; small { (chart::seconds(won as f64 / 1e9)) } }
+            td.n { (percent(won as f64 / 1e9 / analysis.columns.seconds())) br; small { (chart::seconds(won as f64 / 1e9)) } }
             td.n { @if work.cycles > 0 { (work.iterations) } @else { "–" } }
             td.n { (configured.map_or("–".to_owned(), chart::seconds)) }
             td.n { (time(work.periods.mean())) }
@@ -97,7 +97,7 @@ fn one(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Mark
 
 /// The share of its time awake that it was busy.
 fn load(page: &Page<'_>, schema: usize) -> String {
-    let (band, work) = (&page.tale.bands[schema], &page.tale.works[schema]);
+    let (band, work) = (&page.analysis.bands[schema], &page.analysis.timings[schema]);
     let awake: u64 = [State::Winner, State::Ready, State::Checking]
         .map(|state| band.time(state))
         .iter()
@@ -108,7 +108,7 @@ fn load(page: &Page<'_>, schema: usize) -> String {
     percent(work.busy.sum() as f64 / awake as f64)
 }
 
-fn periods(work: &Work, configured: Option<f64>) -> Option<Drawing> {
+fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
     let (least, greatest) = work.over_time.range()?;
     let top = greatest.max(configured.unwrap_or(0.0)) * 1.1;
     let mut drawing = Drawing::new(CHART.0, CHART.1);
@@ -119,7 +119,7 @@ fn periods(work: &Work, configured: Option<f64>) -> Option<Drawing> {
         height: CHART.1 - 1.0,
     };
     let look = Look {
-        ink: Tone::Of(0).into(),
+        ink: ColorRole::Of(0).into(),
         width: 1.2,
     };
     // From nought on, unless that would hide what there is to see.

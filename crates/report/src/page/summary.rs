@@ -5,72 +5,72 @@ use jde_types::Mission;
 use maud::{Markup, html};
 
 use super::{Page, at, counted, trouble};
+use crate::analysis::GroupStatistics;
 use crate::chart;
-use crate::tale::Contest;
 
 pub(super) fn summary(page: &Page<'_>, file: &str) -> Markup {
-    let tale = page.tale;
+    let analysis = page.analysis;
     html! {
         header {
-            h1 { (tale.title) }
+            h1 { (analysis.title) }
             p {
                 (file)
-                @if let Some(begun) = tale.begun() { " · " (begun) }
-                @if let Some(seed) = tale.survey.seed { " · seed " (seed) }
-                @match tale.lockstep {
+                @if let Some(begun) = analysis.begun() { " · " (begun) }
+                @if let Some(seed) = analysis.survey.seed { " · seed " (seed) }
+                @match analysis.lockstep {
                     Some(true) => " · in lockstep, virtual time",
                     Some(false) => " · in real time",
                     None => "",
                 }
-                @if let Some(jde) = &tale.survey.jde { " · recorded by jde " (jde) }
+                @if let Some(jde) = &analysis.survey.jde { " · recorded by jde " (jde) }
             }
         }
-        @for remark in tale.remarks() { p.warn { (remark) } }
-        @for cause in &tale.survey.triggers {
+        @for remark in analysis.remarks() { p.warn { (remark) } }
+        @for cause in &analysis.survey.triggers {
             p.note { "Recorded because of " b { (cause.reason) } " at " (at(cause.time_s)) "." }
         }
-        @if tale.survey.messages == 0 { p.warn { "The recording holds no messages that can be read." } }
+        @if analysis.survey.messages == 0 { p.warn { "The recording holds no messages that can be read." } }
         @for missing in missing(page) { p.note { (missing) } }
     }
 }
 
 /// What such a page usually has and this recording has not.
 fn missing(page: &Page<'_>) -> Vec<&'static str> {
-    let tale = page.tale;
+    let analysis = page.analysis;
     let mut missing = Vec::new();
-    if tale.survey.messages == 0 {
+    if analysis.survey.messages == 0 {
         return missing;
     }
-    if !tale.ending.drive.has_way() {
+    if !analysis.ending.drive.has_way() {
         missing.push("There is no path: no odometry and no ground truth was recorded.");
     }
-    if tale.survey.decisions == 0 {
+    if analysis.survey.decisions == 0 {
         missing.push("There is nothing of who acted when: no selections were recorded. `jde run --record` and `jde record` keep them.");
-    } else if !tale.has_turns {
+    } else if !analysis.has_turns {
         missing.push("Iterations and load are not known: turns were not recorded. `jde run --record` without conditions keeps them.");
     }
     missing
 }
 
 pub(super) fn facts(page: &Page<'_>) -> Markup {
-    let tale = page.tale;
-    let ending = &tale.ending;
-    let in_all = |of: fn(&Contest) -> u64| tale.contests.iter().map(of).sum::<u64>();
-    let sum = |of: fn(&Troubled) -> u64| tale.troubled.iter().map(of).sum::<u64>();
-    let seconds = tale.columns.seconds();
+    let analysis = page.analysis;
+    let ending = &analysis.ending;
+    let in_all = |of: fn(&GroupStatistics) -> u64| analysis.groups.iter().map(of).sum::<u64>();
+    let sum = |of: fn(&Troubled) -> u64| analysis.troubled.iter().map(of).sum::<u64>();
+    let seconds = analysis.columns.seconds();
     html! {
         dl.facts {
-            @if tale.survey.messages > 0 {
-                div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(tale.columns.from as f64 / 1e9)) } } }
+            @if analysis.survey.messages > 0 {
+                div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(analysis.columns.from as f64 / 1e9)) } } }
             }
-            @if let Some(mission) = tale.mission() { (told(mission)) }
-            @if let Some(outcome) = tale.events.last_of("ended") {
+            @if let Some(mission) = analysis.mission() { (told(mission)) }
+            @if let Some(outcome) = analysis.events.last_of("ended") {
                 div { dt { "How it ended" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
             }
-            @for way in ending.drive.ways.iter().filter(|way| way.path.len() > 1) {
+            @for way in ending.drive.paths.iter().filter(|way| way.points.len() > 1) {
                 div { dt { "Distance" } dd {
                     (format!("{:.1} m", way.distance))
-                    @if ending.drive.ways.len() > 1 { small { (way.robot) } }
+                    @if ending.drive.paths.len() > 1 { small { (way.robot) } }
                 } }
             }
             @if let Some(collisions) = ending.collisions {
@@ -79,7 +79,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                     @if let Some(clearance) = ending.min_clearance { small { "never nearer than " (format!("{clearance:.2} m")) } }
                 } }
             }
-            @if tale.survey.decisions > 0 {
+            @if analysis.survey.decisions > 0 {
                 div { dt { "Switches" } dd {
                     (in_all(|one| one.switches)) small { "of " (counted(in_all(|one| one.decisions), "selection")) }
                 } }
@@ -87,8 +87,8 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 div { dt { "Refused" } dd { (trouble(sum(|one| one.refused))) small { "rows of commands and wakes" } } }
                 div { dt { "Faults" } dd { (trouble(sum(|one| one.faults))) } }
             }
-            @if tale.events.count("operator") > 0 {
-                div { dt { "Operators" } dd { (counted(tale.events.count("operator"), "action")) } }
+            @if analysis.events.count("operator") > 0 {
+                div { dt { "Operators" } dd { (counted(analysis.events.count("operator"), "action")) } }
             }
         }
     }

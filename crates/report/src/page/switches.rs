@@ -10,7 +10,7 @@ use crate::chart;
 const UNFOLDED: usize = 60;
 
 pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
-    let switches = &page.tale.switches;
+    let switches = &page.analysis.switches;
     if switches.is_empty() {
         return None;
     }

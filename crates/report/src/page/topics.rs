@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::{Page, counted, trouble};
 
 pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
-    let survey = &page.tale.survey;
+    let survey = &page.analysis.survey;
     if survey.topics.is_empty() {
         return None;
     }

@@ -6,12 +6,12 @@ use jde_log::Message;
 use jde_types::{LaserScan, Odometry, Pose2D, Truth};
 
 use super::columns::Columns;
-use super::course::read;
-use super::thinned::Thinned;
-use crate::map::{Moment, is_placed};
+use super::decimated::Decimated;
+use super::drive::read;
+use crate::map::{PathPoint, is_placed};
 
 /// Most places of all paths and scans that are kept: more than a picture can show.
-pub(super) const MOST_PLACES: usize = 40_000;
+pub(super) const MAX_POINTS: usize = 40_000;
 const MOST_SCANS: usize = 2000;
 /// Time between two scans that are looked at: a scan a second is enough to show a building.
 const SCAN: Nanos = 1_000_000_000;
@@ -27,11 +27,11 @@ pub(super) struct Robot {
     pub(super) pose: Option<Pose2D>,
     /// The same place in the frame of the truth and of the odometry, seen first.
     pub(super) anchor: Option<(Pose2D, Pose2D)>,
-    pub(super) path: Thinned<Moment>,
-    /// How far it drove, m, and from where it goes on; not thinned.
+    pub(super) path: Decimated<PathPoint>,
+    /// How far it drove, m, and from where it goes on; not decimated.
     pub(super) distance: f64,
     pub(super) place: Option<Pose2D>,
-    pub(super) scans: Thinned<Vec<(f64, f64)>>,
+    pub(super) scans: Decimated<Vec<(f64, f64)>>,
     pub(super) scanned: Option<Nanos>,
 }
 
@@ -54,10 +54,10 @@ impl Robot {
             odometry: None,
             pose: None,
             anchor: None,
-            path: Thinned::new((MOST_PLACES / count).max(2)),
+            path: Decimated::new((MAX_POINTS / count).max(2)),
             distance: 0.0,
             place: None,
-            scans: Thinned::new((MOST_SCANS / count).max(2)),
+            scans: Decimated::new((MOST_SCANS / count).max(2)),
             scanned: None,
         }
     }
@@ -124,7 +124,7 @@ impl Robot {
                 let from = self.place.replace(pose).unwrap_or(pose);
                 self.distance += (pose.x - from.x).hypot(pose.y - from.y);
             }
-            self.path.add(Moment {
+            self.path.add(PathPoint {
                 time: time as f64 / 1e9,
                 x: pose.x,
                 y: pose.y,

@@ -6,9 +6,9 @@ use std::collections::{BTreeMap, VecDeque};
 use jde_core::Nanos;
 use jde_host::story::Decision;
 
+use super::chatter::ChatterStatistics;
 use super::columns::Columns;
 use super::durations::Durations;
-use super::restless::Restless;
 
 /// The stretch in which switches are counted for the busiest one.
 const BUSY: Nanos = 1_000_000_000;
@@ -20,7 +20,7 @@ const MOST_PAIRS: usize = 10_000;
 
 /// What was decided in a group.
 #[derive(Clone, Debug)]
-pub(crate) struct Contest {
+pub(crate) struct GroupStatistics {
     /// Selections.
     pub(crate) decisions: u64,
     /// Those that chose another one than before.
@@ -36,7 +36,7 @@ pub(crate) struct Contest {
     /// Selections by case.
     pub(crate) cases: BTreeMap<String, u64>,
     /// What came of it while it chattered.
-    pub(crate) restless: Restless,
+    pub(crate) chatter: ChatterStatistics,
     pairs: BTreeMap<(String, String), u64>,
     recent: VecDeque<Nanos>,
 }
@@ -52,14 +52,14 @@ pub(crate) struct Switches {
 
 /// Two that take over from each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Pair {
+pub(crate) struct Alternation {
     pub(crate) one: String,
     pub(crate) other: String,
     /// Takeovers, either way.
     pub(crate) switches: u64,
 }
 
-impl Contest {
+impl GroupStatistics {
     pub(crate) fn new(columns: Columns) -> Self {
         Self {
             decisions: 0,
@@ -69,7 +69,7 @@ impl Contest {
             worst: None,
             busiest: None,
             cases: BTreeMap::new(),
-            restless: Restless::default(),
+            chatter: ChatterStatistics::default(),
             pairs: BTreeMap::new(),
             recent: VecDeque::new(),
         }
@@ -87,7 +87,7 @@ impl Contest {
             return;
         }
         self.switches += 1;
-        self.restless.switched(time, decision);
+        self.chatter.add_switch(time, decision);
         self.marks[columns.column(time)] += 1;
         if let (Some(us), Some(choice)) = (decision.takeover_us, &decision.choice)
             && us >= 0.0
@@ -122,8 +122,8 @@ impl Contest {
     }
 
     /// Who takes over from whom, the most frequent first.
-    pub(crate) fn pairs(&self) -> Vec<Pair> {
-        let pairs = self.pairs.iter().map(|((one, other), switches)| Pair {
+    pub(crate) fn pairs(&self) -> Vec<Alternation> {
+        let pairs = self.pairs.iter().map(|((one, other), switches)| Alternation {
             one: one.clone(),
             other: other.clone(),
             switches: *switches,
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn a_contest_counts_switches_pairs_and_the_busiest_second() {
         let columns = Columns::new(0, 10_000_000_000, 10);
-        let mut contest = Contest::new(columns);
+        let mut statistics = GroupStatistics::new(columns);
         let steps = [
             (0, None, Some("goon"), Some(100.0)),
             (1_000, Some("goon"), Some("vff"), Some(5000.0)),
@@ -191,19 +191,19 @@ mod tests {
             (9_000, Some("vff"), None, None),
         ];
         for (ms, before, choice, took) in steps {
-            contest.decided(columns, ms * 1_000_000, &switch(ms, before, choice, took));
+            statistics.decided(columns, ms * 1_000_000, &switch(ms, before, choice, took));
         }
-        assert_eq!((contest.decisions, contest.switches), (6, 5));
-        assert_eq!(contest.marks, [1, 2, 1, 0, 0, 0, 0, 0, 0, 1]);
-        assert_eq!(contest.busiest, Some((2, 1_000_000_000)));
-        assert_eq!(contest.worst, Some((1_000_000_000, "vff".to_owned())));
-        assert_eq!(contest.takeovers.count(), 3);
-        let pair = Pair {
+        assert_eq!((statistics.decisions, statistics.switches), (6, 5));
+        assert_eq!(statistics.marks, [1, 2, 1, 0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(statistics.busiest, Some((2, 1_000_000_000)));
+        assert_eq!(statistics.worst, Some((1_000_000_000, "vff".to_owned())));
+        assert_eq!(statistics.takeovers.count(), 3);
+        let pair = Alternation {
             one: "goon".to_owned(),
             other: "vff".to_owned(),
             switches: 3,
         };
-        assert_eq!(contest.pairs(), [pair]);
+        assert_eq!(statistics.pairs(), [pair]);
     }
 
     #[test]

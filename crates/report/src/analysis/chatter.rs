@@ -20,7 +20,7 @@ type Pair = (Option<String>, Option<String>);
 
 /// What came of a group while it chattered.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Restless {
+pub(crate) struct ChatterStatistics {
     chatter: Chatter<Pair>,
     last: Option<Nanos>,
     /// How often it began to chatter.
@@ -47,9 +47,9 @@ pub(crate) struct Advice {
     pub(crate) count: u64,
 }
 
-impl Restless {
+impl ChatterStatistics {
     /// A switch of the group.
-    pub(crate) fn switched(&mut self, time: Nanos, decision: &Decision) {
+    pub(crate) fn add_switch(&mut self, time: Nanos, decision: &Decision) {
         // Whoever takes turns, or was told to switch, does not chatter.
         if matches!(decision.decider.as_str(), "round-robin" | "operator") {
             return;
@@ -172,48 +172,44 @@ mod tests {
 
     #[test]
     fn a_collision_that_goes_to_and_fro_is_advised_a_dwell_and_a_hysteresis() {
-        let mut restless = Restless::default();
+        let mut chatter = ChatterStatistics::default();
         for turn in 0..50_u64 {
             let decision = switch(turn % 2 == 0, "collision", Some((0.50, 0.58)));
-            restless.switched(turn * 120 * MS, &decision);
+            chatter.add_switch(turn * 120 * MS, &decision);
         }
-        assert_eq!(
-            (restless.spells, restless.switches),
-            (1, 46),
-            "the fifth begins it"
-        );
-        assert_eq!(restless.between(), Some((Some("goon"), Some("vff"))));
-        assert!(restless.is_for_a_policy());
-        let dwell = restless.dwell().expect("it has stays");
+        assert_eq!((chatter.spells, chatter.switches), (1, 46), "the fifth begins it");
+        assert_eq!(chatter.between(), Some((Some("goon"), Some("vff"))));
+        assert!(chatter.is_for_a_policy());
+        let dwell = chatter.dwell().expect("it has stays");
         assert!(
             (dwell.most - 0.12).abs() < 0.003 && (0.23..=0.25).contains(&dwell.value),
             "{dwell:?}"
         );
-        let hysteresis = restless.hysteresis().expect("urgencies decided");
+        let hysteresis = chatter.hysteresis().expect("urgencies decided");
         assert!((0.079..0.083).contains(&hysteresis.value), "{hysteresis:?}");
     }
 
     #[test]
     fn who_is_alone_each_time_is_helped_by_no_policy() {
-        let mut restless = Restless::default();
+        let mut chatter = ChatterStatistics::default();
         for turn in 0..20_u64 {
-            restless.switched(turn * 100 * MS, &switch(turn % 2 == 0, "alone", None));
+            chatter.add_switch(turn * 100 * MS, &switch(turn % 2 == 0, "alone", None));
         }
-        assert!(!restless.is_for_a_policy());
-        assert_eq!(restless.hysteresis(), None);
+        assert!(!chatter.is_for_a_policy());
+        assert_eq!(chatter.hysteresis(), None);
     }
 
     #[test]
     fn four_switches_a_second_are_no_chattering_and_turns_are_none() {
-        let mut restless = Restless::default();
+        let mut chatter = ChatterStatistics::default();
         for turn in 0..40_u64 {
-            restless.switched(turn * 250 * MS, &switch(turn % 2 == 0, "collision", None));
+            chatter.add_switch(turn * 250 * MS, &switch(turn % 2 == 0, "collision", None));
             let mut turns = switch(turn % 2 == 0, "collision", None);
             turns.decider = "round-robin".to_owned();
-            restless.switched(turn * 250 * MS, &turns);
+            chatter.add_switch(turn * 250 * MS, &turns);
         }
-        assert_eq!(restless.spells, 0);
-        assert_eq!(restless.dwell(), None);
+        assert_eq!(chatter.spells, 0);
+        assert_eq!(chatter.dwell(), None);
     }
 
     #[test]

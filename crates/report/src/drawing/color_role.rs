@@ -7,7 +7,7 @@ use tiny_skia::ColorU8;
 
 /// What a colour means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Tone {
+pub(crate) enum ColorRole {
     /// What is drawn on.
     Paper,
     /// Titles, walls, targets.
@@ -42,7 +42,7 @@ const OKABE_ITO: [(u32, u32); TOLD_APART] = [
     (0xf0e442, 0xe6dc5a),
 ];
 
-impl Tone {
+impl ColorRole {
     /// All that differ.
     fn all() -> impl Iterator<Item = Self> {
         [
@@ -82,7 +82,7 @@ impl Tone {
 }
 
 /// As a page names it: `--ink`, `--of3`.
-impl fmt::Display for Tone {
+impl fmt::Display for ColorRole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Paper => f.write_str("--paper"),
@@ -102,7 +102,7 @@ impl fmt::Display for Tone {
 pub(crate) fn style() -> String {
     let mut light = String::new();
     let mut dark = String::new();
-    for tone in Tone::all() {
+    for tone in ColorRole::all() {
         let values = tone.values();
         // Writing to a text cannot fail.
         let _ = write!(light, "{tone}:#{:06x};", values.0);

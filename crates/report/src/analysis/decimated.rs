@@ -1,16 +1,16 @@
 //! A list that never becomes too long: when it is full, every other of its items goes, and from then on only every second, fourth,
 //! eighth that comes is kept.
 
-/// Items in their order, evenly thinned.
+/// Items in their order, evenly decimated.
 #[derive(Clone, Debug)]
-pub(crate) struct Thinned<T> {
+pub(crate) struct Decimated<T> {
     items: Vec<T>,
     most: usize,
     step: u64,
     seen: u64,
 }
 
-impl<T> Thinned<T> {
+impl<T> Decimated<T> {
     pub(crate) fn new(most: usize) -> Self {
         Self {
             items: Vec::new(),
@@ -49,12 +49,12 @@ impl<T> Thinned<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::Thinned;
+    use super::Decimated;
 
     #[test]
     fn it_stays_short_and_even() {
         for count in [0, 1, 9, 10, 11, 1000, 12_345_u64] {
-            let mut list = Thinned::new(10);
+            let mut list = Decimated::new(10);
             (0..count).for_each(|item| list.add(item));
             let step = list.step();
             let items = list.into_items();

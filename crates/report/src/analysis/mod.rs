@@ -1,18 +1,18 @@
-//! The tale of a recording: all that pictures and pages show of it, found by reading it once. Memory does not grow with its
+//! The analysis of a recording: all that pictures and pages show of it, found by reading it once. Memory does not grow with its
 //! length: times become columns, durations histograms, and of lists a bounded number is kept and the rest counted.
 
 mod band;
+mod chatter;
 mod columns;
-mod contest;
-mod course;
+mod decimated;
+mod drive;
 mod durations;
 mod events;
+mod group_statistics;
 mod hierarchy;
-mod restless;
 mod robot;
-mod thinned;
+mod timing;
 mod trace;
-mod work;
 
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
@@ -25,16 +25,16 @@ use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
 pub(crate) use band::Band;
+pub(crate) use chatter::ChatterStatistics;
 pub(crate) use columns::Columns;
-pub(crate) use contest::{Contest, Switches};
-pub(crate) use course::Ending;
+pub(crate) use drive::DriveSummary;
 pub(crate) use events::Events;
+pub(crate) use group_statistics::{GroupStatistics, Switches};
 pub(crate) use hierarchy::{Hierarchy, Row};
-pub(crate) use restless::Restless;
+pub(crate) use timing::SchemaTiming;
 pub(crate) use trace::{Cell, Trace};
-pub(crate) use work::Work;
 
-use course::Course;
+use drive::DriveCollector;
 
 /// Where the turns of schemas are.
 const TURNS: &str = "/jde/turns";
@@ -74,7 +74,7 @@ pub struct Series {
 pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
 /// What a recording comes to.
-pub struct Tale {
+pub struct Analysis {
     /// What all of it is, whatever stretch of it is told.
     pub(crate) survey: Survey,
     /// Name of the application, or of the file.
@@ -88,11 +88,11 @@ pub struct Tale {
     /// States, by schema.
     pub(crate) bands: Vec<Band>,
     /// Work, by schema.
-    pub(crate) works: Vec<Work>,
+    pub(crate) timings: Vec<SchemaTiming>,
     /// Periods as configured, by schema, s: over time, and last.
     pub(crate) periods: Vec<Option<f64>>,
     /// Selections, by group.
-    pub(crate) contests: Vec<Contest>,
+    pub(crate) groups: Vec<GroupStatistics>,
     /// Those that changed a winner.
     pub(crate) switches: Switches,
     /// What else happened.
@@ -100,7 +100,7 @@ pub struct Tale {
     /// Schemas that had trouble.
     pub(crate) troubled: Vec<Troubled>,
     /// Where the robot went.
-    pub(crate) ending: Ending,
+    pub(crate) ending: DriveSummary,
     /// Numbers that were asked for, and who they are.
     pub(crate) traces: Vec<(Series, Trace)>,
     /// Whether turns were recorded, by which work is known.
@@ -109,7 +109,7 @@ pub struct Tale {
     pub(crate) lockstep: Option<bool>,
 }
 
-impl Tale {
+impl Analysis {
     /// Reads a recording up to its end or to the damage. `progress` is told how much of it has been read, 0 to 1.
     ///
     /// # Errors
@@ -123,13 +123,13 @@ impl Tale {
         for (number, message) in (0_u64..).zip(recording.messages()?) {
             match message {
                 Ok(message) => {
-                    reader.tale.survey.hear(&message);
+                    reader.analysis.survey.hear(&message);
                     if number % TOLD == 0 {
                         progress(reader.share(message.log_time));
                     }
                     reader.message(&message);
                 }
-                Err(error) => reader.tale.survey.ends(error)?,
+                Err(error) => reader.analysis.survey.ends(error)?,
             }
         }
         Ok(reader.finish())
@@ -176,8 +176,8 @@ impl Tale {
 }
 
 struct Reader {
-    tale: Tale,
-    course: Course,
+    analysis: Analysis,
+    drive: DriveCollector,
     /// ns since 1970 when the application's clock was 0.
     start: u64,
     first: u64,
@@ -191,7 +191,7 @@ struct Reader {
     /// By topic: of which schema it is the configured period.
     periods: HashMap<String, String>,
     /// By topic: what is published by whom.
-    exports: BTreeMap<String, (String, Work)>,
+    exports: BTreeMap<String, (String, SchemaTiming)>,
 }
 
 impl Reader {
@@ -224,7 +224,10 @@ impl Reader {
                         periods.insert(channel.topic.clone(), owner.to_owned());
                     }
                     ("export", _) => {
-                        exports.insert(channel.topic.clone(), (owner.to_owned(), Work::new(coarse)));
+                        exports.insert(
+                            channel.topic.clone(),
+                            (owner.to_owned(), SchemaTiming::new(coarse)),
+                        );
                     }
                     _ => {}
                 }
@@ -233,21 +236,21 @@ impl Reader {
         let traces = wanted.series.into_iter();
         let traces = traces.map(|series| (series, Trace::new(columns))).collect();
         let mut reader = Self {
-            course: Course::new(recording),
-            tale: Tale {
+            drive: DriveCollector::new(recording),
+            analysis: Analysis {
                 survey,
                 title,
                 columns,
                 coarse,
                 hierarchy: Hierarchy::new(cast.as_ref()),
                 bands: Vec::new(),
-                works: Vec::new(),
+                timings: Vec::new(),
                 periods: Vec::new(),
-                contests: Vec::new(),
+                groups: Vec::new(),
                 switches: Switches::default(),
                 events: Events::default(),
                 troubled: Vec::new(),
-                ending: Ending::default(),
+                ending: DriveSummary::default(),
                 traces,
                 has_turns: false,
                 lockstep: cast.map(|cast| cast.lockstep),
@@ -273,11 +276,11 @@ impl Reader {
 
     fn message(&mut self, message: &Message) {
         let time = message.log_time.saturating_sub(self.start);
-        if time > self.tale.columns.to {
+        if time > self.analysis.columns.to {
             return;
         }
         // What was in force at the beginning happened before it.
-        let happens = self.tale.columns.has(time) && message.publish_time >= self.first;
+        let happens = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
         if let Some(kind) = Kind::ALL.into_iter().find(|kind| kind.topic() == topic) {
             // A line of a newer version that cannot be read is passed over.
@@ -290,68 +293,68 @@ impl Reader {
             self.turn(message);
             return;
         }
-        let columns = self.tale.columns;
+        let columns = self.analysis.columns;
         for number in self.series.get(topic).into_iter().flatten() {
-            let (series, trace) = &mut self.tale.traces[*number];
+            let (series, trace) = &mut self.analysis.traces[*number];
             trace.add(columns, time, (series.number)(&message.data));
         }
         if let Some(owner) = self.periods.get(topic).cloned() {
             self.period(&owner, message);
         }
         if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| happens) {
-            work.began(self.tale.coarse, time);
+            work.add_start(self.analysis.coarse, time);
         }
-        let (hierarchy, acting, alone) = (&self.tale.hierarchy, &self.acting, self.course.is_alone());
+        let (hierarchy, acting, alone) = (&self.analysis.hierarchy, &self.acting, self.drive.is_alone());
         let acting_for = |robot: &str| {
             let mut acting = acting.iter().copied();
             acting.find(|schema| alone || hierarchy.acts_for(*schema, robot))
         };
-        self.course.message(columns, time, message, acting_for);
+        self.drive.message(columns, time, message, acting_for);
     }
 
     fn line(&mut self, time: Nanos, line: Line, happens: bool) {
-        let columns = self.tale.columns;
+        let columns = self.analysis.columns;
         let retracted = line.retracted_variable().map(str::to_owned);
         match line {
             Line::Change(change) => {
-                let Some(schema) = self.tale.hierarchy.schema(&change.schema) else {
+                let Some(schema) = self.analysis.hierarchy.schema(&change.schema) else {
                     return;
                 };
                 self.grow();
                 let (from, to) = (band::state(&change.from), band::state(&change.to));
-                self.tale.bands[schema].change(columns, time, from, to);
+                self.analysis.bands[schema].change(columns, time, from, to);
                 self.won(schema, to);
             }
             Line::Decision(decision) => {
-                let Some(group) = self.tale.hierarchy.decided(&decision) else {
+                let Some(group) = self.analysis.hierarchy.decided(&decision) else {
                     return;
                 };
                 self.grow();
                 self.learn(&decision);
                 if happens {
-                    self.tale.contests[group].decided(columns, time, &decision);
+                    self.analysis.groups[group].decided(columns, time, &decision);
                     if decision.changed {
                         let to = decision.choice.as_deref();
-                        let to = to.and_then(|name| self.tale.hierarchy.find(name));
-                        if let Some(to) = to.filter(|to| self.tale.hierarchy.is_actor(*to)) {
-                            let (hierarchy, alone) = (&self.tale.hierarchy, self.course.is_alone());
-                            self.course
+                        let to = to.and_then(|name| self.analysis.hierarchy.find(name));
+                        if let Some(to) = to.filter(|to| self.analysis.hierarchy.is_actor(*to)) {
+                            let (hierarchy, alone) = (&self.analysis.hierarchy, self.drive.is_alone());
+                            self.drive
                                 .took_over(to, |robot| alone || hierarchy.acts_for(to, robot));
                         }
-                        self.tale.switches.add(decision);
+                        self.analysis.switches.add(decision);
                     }
                 }
             }
             Line::Happening(happening) => {
                 if let Some(variable) = retracted {
                     let of_it = |(series, _): &&mut (Series, Trace)| series.variable == variable;
-                    for (_, trace) in self.tale.traces.iter_mut().filter(of_it) {
+                    for (_, trace) in self.analysis.traces.iter_mut().filter(of_it) {
                         trace.add(columns, time, None);
                     }
                 }
                 if happens {
-                    Troubled::count(&mut self.tale.troubled, &happening);
-                    self.tale.events.add(happening);
+                    Troubled::count(&mut self.analysis.troubled, &happening);
+                    self.analysis.events.add(happening);
                 }
             }
         }
@@ -359,13 +362,13 @@ impl Reader {
 
     /// Who is known only by a selection is in the state that it tells.
     fn learn(&mut self, decision: &jde_host::story::Decision) {
-        let columns = self.tale.columns;
+        let columns = self.analysis.columns;
         for candidate in &decision.candidates {
-            if let Some(schema) = self.tale.hierarchy.find(&candidate.name)
-                && self.tale.bands[schema].state().is_none()
+            if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)
+                && self.analysis.bands[schema].state().is_none()
             {
                 let state = band::state(&candidate.state);
-                self.tale.bands[schema].change(columns, columns.from, state, state);
+                self.analysis.bands[schema].change(columns, columns.from, state, state);
                 self.won(schema, state);
             }
         }
@@ -373,7 +376,7 @@ impl Reader {
 
     /// A schema is in another state: who acts now?
     fn won(&mut self, schema: usize, state: State) {
-        let hierarchy = &self.tale.hierarchy;
+        let hierarchy = &self.analysis.hierarchy;
         let Some(group) = hierarchy.schemas[schema].group else {
             return;
         };
@@ -406,77 +409,83 @@ impl Reader {
         let Some(turn) = turn.ok().and_then(|bytes| Turn::from_bytes(&bytes)) else {
             return;
         };
-        self.tale.has_turns = true;
-        let columns = self.tale.columns;
-        if let Some(work) = self.tale.works.get_mut(turn.schema as usize)
+        self.analysis.has_turns = true;
+        let columns = self.analysis.columns;
+        if let Some(work) = self.analysis.timings.get_mut(turn.schema as usize)
             && columns.has(turn.time())
         {
-            work.turn(self.tale.coarse, &turn);
+            work.add_turn(self.analysis.coarse, &turn);
         }
     }
 
     fn period(&mut self, owner: &str, message: &Message) {
-        let seconds = course::number(message);
-        if let (Some(schema), Some(seconds)) = (self.tale.hierarchy.schema(owner), seconds) {
+        let seconds = drive::number(message);
+        if let (Some(schema), Some(seconds)) = (self.analysis.hierarchy.schema(owner), seconds) {
             self.grow();
-            self.tale.periods[schema] = Some(seconds);
+            self.analysis.periods[schema] = Some(seconds);
         }
     }
 
     /// Everybody known has a place for what is told of him.
     fn grow(&mut self) {
-        let tale = &mut self.tale;
-        let (schemas, groups) = (tale.hierarchy.schemas.len(), tale.hierarchy.groups.len());
-        tale.bands.resize_with(schemas, || Band::new(tale.columns));
-        tale.works.resize_with(schemas, || Work::new(tale.coarse));
-        for schema in tale.periods.len()..schemas {
-            let period = tale.hierarchy.schemas[schema].period;
-            tale.periods.push(period.map(|period| period as f64 / 1e9));
+        let analysis = &mut self.analysis;
+        let (schemas, groups) = (analysis.hierarchy.schemas.len(), analysis.hierarchy.groups.len());
+        analysis
+            .bands
+            .resize_with(schemas, || Band::new(analysis.columns));
+        analysis
+            .timings
+            .resize_with(schemas, || SchemaTiming::new(analysis.coarse));
+        for schema in analysis.periods.len()..schemas {
+            let period = analysis.hierarchy.schemas[schema].period;
+            analysis.periods.push(period.map(|period| period as f64 / 1e9));
         }
-        tale.contests.resize_with(groups, || Contest::new(tale.columns));
+        analysis
+            .groups
+            .resize_with(groups, || GroupStatistics::new(analysis.columns));
         self.winners.resize(groups, None);
     }
 
-    fn finish(mut self) -> Tale {
-        let tale = &mut self.tale;
-        let columns = tale.columns;
-        tale.survey.finish();
-        for band in &mut tale.bands {
+    fn finish(mut self) -> Analysis {
+        let analysis = &mut self.analysis;
+        let columns = analysis.columns;
+        analysis.survey.finish();
+        for band in &mut analysis.bands {
             band.finish(columns);
         }
-        for (_, trace) in &mut tale.traces {
+        for (_, trace) in &mut analysis.traces {
             trace.finish(columns);
         }
         // Of a schema without turns, what it published most often tells of its period.
-        let mut most: HashMap<String, Work> = HashMap::new();
+        let mut most: HashMap<String, SchemaTiming> = HashMap::new();
         for (owner, work) in self.exports.into_values() {
             let known = most.get(&owner).map_or(0, |known| known.periods.count());
             if work.periods.count() > known {
                 most.insert(owner, work);
             }
         }
-        for (schema, work) in tale.hierarchy.schemas.iter().zip(&mut tale.works) {
+        for (schema, work) in analysis.hierarchy.schemas.iter().zip(&mut analysis.timings) {
             if work.cycles == 0
                 && let Some(published) = most.remove(&schema.name)
             {
                 *work = published;
             }
-            work.over_time.finish(tale.coarse);
+            work.over_time.finish(analysis.coarse);
         }
-        let names = tale.hierarchy.schemas.iter();
+        let names = analysis.hierarchy.schemas.iter();
         let names = names.map(|schema| schema.name.clone()).collect();
-        let won = |schema: &usize| tale.bands[*schema].time(State::Winner) > 0;
-        let schemas = (0..tale.bands.len()).filter(won);
+        let won = |schema: &usize| analysis.bands[*schema].time(State::Winner) > 0;
+        let schemas = (0..analysis.bands.len()).filter(won);
         let winners = schemas
-            .filter(|schema| tale.hierarchy.is_actor(*schema))
+            .filter(|schema| analysis.hierarchy.is_actor(*schema))
             .collect();
         let led = self
-            .course
+            .drive
             .of_mission()
-            .and_then(|owner| tale.hierarchy.led_by(owner));
-        tale.ending = self
-            .course
-            .finish(tale.title.clone(), names, winners, led.as_deref());
-        self.tale
+            .and_then(|owner| analysis.hierarchy.led_by(owner));
+        analysis.ending = self
+            .drive
+            .finish(analysis.title.clone(), names, winners, led.as_deref());
+        self.analysis
     }
 }

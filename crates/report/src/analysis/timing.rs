@@ -10,7 +10,7 @@ use super::trace::Trace;
 
 /// How a schema worked.
 #[derive(Clone, Debug)]
-pub(crate) struct Work {
+pub(crate) struct SchemaTiming {
     /// Turns in which it iterated.
     pub(crate) iterations: u64,
     /// Turns in which it checked its precondition or iterated.
@@ -24,7 +24,7 @@ pub(crate) struct Work {
     last: Option<Nanos>,
 }
 
-impl Work {
+impl SchemaTiming {
     pub(crate) fn new(columns: Columns) -> Self {
         Self {
             iterations: 0,
@@ -37,7 +37,7 @@ impl Work {
     }
 
     /// It took a turn.
-    pub(crate) fn turn(&mut self, columns: Columns, turn: &Turn) {
+    pub(crate) fn add_turn(&mut self, columns: Columns, turn: &Turn) {
         match turn.kind {
             Turn::CYCLED => {}
             Turn::AWOKE | Turn::SLEPT => return self.pause(columns),
@@ -56,7 +56,7 @@ impl Work {
         match (turn.way, acted) {
             // The first iteration after a takeover comes at once, between two deadlines.
             (Turn::FIRST, true) => self.pause(columns),
-            (_, true) => self.began(columns, begun),
+            (_, true) => self.add_start(columns, begun),
             // Its deadline came, and it was not WINNER.
             (Turn::ANY, false) => self.pause(columns),
             // A value came, and it looked again without waiting for its deadline (R12).
@@ -65,7 +65,7 @@ impl Work {
     }
 
     /// It began to do what it does periodically.
-    pub(crate) fn began(&mut self, columns: Columns, time: Nanos) {
+    pub(crate) fn add_start(&mut self, columns: Columns, time: Nanos) {
         if let Some(period) = self.last.and_then(|last| time.checked_sub(last)) {
             self.periods.add(period);
             self.over_time.add(columns, time, Some(period as f64 / 1e9));
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn a_period_goes_from_iteration_to_iteration_and_over_no_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
-        let mut work = Work::new(columns);
+        let mut work = SchemaTiming::new(columns);
         for (ms, acts) in [
             (0, true),
             (100, true),
@@ -121,7 +121,7 @@ mod tests {
             (400, true),
             (500, true),
         ] {
-            work.turn(columns, &turn(ms, Turn::ANY, acts));
+            work.add_turn(columns, &turn(ms, Turn::ANY, acts));
         }
         assert_eq!((work.cycles, work.iterations), (6, 5));
         assert_eq!((work.periods.count(), work.periods.worst()), (3, Some(110e6)));
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn r12_a_look_that_a_value_calls_for_is_no_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
-        let mut work = Work::new(columns);
+        let mut work = SchemaTiming::new(columns);
         let (any, first) = (Turn::ANY, Turn::FIRST);
         let turns = [
             // It takes over between two deadlines, which is no rhythm yet.
@@ -150,7 +150,7 @@ mod tests {
             (375, any, true),
         ];
         for (ms, way, acts) in turns {
-            work.turn(columns, &turn(ms, way, acts));
+            work.add_turn(columns, &turn(ms, way, acts));
         }
         assert_eq!((work.cycles, work.iterations), (11, 7));
         assert_eq!(work.periods.count(), 3);
@@ -161,19 +161,19 @@ mod tests {
     #[test]
     fn r4_a_father_that_arbitrates_keeps_its_rhythm() {
         let columns = Columns::new(0, 1_000_000_000, 10);
-        let mut work = Work::new(columns);
+        let mut work = SchemaTiming::new(columns);
         let other = |kind| Turn {
             kind,
             ..turn(130, 0, false)
         };
-        work.turn(columns, &turn(100, Turn::ANY, true));
+        work.add_turn(columns, &turn(100, Turn::ANY, true));
         for kind in [Turn::ARBITRATED, Turn::TOUCHED, Turn::RELOADED] {
-            work.turn(columns, &other(kind));
+            work.add_turn(columns, &other(kind));
         }
-        work.turn(columns, &turn(200, Turn::ANY, true));
+        work.add_turn(columns, &turn(200, Turn::ANY, true));
         assert_eq!(work.periods.worst(), Some(100e6));
-        work.turn(columns, &other(Turn::SLEPT));
-        work.turn(columns, &turn(300, Turn::ANY, true));
+        work.add_turn(columns, &other(Turn::SLEPT));
+        work.add_turn(columns, &turn(300, Turn::ANY, true));
         assert_eq!((work.periods.count(), work.iterations), (1, 3));
     }
 }

@@ -2,8 +2,8 @@
 
 use super::frame::Frame;
 use super::palette::Palette;
-use super::{Drive, Moment};
-use crate::drawing::{Align, Drawing, Line, Tone};
+use super::{Drive, PathPoint};
+use crate::drawing::{Align, ColorRole, Drawing, Line};
 
 /// Pixels of the way's line, and of the white on either side that lifts it off what it crosses.
 const WAY: f32 = 3.0;
@@ -32,10 +32,10 @@ pub(super) enum Robot {
 
 /// Draws the whole drive.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette: &Palette) {
-    let ways: Vec<Vec<Run>> = drive.ways.iter().map(|way| runs(frame, &way.path)).collect();
+    let ways: Vec<Vec<Run>> = drive.paths.iter().map(|way| runs(frame, &way.points)).collect();
     let runs: Vec<&Run> = ways.iter().flatten().collect();
     for (_, points) in &runs {
-        drawing.polyline(points, Line::new(Tone::Paper.faded(0.85), WAY + 2.0 * LIFT));
+        drawing.polyline(points, Line::new(ColorRole::Paper.faded(0.85), WAY + 2.0 * LIFT));
     }
     for (winner, points) in &runs {
         drawing.polyline(points, line(palette, *winner));
@@ -53,8 +53,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     }
     let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
     let mut robots = Vec::new();
-    for way in &drive.ways {
-        let ends = way.path.first().zip(way.path.last());
+    for way in &drive.paths {
+        let ends = way.points.first().zip(way.points.last());
         for (at, which) in ends
             .iter()
             .flat_map(|(first, last)| [(first, Robot::Start), (last, Robot::End)])
@@ -62,9 +62,9 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
             let place = frame.at(at.x, at.y);
             robot(drawing, place, radius, at.heading, which);
             robots.push(place);
-            if drive.ways.len() > 1 && which == Robot::End {
+            if drive.paths.len() > 1 && which == Robot::End {
                 let beside = (place.0 + radius + NAME / 3.0, place.1);
-                drawing.label(&way.robot, NAME, beside, Align::Left, Tone::Ink);
+                drawing.label(&way.robot, NAME, beside, Align::Left, ColorRole::Ink);
             }
         }
     }
@@ -85,21 +85,25 @@ pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
 }
 
 /// Draws the mark of a takeover in the colour of the new winner.
-pub(super) fn takeover(drawing: &mut Drawing, at: (f32, f32), tone: Tone) {
+pub(super) fn takeover(drawing: &mut Drawing, at: (f32, f32), tone: ColorRole) {
     drawing.disc(at, 5.0, tone);
-    drawing.disc(at, 2.8, Tone::Paper);
+    drawing.disc(at, 2.8, ColorRole::Paper);
 }
 
 /// Draws the number of a target: in a full disc if the robot has been there, in a broken ring if not.
 pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, reached: bool) {
     let size = if number.len() > 2 { 12.0 } else { 15.0 };
-    drawing.disc((x, y), BADGE + 2.0, Tone::Paper);
+    drawing.disc((x, y), BADGE + 2.0, ColorRole::Paper);
     if reached {
-        drawing.disc((x, y), BADGE, Tone::Ink);
-        drawing.label(number, size, (x, y), Align::Middle, Tone::Paper);
+        drawing.disc((x, y), BADGE, ColorRole::Ink);
+        drawing.label(number, size, (x, y), Align::Middle, ColorRole::Paper);
     } else {
-        drawing.ring((x, y), BADGE - 0.9, Line::new(Tone::Ink, 1.8).dashed(4.0, 3.0));
-        drawing.label(number, size, (x, y), Align::Middle, Tone::Ink);
+        drawing.ring(
+            (x, y),
+            BADGE - 0.9,
+            Line::new(ColorRole::Ink, 1.8).dashed(4.0, 3.0),
+        );
+        drawing.label(number, size, (x, y), Align::Middle, ColorRole::Ink);
     }
 }
 
@@ -117,20 +121,20 @@ pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32, head
     ];
     match which {
         Robot::Start => {
-            drawing.disc((x, y), radius, Tone::Paper.faded(0.75));
-            drawing.ring((x, y), radius, Line::new(Tone::Ink, 1.5).dashed(4.0, 3.0));
-            drawing.polygon(&wedge, Tone::Edge);
+            drawing.disc((x, y), radius, ColorRole::Paper.faded(0.75));
+            drawing.ring((x, y), radius, Line::new(ColorRole::Ink, 1.5).dashed(4.0, 3.0));
+            drawing.polygon(&wedge, ColorRole::Edge);
         }
         Robot::End => {
-            drawing.disc((x, y), radius, Tone::Paper.faded(0.9));
-            drawing.ring((x, y), radius, Line::new(Tone::Ink, 2.0));
-            drawing.polygon(&wedge, Tone::Ink);
+            drawing.disc((x, y), radius, ColorRole::Paper.faded(0.9));
+            drawing.ring((x, y), radius, Line::new(ColorRole::Ink, 2.0));
+            drawing.polygon(&wedge, ColorRole::Ink);
         }
     }
 }
 
 fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
-    for line in [Line::new(Tone::Paper, 5.0), Line::new(Tone::Ink, 2.0)] {
+    for line in [Line::new(ColorRole::Paper, 5.0), Line::new(ColorRole::Ink, 2.0)] {
         drawing.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], line);
         drawing.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], line);
     }
@@ -158,7 +162,7 @@ fn beside((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32)
 type Run = (Option<usize>, Vec<(f32, f32)>);
 
 /// Cuts the way where the winner changes; every piece ends where the next begins.
-fn runs(frame: &Frame, path: &[Moment]) -> Vec<Run> {
+fn runs(frame: &Frame, path: &[PathPoint]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for at in path {
         let point = frame.at(at.x, at.y);

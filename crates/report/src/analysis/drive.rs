@@ -12,9 +12,9 @@ use jde_sim::{RobotConfig, World};
 use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
+use super::decimated::Decimated;
 use super::robot::{Known, Robot};
-use super::thinned::Thinned;
-use crate::map::{Drive, Takeover, Target, Thing, Way};
+use crate::map::{Drive, Obstacle, RobotPath, Takeover, Target};
 
 /// Most takeovers that are kept: more than a picture can show.
 const MOST_TAKEOVERS: usize = 2000;
@@ -22,10 +22,10 @@ const MOST_TAKEOVERS: usize = 2000;
 const MOST_TARGETS: usize = 1000;
 
 /// Collects it.
-pub(crate) struct Course {
+pub(crate) struct DriveCollector {
     topics: Topics,
     robots: Vec<Robot>,
-    takeovers: Thinned<Takeover>,
+    takeovers: Decimated<Takeover>,
     takeover_count: u64,
     mission: Option<Mission>,
     route: Vec<(f64, f64)>,
@@ -52,7 +52,7 @@ struct Topics {
 
 /// What is known at the end.
 #[derive(Default)]
-pub(crate) struct Ending {
+pub(crate) struct DriveSummary {
     pub(crate) drive: Drive,
     pub(crate) mission: Option<Mission>,
     /// Contacts of all robots in the stretch that is told; none without ground truth.
@@ -63,14 +63,14 @@ pub(crate) struct Ending {
     pub(crate) remarks: Vec<String>,
 }
 
-impl Course {
+impl DriveCollector {
     pub(crate) fn new(recording: &Recording) -> Self {
         let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
         let (topics, robots) = Topics::of(recording);
         Self {
             topics,
             robots,
-            takeovers: Thinned::new(MOST_TAKEOVERS),
+            takeovers: Decimated::new(MOST_TAKEOVERS),
             takeover_count: 0,
             mission: None,
             route: Vec::new(),
@@ -146,7 +146,7 @@ impl Course {
         schema_names: Vec<String>,
         winners: Vec<usize>,
         led: Option<&str>,
-    ) -> Ending {
+    ) -> DriveSummary {
         let mut remarks = Vec::new();
         let targets = self.targets(led);
         if let Some(step) = self
@@ -176,9 +176,9 @@ impl Course {
         let mut scans = Vec::new();
         let ways = self.robots.into_iter().map(|robot| {
             scans.extend(robot.scans.into_items().into_iter().flatten());
-            Way {
+            RobotPath {
                 robot: robot.name,
-                path: robot.path.into_items(),
+                points: robot.path.into_items(),
                 distance: robot.distance,
             }
         });
@@ -186,7 +186,7 @@ impl Course {
             title,
             schema_names,
             winners,
-            ways: ways.filter(|way| !way.path.is_empty()).collect(),
+            paths: ways.filter(|way| !way.points.is_empty()).collect(),
             takeovers: self.takeovers.into_items(),
             takeover_count: self.takeover_count,
             targets,
@@ -195,7 +195,7 @@ impl Course {
         match self.world.take() {
             Some((_, Ok(world))) if has_truth => {
                 drive.bounds = Some(world.bounds());
-                drive.shapes = world.shapes().map(Thing::from).collect();
+                drive.shapes = world.shapes().map(Obstacle::from).collect();
                 drive.robot_radius = self
                     .radius
                     .filter(|radius| *radius > 0.0)
@@ -219,7 +219,7 @@ impl Course {
         let nearest = truths
             .iter()
             .min_by(|one, other| one.last.min_clearance.total_cmp(&other.last.min_clearance));
-        Ending {
+        DriveSummary {
             mission: self.mission,
             collisions: has_truth.then(|| {
                 let contacts = truths.iter().map(Known::collisions);
@@ -425,27 +425,27 @@ fn single(channel: &Channel, message: &Message) -> Option<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tale::robot::MOST_PLACES;
+    use crate::analysis::robot::MAX_POINTS;
 
     #[test]
     fn distance_and_takeovers_count_also_where_they_are_thinned() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("empty.mcap");
         crate::tests::recorder(&file, None).finish();
-        let mut course = Course::new(&Recording::open(&file).unwrap());
-        course.robots.push(Robot::new("robot", 1));
+        let mut collector = DriveCollector::new(&Recording::open(&file).unwrap());
+        collector.robots.push(Robot::new("robot", 1));
         let columns = Columns::new(0, 1_000_000, 100);
         let nobody = |_: &str| None;
         for step in 0..=100_000_u64 {
-            course.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), nobody);
-            course.took_over(0, |_| true);
+            collector.robots[0].at(columns, step, Pose2D::new((step % 2) as f64, 0.0, 0.0), nobody);
+            collector.took_over(0, |_| true);
         }
         // Lost for a moment.
-        course.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), nobody);
-        course.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), nobody);
-        let ending = course.finish(String::new(), Vec::new(), Vec::new(), None);
-        let way = &ending.drive.ways[0];
-        assert!(way.path.len() <= MOST_PLACES && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
+        collector.robots[0].at(columns, 100_001, Pose2D::new(f64::NAN, 0.0, 0.0), nobody);
+        collector.robots[0].at(columns, 100_002, Pose2D::new(2.0, 0.0, 0.0), nobody);
+        let ending = collector.finish(String::new(), Vec::new(), Vec::new(), None);
+        let way = &ending.drive.paths[0];
+        assert!(way.points.len() <= MAX_POINTS && ending.drive.takeovers.len() <= MOST_TAKEOVERS);
         assert_eq!((way.distance, ending.drive.takeover_count), (100_002.0, 100_001));
     }
 }
