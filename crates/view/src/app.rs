@@ -9,16 +9,16 @@ use std::thread;
 use eframe::egui;
 use jde_link::Client;
 
-use crate::brush;
-use crate::card::{self, Lost};
-use crate::desk::{Desk, Leave};
-use crate::look::Look;
+use crate::graphics_card::{self, DeviceLoss};
 use crate::player::Player;
 use crate::screen;
 use crate::session::Session;
-use crate::settings::{Drawer, Settings};
-use crate::start::{Chosen, Start};
-use crate::window::space::{self, Effort};
+use crate::settings::{Settings, SettingsStore};
+use crate::start::{Selection, StartPage};
+use crate::style::Style;
+use crate::ui_renderer;
+use crate::window::space::{self, Quality};
+use crate::workspace::{Navigation, Workspace};
 use crate::{Error, Opening};
 
 /// The name of the file with the settings.
@@ -36,16 +36,16 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
             .with_min_inner_size([480.0, 320.0]),
         ..eframe::NativeOptions::default()
     };
-    let lost = Lost::default();
+    let lost = DeviceLoss::default();
     let watched = lost.clone();
     let build: eframe::AppCreator<'_> = Box::new(move |context| {
         if let Some(card) = &context.wgpu_render_state {
-            let effort = Effort::of(card);
+            let effort = Quality::of(card);
             space::offer(&context.egui_ctx, card, effort);
             watched.watch(&context.egui_ctx, card);
-            brush::take_over(&context.egui_ctx, card, effort);
+            ui_renderer::take_over(&context.egui_ctx, card, effort);
         }
-        let mut app = App::new(&context.egui_ctx, opening, Drawer::of_user());
+        let mut app = App::new(&context.egui_ctx, opening, SettingsStore::of_user());
         app.lost = watched;
         Ok(Box::new(app))
     });
@@ -53,7 +53,7 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     match (lost.reason(), ended) {
         (Some(reason), _) => Err(Error::Lost(reason.to_owned())),
         (None, Err(reason)) => Err(Error::Taken(reason)),
-        (None, Ok(ended)) => ended.map_err(|error| card::refused(&error)),
+        (None, Ok(ended)) => ended.map_err(|error| graphics_card::refused(&error)),
     }
 }
 
@@ -63,14 +63,14 @@ pub(crate) struct App {
     settings: Settings,
     /// As they were written last.
     saved: Settings,
-    drawer: Drawer,
+    store: SettingsStore,
     page: Page,
-    lost: Lost,
+    lost: DeviceLoss,
 }
 
 enum Page {
     /// What runs, and what was recorded.
-    Start(Start),
+    Start(StartPage),
     /// Looks for an application and connects.
     Connecting {
         name: String,
@@ -78,7 +78,7 @@ enum Page {
         _cancel: Cancel,
     },
     /// The windows on one application.
-    Open(Box<Desk>),
+    Open(Box<Workspace>),
 }
 
 /// Tells whoever looks for an application that nobody waits for it any more, once it is dropped.
@@ -95,16 +95,16 @@ impl Drop for Cancel {
 type Opened = Result<(Session, Option<Player>), String>;
 
 impl App {
-    pub(crate) fn new(ctx: &egui::Context, opening: Opening, drawer: Drawer) -> Self {
-        let settings: Settings = drawer.take(SETTINGS).unwrap_or_default();
+    pub(crate) fn new(ctx: &egui::Context, opening: Opening, store: SettingsStore) -> Self {
+        let settings: Settings = store.take(SETTINGS).unwrap_or_default();
         settings.begin(ctx);
         let mut app = Self {
-            page: Page::Start(Start::new(ctx, &opening)),
+            page: Page::Start(StartPage::new(ctx, &opening)),
             opening,
             saved: settings.clone(),
             settings,
-            drawer,
-            lost: Lost::default(),
+            store,
+            lost: DeviceLoss::default(),
         };
         if let Some(file) = app.opening.recording.clone() {
             app.play(ctx, file);
@@ -123,7 +123,7 @@ impl App {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             return;
         }
-        let look = Look::of(&ctx, self.settings.units);
+        let style = Style::of(&ctx, self.settings.units);
         let mut next = None;
         match &mut self.page {
             Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Chosen),
@@ -139,35 +139,37 @@ impl App {
                     }
                 }
             },
-            Page::Open(desk) => {
-                next = desk.show(ui, &look, &mut self.settings).map(|leave| match leave {
-                    Leave::Away => Next::Start(None),
-                    Leave::For(about) => Next::Chosen(Chosen::Application(about)),
-                });
+            Page::Open(workspace) => {
+                next = workspace
+                    .show(ui, &style, &mut self.settings)
+                    .map(|leave| match leave {
+                        Navigation::Away => Next::Start(None),
+                        Navigation::For(about) => Next::Chosen(Selection::Application(about)),
+                    });
             }
         }
         if self.settings != self.saved {
             self.saved = self.settings.clone();
-            self.drawer.keep(SETTINGS, &self.saved);
+            self.store.keep(SETTINGS, &self.saved);
         }
         match next {
             None => {}
-            Some(Next::Chosen(Chosen::Application(about))) => {
+            Some(Next::Chosen(Selection::Application(about))) => {
                 self.connect(&ctx, format!("{}@{}", about.name, about.id));
             }
-            Some(Next::Chosen(Chosen::Recording(file))) => self.play(&ctx, file),
+            Some(Next::Chosen(Selection::Recording(file))) => self.play(&ctx, file),
             Some(Next::Desk(opened)) => {
                 let (session, player) = *opened;
                 let title = player.as_ref().map_or_else(
                     || session.about().name.clone(),
                     |player| player.file().display().to_string(),
                 );
-                let (drawer, reach) = (self.drawer.clone(), self.opening.reach.clone());
-                self.page = Page::Open(Box::new(Desk::open(session, drawer, player, reach)));
+                let (store, reach) = (self.store.clone(), self.opening.reach.clone());
+                self.page = Page::Open(Box::new(Workspace::open(session, store, player, reach)));
                 ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title} - jde")));
             }
             Some(Next::Start(reason)) => {
-                let mut start = Start::new(&ctx, &self.opening);
+                let mut start = StartPage::new(&ctx, &self.opening);
                 start.trouble = reason;
                 self.page = Page::Start(start);
                 ctx.send_viewport_cmd(egui::ViewportCommand::Title("jde".to_owned()));
@@ -203,18 +205,21 @@ impl App {
         &mut self,
         ctx: &egui::Context,
         name: String,
-        look: impl FnOnce(&AtomicBool) -> Opened + Send + 'static,
+        find: impl FnOnce(&AtomicBool) -> Opened + Send + 'static,
     ) {
         let (done, opened) = channel();
         let (repaint, cancel) = (ctx.clone(), Cancel::default());
         let cancelled = Arc::clone(&cancel.0);
-        let look = move || {
+        let worker = move || {
             // Nobody may wait for it any more.
-            let _ = done.send(look(&cancelled));
+            let _ = done.send(find(&cancelled));
             repaint.request_repaint();
         };
         // Without a thread its end is dropped, and the page says so.
-        if let Err(error) = thread::Builder::new().name("view-connect".to_owned()).spawn(look) {
+        if let Err(error) = thread::Builder::new()
+            .name("view-connect".to_owned())
+            .spawn(worker)
+        {
             tracing::error!("no thread to connect: {error}");
         }
         self.page = Page::Connecting {
@@ -242,7 +247,7 @@ fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
 
 /// What comes after the present page.
 enum Next {
-    Chosen(Chosen),
+    Chosen(Selection),
     Desk(Box<(Session, Option<Player>)>),
     Start(Option<String>),
 }

@@ -4,21 +4,21 @@
 //! It refuses to control: what a person does here becomes an operator's request (R14), and who is asked decides.
 
 mod app;
-mod brush;
 mod canvas;
-mod card;
-mod desk;
-mod look;
+mod graphics_card;
 mod picture;
 mod player;
 mod screen;
 mod session;
 mod settings;
 mod start;
+mod style;
 mod tap;
 #[cfg(test)]
 mod tests;
+mod ui_renderer;
 mod window;
+mod workspace;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

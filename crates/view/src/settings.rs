@@ -11,7 +11,7 @@ use etcetera::BaseStrategy;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::look::Units;
+use crate::style::Units;
 
 /// What a person chose for all applications.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,11 +60,11 @@ impl Settings {
 
 /// Where choices are kept.
 #[derive(Clone, Debug)]
-pub(crate) struct Drawer {
+pub(crate) struct SettingsStore {
     folder: Option<PathBuf>,
 }
 
-impl Drawer {
+impl SettingsStore {
     /// The user's: `jde/view` in the folder for configuration.
     pub(crate) fn of_user() -> Self {
         let folder = etcetera::choose_base_strategy()
@@ -137,14 +137,14 @@ mod tests {
     #[test]
     fn what_was_chosen_is_there_at_the_next_start() {
         let folder = tempfile::tempdir().unwrap();
-        let drawer = Drawer::at(Some(folder.path().join("deep/down")));
+        let store = SettingsStore::at(Some(folder.path().join("deep/down")));
         let chosen = Settings {
             zoom: 1.5,
             theme: egui::ThemePreference::Light,
             ..Settings::default()
         };
-        drawer.keep("settings", &chosen);
-        assert_eq!(drawer.take::<Settings>("settings"), Some(chosen));
+        store.keep("settings", &chosen);
+        assert_eq!(store.take::<Settings>("settings"), Some(chosen));
     }
 
     #[test]
@@ -173,8 +173,8 @@ mod tests {
     fn a_file_that_cannot_be_read_is_put_aside_and_not_lost() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("settings.json"), "{ zoom").unwrap();
-        let drawer = Drawer::at(Some(folder.path().to_owned()));
-        assert_eq!(drawer.take::<Settings>("settings"), None);
+        let store = SettingsStore::at(Some(folder.path().to_owned()));
+        assert_eq!(store.take::<Settings>("settings"), None);
         assert_eq!(
             fs::read_to_string(folder.path().join("settings.unreadable")).unwrap(),
             "{ zoom"

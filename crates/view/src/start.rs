@@ -1,6 +1,6 @@
 //! The start page: what runs here or where the user pointed, and recordings at hand. A click opens either.
 
-mod look;
+mod discovery;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -10,13 +10,13 @@ use egui_extras::{Column, TableBuilder};
 use jde_link::message::{About, Network};
 
 use crate::Opening;
-use crate::desk::look_menu;
 use crate::settings::Settings;
-pub(crate) use look::Lookout;
-use look::Seen;
+use crate::workspace::look_menu;
+use discovery::Discovered;
+pub(crate) use discovery::Discovery;
 
 /// What was chosen.
-pub(crate) enum Chosen {
+pub(crate) enum Selection {
     /// An application that runs.
     Application(Box<About>),
     /// A recording.
@@ -24,28 +24,28 @@ pub(crate) enum Chosen {
 }
 
 /// The page.
-pub(crate) struct Start {
+pub(crate) struct StartPage {
     /// Why the last choice came to nothing.
     pub(crate) trouble: Option<String>,
     /// Nobody has chosen anything yet: if only one application runs, it is that.
     pub(crate) eager: bool,
-    lookout: Lookout,
+    lookout: Discovery,
     typed: String,
 }
 
-impl Start {
+impl StartPage {
     /// Begins to look, again each second until the page is gone.
     pub(crate) fn new(ctx: &egui::Context, opening: &Opening) -> Self {
         Self {
             trouble: None,
             eager: false,
-            lookout: Lookout::new(ctx, &opening.reach, &opening.recordings),
+            lookout: Discovery::new(ctx, &opening.reach, &opening.recordings),
             typed: String::new(),
         }
     }
 
     /// Draws it; answers with what was chosen.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Chosen> {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Selection> {
         let mut chosen = None;
         egui::Panel::top("start-bar").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
@@ -64,7 +64,7 @@ impl Start {
                     && std::mem::take(&mut self.eager)
                     && let [only] = seen.running.as_slice()
                 {
-                    chosen = Some(Chosen::Application(Box::new(only.clone())));
+                    chosen = Some(Selection::Application(Box::new(only.clone())));
                 }
                 if !seen.running.is_empty() || !seen.recordings.is_empty() {
                     // Of what there is it says how old it is.
@@ -90,7 +90,7 @@ impl Start {
                     let field = ui.add(field).labelled_by(label.id);
                     let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
                     if (ui.button("Open").clicked() || entered) && !self.typed.trim().is_empty() {
-                        chosen = Some(Chosen::Recording(PathBuf::from(self.typed.trim())));
+                        chosen = Some(Selection::Recording(PathBuf::from(self.typed.trim())));
                     }
                 });
             });
@@ -103,11 +103,11 @@ impl Start {
                 .map(|file| file.path().to_owned())
                 .next()
         });
-        chosen.or(dropped.map(Chosen::Recording))
+        chosen.or(dropped.map(Selection::Recording))
     }
 }
 
-fn running(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
+fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
     if seen.running.is_empty() {
         if seen.looked {
             ui.label("Nothing runs that you may look into. In a terminal:");
@@ -135,7 +135,7 @@ fn running(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
             match column {
                 0 => {
                     if ui.link(&about.name).on_hover_text("Opens its windows.").clicked() {
-                        chosen = Some(Chosen::Application(Box::new(about.clone())));
+                        chosen = Some(Selection::Application(Box::new(about.clone())));
                     }
                 }
                 1 => drop(ui.label(&about.application).on_hover_text(&about.file)),
@@ -152,7 +152,7 @@ fn running(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
     chosen
 }
 
-fn recordings(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
+fn recordings(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
     if seen.recordings.is_empty() {
         if seen.looked {
             ui.label("None here. A drive is recorded with");
@@ -173,7 +173,7 @@ fn recordings(ui: &mut egui::Ui, seen: &Seen) -> Option<Chosen> {
                     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
                     let link = ui.link(name).on_hover_text(file.path.display().to_string());
                     if link.clicked() {
-                        chosen = Some(Chosen::Recording(file.path.clone()));
+                        chosen = Some(Selection::Recording(file.path.clone()));
                     }
                 }
                 1 => drop(ui.label(size(file.bytes))),

@@ -4,7 +4,7 @@ use eframe::egui::{Align2, FontId, Painter, Pos2, Stroke, pos2, vec2};
 use jde_panel::Ink;
 
 use super::Transform;
-use crate::look::{self, Look};
+use crate::style::{self, Style};
 
 /// Numbers stand no closer, points of the screen.
 const NUMBERS: f64 = 56.0;
@@ -13,8 +13,8 @@ const LINES: f64 = 11.0;
 const FONT: f32 = 10.0;
 
 /// Draws it over all that is seen.
-pub(super) fn draw(painter: &Painter, transform: &Transform, look: &Look) {
-    let ink = look::ink(Ink::Faint, look);
+pub(super) fn draw(painter: &Painter, transform: &Transform, style: &Style) {
+    let color = style::color_of(Ink::Faint, style);
     let coarse = step(NUMBERS / transform.scale());
     let fine = [coarse / 10.0, coarse / 5.0, coarse / 2.0]
         .into_iter()
@@ -24,33 +24,33 @@ pub(super) fn draw(painter: &Painter, transform: &Transform, look: &Look) {
             painter,
             transform,
             fine,
-            Stroke::new(1.0, ink.gamma_multiply(0.13)),
+            Stroke::new(1.0, color.gamma_multiply(0.13)),
         );
     }
     lines(
         painter,
         transform,
         coarse,
-        Stroke::new(1.0, ink.gamma_multiply(0.28)),
+        Stroke::new(1.0, color.gamma_multiply(0.28)),
     );
     let origin = transform.screen([0.0, 0.0]);
     let rect = transform.rect();
-    let axis = Stroke::new(1.0, ink.gamma_multiply(0.7));
+    let axis = Stroke::new(1.0, color.gamma_multiply(0.7));
     painter.vline(origin.x, rect.y_range(), axis);
     painter.hline(rect.x_range(), origin.y, axis);
-    numbers(painter, transform, coarse, look);
-    scale(painter, transform, coarse, look);
+    numbers(painter, transform, coarse, style);
+    scale(painter, transform, coarse, style);
 }
 
 /// The place under the pointer, in the lower left corner.
-pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, look: &Look) {
+pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, style: &Style) {
     let [x, y] = transform.plane(pointer);
-    let (x, unit) = look.units.convert(x, "m");
-    let (y, _) = look.units.convert(y, "m");
+    let (x, unit) = style.units.convert(x, "m");
+    let (y, _) = style.units.convert(y, "m");
     let digits = if unit == "m" { 2 } else { 0 };
     let text = format!("x {x:.digits$} {unit}   y {y:.digits$} {unit}");
     let at = transform.rect().left_bottom() + vec2(30.0, -18.0);
-    words(painter, at, Align2::LEFT_BOTTOM, &text, look, Ink::Plain);
+    words(painter, at, Align2::LEFT_BOTTOM, &text, style, Ink::Plain);
 }
 
 /// 1, 2 or 5 times a power of ten, no less than asked for.
@@ -91,14 +91,14 @@ fn lines(painter: &Painter, transform: &Transform, step: f64, stroke: Stroke) {
     }
 }
 
-fn numbers(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
+fn numbers(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     let rect = transform.rect();
     for axis in 0..2 {
         for at in multiples(transform, axis, step) {
             let mut place = [0.0, 0.0];
             place[axis] = at;
             let screen = transform.screen(place);
-            let text = number(at, step, look);
+            let text = number(at, step, style);
             let (at, align) = if (axis == 0) == transform.forward_up() {
                 (pos2(rect.left() + 4.0, screen.y), Align2::LEFT_CENTER)
             } else {
@@ -111,14 +111,14 @@ fn numbers(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
                 _ => at.x > rect.left() + 40.0 && at.x < rect.right() - 90.0,
             };
             if free {
-                words(painter, at, align, &text, look, Ink::Faint);
+                words(painter, at, align, &text, style, Ink::Faint);
             }
         }
     }
 }
 
 /// How long a step is.
-fn scale(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
+fn scale(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     let rect = transform.rect();
     let length = (step * transform.scale()) as f32;
     if length > rect.width() * 0.5 {
@@ -126,28 +126,34 @@ fn scale(painter: &Painter, transform: &Transform, step: f64, look: &Look) {
     }
     let right = rect.right_bottom() + vec2(-8.0, -6.0);
     let left = right - vec2(length, 0.0);
-    let stroke = Stroke::new(1.5, look::ink(Ink::Faint, look));
+    let stroke = Stroke::new(1.5, style::color_of(Ink::Faint, style));
     painter.line_segment([left, right], stroke);
     for end in [left, right] {
         painter.line_segment([end, end - vec2(0.0, 4.0)], stroke);
     }
-    let (_, unit) = look.units.convert(step, "m");
-    let text = format!("{} {unit}", number(step, step, look));
+    let (_, unit) = style.units.convert(step, "m");
+    let text = format!("{} {unit}", number(step, step, style));
     let middle = left.lerp(right, 0.5) - vec2(0.0, 3.0);
-    words(painter, middle, Align2::CENTER_BOTTOM, &text, look, Ink::Faint);
+    words(painter, middle, Align2::CENTER_BOTTOM, &text, style, Ink::Faint);
 }
 
 /// A multiple of a step with as many digits as the step has.
-fn number(at: f64, step: f64, look: &Look) -> String {
-    let (at, _) = look.units.convert(at, "m");
-    let (step, _) = look.units.convert(step, "m");
+fn number(at: f64, step: f64, style: &Style) -> String {
+    let (at, _) = style.units.convert(at, "m");
+    let (step, _) = style.units.convert(step, "m");
     let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
     // No "-0".
     format!("{:.digits$}", if at == 0.0 { 0.0 } else { at })
 }
 
-fn words(painter: &Painter, at: Pos2, align: Align2, text: &str, look: &Look, ink: Ink) {
-    painter.text(at, align, text, FontId::proportional(FONT), look::ink(ink, look));
+fn words(painter: &Painter, at: Pos2, align: Align2, text: &str, style: &Style, color: Ink) {
+    painter.text(
+        at,
+        align,
+        text,
+        FontId::proportional(FONT),
+        style::color_of(color, style),
+    );
 }
 
 #[cfg(test)]

@@ -2,19 +2,19 @@
 //! the aspect of things, and knows nothing of schemas.
 
 mod clip;
+mod draw2d;
+mod gestures;
 mod grid;
-mod hands;
-mod pencil;
-mod steer;
+mod pan_zoom;
 mod view;
 
 use eframe::egui::{self, Id, Pos2, Rect, Response, Sense, Ui, Vec2, WidgetInfo, pos2, vec2};
 use jde_panel::{Area, Touch, Wants};
 
-use crate::look::Look;
+use crate::style::Style;
 
-pub(crate) use hands::Hands;
-pub(crate) use pencil::{Pencil, bounds};
+pub(crate) use draw2d::{Draw2d, bounds};
+pub(crate) use gestures::Gestures;
 pub(crate) use view::{Transform, View};
 
 /// A plane to be shown.
@@ -27,7 +27,7 @@ pub(crate) struct Canvas<'a> {
 }
 
 /// What became of it in this frame.
-pub(crate) struct Shown {
+pub(crate) struct CanvasResponse {
     /// The whole of it.
     pub(crate) response: Response,
     /// What was done of what is wanted, in its order.
@@ -66,10 +66,10 @@ impl<'a> Canvas<'a> {
     pub(crate) fn show(
         self,
         ui: &mut Ui,
-        look: &Look,
+        style: &Style,
         view: &mut View,
-        draw: impl FnOnce(&mut Pencil<'_>),
-    ) -> Shown {
+        draw: impl FnOnce(&mut Draw2d<'_>),
+    ) -> CanvasResponse {
         let size = self.size.min(ui.available_size()).max(Vec2::splat(32.0));
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
         let name = self.name;
@@ -79,7 +79,7 @@ impl<'a> Canvas<'a> {
         let touches = view
             .hands
             .touches(ui, &response, self.wants, |at| flat(&before, at));
-        steer::steer(ui, &response, rect, view, &self);
+        pan_zoom::steer(ui, &response, rect, view, &self);
         let transform = view.transform(rect, self.home, self.forward_up);
         if buttons || !touches.is_empty() {
             ui.ctx().request_repaint();
@@ -88,10 +88,10 @@ impl<'a> Canvas<'a> {
             let visuals = ui.visuals();
             let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect));
             painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
-            grid::draw(&painter, &transform, look);
-            draw(&mut Pencil::new(painter.clone(), transform, look));
+            grid::draw(&painter, &transform, style);
+            draw(&mut Draw2d::new(painter.clone(), transform, style));
             if let Some(pointer) = response.hover_pos() {
-                grid::place(&painter, &transform, pointer, look);
+                grid::place(&painter, &transform, pointer, style);
             }
             let edge = if response.has_focus() {
                 visuals.selection.stroke
@@ -102,14 +102,14 @@ impl<'a> Canvas<'a> {
             // Over what was drawn.
             paint_buttons(ui, response.id, rect);
         }
-        Shown { response, touches }
+        CanvasResponse { response, touches }
     }
 
     /// Zoom and fit for those who have no wheel; answers whether one was pressed.
     fn buttons(&self, ui: &Ui, id: Id, rect: Rect, view: &mut View) -> bool {
         let middle = rect.center();
         let mut pressed = false;
-        for (place, button) in Button::ALL.into_iter().enumerate() {
+        for (place, button) in ZoomButton::ALL.into_iter().enumerate() {
             let name = format!("{} of {}", button.word(), self.name);
             let response = ui
                 .interact(spot(rect, place), id.with(("button", place)), Sense::click())
@@ -118,9 +118,9 @@ impl<'a> Canvas<'a> {
             if response.clicked() {
                 pressed = true;
                 match button {
-                    Button::Closer => view.zoom(rect, self.home, self.forward_up, middle, 1.5),
-                    Button::Farther => view.zoom(rect, self.home, self.forward_up, middle, 1.0 / 1.5),
-                    Button::Fit => view.fit(),
+                    ZoomButton::Closer => view.zoom(rect, self.home, self.forward_up, middle, 1.5),
+                    ZoomButton::Farther => view.zoom(rect, self.home, self.forward_up, middle, 1.0 / 1.5),
+                    ZoomButton::Fit => view.fit(),
                 }
             }
         }
@@ -129,13 +129,13 @@ impl<'a> Canvas<'a> {
 }
 
 #[derive(Clone, Copy)]
-enum Button {
+enum ZoomButton {
     Closer,
     Farther,
     Fit,
 }
 
-impl Button {
+impl ZoomButton {
     const ALL: [Self; 3] = [Self::Closer, Self::Farther, Self::Fit];
 
     fn word(self) -> &'static str {
@@ -155,9 +155,9 @@ impl Button {
     }
 
     /// Drawn, for not every font has such signs.
-    fn paint(self, painter: &egui::Painter, spot: Rect, ink: egui::Color32) {
+    fn paint(self, painter: &egui::Painter, spot: Rect, color: egui::Color32) {
         let (middle, reach) = (spot.center(), 4.0);
-        let stroke = egui::Stroke::new(1.5, ink);
+        let stroke = egui::Stroke::new(1.5, color);
         let line = |from: Vec2, to: Vec2| {
             painter.line_segment([middle + from * reach, middle + to * reach], stroke);
         };
@@ -179,7 +179,7 @@ impl Button {
 
 fn spot(rect: Rect, place: usize) -> Rect {
     let side = 18.0;
-    let left = rect.right() - (Button::ALL.len() - place) as f32 * (side + 2.0) - 2.0;
+    let left = rect.right() - (ZoomButton::ALL.len() - place) as f32 * (side + 2.0) - 2.0;
     Rect::from_min_size(pos2(left, rect.top() + 4.0), Vec2::splat(side))
 }
 
@@ -190,7 +190,7 @@ fn flat(transform: &Transform, at: Pos2) -> [f64; 3] {
 }
 
 fn paint_buttons(ui: &Ui, id: Id, rect: Rect) {
-    for (place, button) in Button::ALL.into_iter().enumerate() {
+    for (place, button) in ZoomButton::ALL.into_iter().enumerate() {
         let spot = spot(rect, place);
         let here = ui.ctx().read_response(id.with(("button", place)));
         let lit = here.is_some_and(|response| response.hovered() || response.has_focus());
@@ -202,11 +202,11 @@ fn paint_buttons(ui: &Ui, id: Id, rect: Rect) {
             visuals.window_fill.gamma_multiply(0.7)
         };
         painter.rect_filled(spot, 3.0, ground);
-        let ink = if lit {
+        let color = if lit {
             visuals.text_color()
         } else {
             visuals.weak_text_color()
         };
-        button.paint(&painter, spot, ink);
+        button.paint(&painter, spot, color);
     }
 }

@@ -4,7 +4,7 @@ use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use jde_panel::Area;
 use serde::{Deserialize, Serialize};
 
-use super::Hands;
+use super::Gestures;
 
 /// Points of the screen to a metre: from 100 km on a screen to a millimetre.
 const SCALES: (f64, f64) = (0.01, 1.0e6);
@@ -19,7 +19,7 @@ pub(crate) struct View {
     seen: Option<Seen>,
     /// What is handed back.
     #[serde(skip)]
-    pub(super) hands: Hands,
+    pub(super) hands: Gestures,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

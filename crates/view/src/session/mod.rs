@@ -3,15 +3,15 @@
 //!
 //! A window asks each frame for what it shows; what nobody asks for any more is no longer listened to.
 
-mod hands;
+mod backlog;
+mod client;
+mod demand;
+mod history;
+mod inbox;
+mod orders;
 mod panels;
-mod past;
 mod queue;
-mod told;
-mod voice;
-mod waiting;
-mod watched;
-mod wishes;
+mod subscriptions;
 
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,13 +25,13 @@ use jde_link::{Error, Rate, Remote, Sample, Watching};
 use jde_panel::Gesture;
 use jde_types::Value;
 
-use hands::Hands;
+pub(crate) use client::{Notice, Outcome};
+pub(crate) use history::{History, Progress, StateInterval};
+use inbox::Inbox;
+use orders::Orders;
+pub(crate) use panels::PanelContent;
 use panels::Panels;
-pub(crate) use panels::Picture;
-pub(crate) use past::{Band, Heard, Past};
-use told::Told;
-pub(crate) use voice::{Notice, Outcome};
-use watched::Watched;
+use subscriptions::Subscriptions;
 
 use crate::window::Kind as Window;
 
@@ -46,14 +46,14 @@ pub(crate) struct Session {
     remote: Remote,
     schemas: Schemas,
     variables: Vec<VariableInfo>,
-    told: Arc<Mutex<Told>>,
+    inbox: Arc<Mutex<Inbox>>,
     snapshot: Arc<Snapshot>,
     /// When that came.
-    heard: Instant,
-    past: Past,
-    watched: RefCell<Watched>,
+    progress: Instant,
+    past: History,
+    subscriptions: RefCell<Subscriptions>,
     panels: RefCell<Panels>,
-    hands: Hands,
+    orders: Orders,
     openings: RefCell<Vec<Window>>,
     plots: RefCell<Vec<String>>,
     gone: bool,
@@ -69,19 +69,19 @@ impl Session {
         let schemas = remote.schemas()?;
         let variables = remote.variables(false)?;
         let snapshot = remote.hierarchy()?;
-        let told = Arc::new(Mutex::new(Told::default()));
+        let inbox = Arc::new(Mutex::new(Inbox::default()));
         let mut watching = Vec::new();
         watching.push({
-            let (told, repaint) = (Arc::clone(&told), repaint.clone());
+            let (inbox, repaint) = (Arc::clone(&inbox), repaint.clone());
             remote.watch_hierarchy(move |snapshot| {
-                lock(&told).snapshot = Some(snapshot);
+                lock(&inbox).snapshot = Some(snapshot);
                 repaint.request_repaint();
             })?
         });
         watching.push({
-            let told = Arc::clone(&told);
+            let inbox = Arc::clone(&inbox);
             remote.events(&Kind::ALL, EARLIER, move |happened| {
-                lock(&told).hear(happened.line, happened.missed);
+                lock(&inbox).push(happened.line, happened.missed);
             })?
         });
         {
@@ -91,15 +91,15 @@ impl Session {
         Ok(Self {
             schemas,
             variables,
-            told,
-            past: Past::new(),
-            watched: RefCell::new(Watched::new(remote.clone(), repaint.clone())),
+            inbox,
+            past: History::new(),
+            subscriptions: RefCell::new(Subscriptions::new(remote.clone(), repaint.clone())),
             panels: RefCell::new(Panels::new(remote.clone(), repaint.clone())),
-            hands: Hands::new(remote.clone(), repaint),
+            orders: Orders::new(remote.clone(), repaint),
             openings: RefCell::default(),
             plots: RefCell::default(),
             snapshot: Arc::new(snapshot),
-            heard: Instant::now(),
+            progress: Instant::now(),
             gone: false,
             remote,
             _watching: watching,
@@ -108,23 +108,23 @@ impl Session {
 
     /// Takes up what came since the last frame. To be called once at its beginning.
     pub(crate) fn begin_frame(&mut self) {
-        let Told {
+        let Inbox {
             snapshot,
             lines,
             dropped,
-        } = std::mem::take(&mut *lock(&self.told));
-        self.past.miss(dropped);
+        } = std::mem::take(&mut *lock(&self.inbox));
+        self.past.add_missed(dropped);
         for (line, missed) in lines {
-            self.past.hear(line, missed);
+            self.past.add_line(line, missed);
         }
         if let Some(snapshot) = snapshot {
-            self.past.see(&snapshot);
+            self.past.add_snapshot(&snapshot);
             self.snapshot = Arc::new(snapshot);
-            self.heard = Instant::now();
+            self.progress = Instant::now();
         }
         self.gone = !self.remote.alive();
-        self.watched.get_mut().tidy();
-        self.panels.get_mut().tidy();
+        self.subscriptions.get_mut().remove_unused();
+        self.panels.get_mut().remove_unused();
     }
 
     /// What it is.
@@ -140,7 +140,7 @@ impl Session {
     /// For how long nothing was heard of it: an application tells twenty times a second how it is, so one that is silent for
     /// longer hangs, or the network to it is cut.
     pub(crate) fn silent(&self) -> Duration {
-        self.heard.elapsed()
+        self.progress.elapsed()
     }
 
     /// Whether it is a recording that plays.
@@ -186,7 +186,7 @@ impl Session {
     }
 
     /// What has happened as far as it is kept.
-    pub(crate) fn past(&self) -> &Past {
+    pub(crate) fn past(&self) -> &History {
         &self.past
     }
 
@@ -224,7 +224,7 @@ impl Session {
     /// The newest value of a variable. Asked for in every frame in which it is shown: the first times there is none yet, and
     /// what is no longer asked for is no longer sent.
     pub(crate) fn value(&self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
-        self.watched.borrow_mut().newest(name, rate)
+        self.subscriptions.borrow_mut().newest(name, rate)
     }
 
     /// As [`Self::value`], as a standard type; none if it is of another.
@@ -237,17 +237,17 @@ impl Session {
     /// The values of a variable that came since the call before with the same `reader`, oldest first; for traces. To be asked
     /// for in every frame, as [`Self::value`].
     pub(crate) fn values(&self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {
-        self.watched.borrow_mut().since(name, rate, reader)
+        self.subscriptions.borrow_mut().since(name, rate, reader)
     }
 
     /// Why a variable cannot be listened to, if so.
     pub(crate) fn trouble(&self, name: &str) -> Option<String> {
-        self.watched.borrow().trouble(name)
+        self.subscriptions.borrow().trouble(name)
     }
 
     /// The newest list of a schema's own panel, or why it has none to show; nothing while none came yet. To be asked for in every
     /// frame, as [`Self::value`].
-    pub(crate) fn panel(&self, schema: &str, rate: Rate) -> Option<Picture> {
+    pub(crate) fn panel(&self, schema: &str, rate: Rate) -> Option<PanelContent> {
         self.panels.borrow_mut().newest(schema, rate)
     }
 
@@ -259,28 +259,28 @@ impl Session {
 
     /// Asks for something as an operator (R14). What comes of it is among [`Self::notices`].
     pub(crate) fn act(&self, action: Action) {
-        self.hands.act(action);
+        self.orders.act(action);
     }
 
     /// As [`Self::act`], for those who want to know what came of just this.
     pub(crate) fn order(&self, action: Action) -> Outcome {
-        self.hands.order(action)
+        self.orders.order(action)
     }
 
     /// As [`Self::act`], held by a lease for as long as it is asked for again at least every half second: what a person lets go
     /// of, or a viewer that dies, is undone by the application itself.
     pub(crate) fn hold(&self, action: Action) {
-        self.hands.hold(action);
+        self.orders.hold(action);
     }
 
     /// Ends what [`Self::hold`] holds at a schema, at once.
     pub(crate) fn let_go(&self, schema: &str) {
-        self.hands.let_go(schema);
+        self.orders.let_go(schema);
     }
 
     /// What came of orders lately, newest last.
     pub(crate) fn notices(&self) -> Vec<Notice> {
-        self.hands.notices()
+        self.orders.notices()
     }
 
     /// Asks for a window of a kind: brought to the front, or opened if there is none.

@@ -12,48 +12,48 @@ use eframe::egui;
 use jde_link::{Rate, Remote, Watching};
 use jde_panel::List;
 
+use super::demand::Demand;
 use super::lock;
-use super::wishes::Wishes;
 
 /// What failed is tried again after so long.
 const AGAIN: Duration = Duration::from_secs(3);
 
 /// A list as it came, or why there is none.
-pub(crate) type Picture = Result<Arc<List>, String>;
+pub(crate) type PanelContent = Result<Arc<List>, String>;
 
 pub(super) struct Panels {
-    questions: Sender<Question>,
-    looked: HashMap<String, Looked>,
+    questions: Sender<Request>,
+    looked: HashMap<String, WatchedPanel>,
 }
 
-type Question = (String, Rate, Arc<Mutex<Slot>>);
+type Request = (String, Rate, Arc<Mutex<Slot>>);
 
-struct Looked {
+struct WatchedPanel {
     rate: Rate,
-    wishes: Wishes,
+    demand: Demand,
     slot: Arc<Mutex<Slot>>,
 }
 
 /// What the link's threads fill.
 #[derive(Default)]
 struct Slot {
-    newest: Option<Picture>,
+    newest: Option<PanelContent>,
     refused: Option<Instant>,
     watching: Option<Watching>,
 }
 
 impl Panels {
     pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
-        let (questions, asked) = channel::<Question>();
+        let (questions, asked) = channel::<Request>();
         let eyes = move || {
             for (schema, rate, slot) in asked {
                 // Nobody looks any more.
                 if Arc::strong_count(&slot) == 1 {
                     continue;
                 }
-                let (heard, again) = (Arc::downgrade(&slot), repaint.clone());
+                let (progress, again) = (Arc::downgrade(&slot), repaint.clone());
                 let watching = remote.watch_panel(&schema, rate, move |panel| {
-                    let Some(slot) = heard.upgrade() else { return };
+                    let Some(slot) = progress.upgrade() else { return };
                     lock(&slot).newest = Some(panel.list.map(Arc::new));
                     again.request_repaint();
                 });
@@ -78,11 +78,11 @@ impl Panels {
         }
     }
 
-    pub(super) fn newest(&mut self, schema: &str, rate: Rate) -> Option<Picture> {
+    pub(super) fn newest(&mut self, schema: &str, rate: Rate) -> Option<PanelContent> {
         let looked = match self.looked.get_mut(schema) {
             Some(looked) => looked,
             None => {
-                let mut looked = Looked::new(rate);
+                let mut looked = WatchedPanel::new(rate);
                 looked.look(&self.questions, schema, rate);
                 self.looked.entry(schema.to_owned()).or_insert(looked)
             }
@@ -90,16 +90,16 @@ impl Panels {
         if looked.rate < rate {
             looked.look(&self.questions, schema, rate);
         }
-        looked.wishes.ask(rate, Instant::now());
+        looked.demand.ask(rate, Instant::now());
         lock(&looked.slot).newest.clone()
     }
 
     /// Lets go of what nobody looks at any more, looks less often at what is wanted less often, and tries again what was refused.
-    pub(super) fn tidy(&mut self) {
+    pub(super) fn remove_unused(&mut self) {
         let now = Instant::now();
         let questions = &self.questions;
         self.looked.retain(|schema, looked| {
-            let Some(rate) = looked.wishes.greatest(now) else {
+            let Some(rate) = looked.demand.greatest(now) else {
                 return false;
             };
             if rate < looked.rate {
@@ -119,17 +119,17 @@ impl Panels {
     }
 }
 
-impl Looked {
+impl WatchedPanel {
     fn new(rate: Rate) -> Self {
         Self {
             rate,
-            wishes: Wishes::default(),
+            demand: Demand::default(),
             slot: Arc::default(),
         }
     }
 
     /// Has it looked at so often. What came before is shown until more comes.
-    fn look(&mut self, questions: &Sender<Question>, schema: &str, rate: Rate) {
+    fn look(&mut self, questions: &Sender<Request>, schema: &str, rate: Rate) {
         let newest = lock(&self.slot).newest.take();
         // The old one hears nothing any more: nobody holds it.
         self.slot = Arc::new(Mutex::new(Slot {

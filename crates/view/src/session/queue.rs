@@ -8,8 +8,8 @@ use jde_link::message::Action;
 use jde_panel::Touch;
 use serde_json::Value;
 
-use super::hands::PATIENCE;
-use super::voice::Outcome;
+use super::client::Outcome;
+use super::orders::PATIENCE;
 
 /// An order that waited longer is no longer what the person wants who gave it.
 const STALE: Duration = Duration::from_secs(3);
@@ -57,7 +57,7 @@ impl Queue {
             Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
                 // What was to wake it is taken back by this.
                 self.orders
-                    .retain(|(waiting, _)| !(wakes(waiting) && holds_up(&stop, waiting)));
+                    .retain(|(backlog, _)| !(wakes(backlog) && holds_up(&stop, backlog)));
                 if matches!(stop, Action::StopAll) {
                     self.stops.push_front((stop, outcome));
                 } else {

@@ -19,7 +19,7 @@ use jde_schema::prelude::*;
 use super::common::{Robot, until};
 use crate::Opening;
 use crate::app::App;
-use crate::settings::Drawer;
+use crate::settings::SettingsStore;
 
 type Window = Harness<'static, Option<App>>;
 
@@ -33,11 +33,11 @@ fn opening(reach: Reach, application: Option<&str>) -> Opening {
     }
 }
 
-fn open(opening: Opening, drawer: Option<&Path>) -> Window {
-    let drawer = Drawer::at(drawer.map(Path::to_owned));
+fn open(opening: Opening, store: Option<&Path>) -> Window {
+    let store = SettingsStore::at(store.map(Path::to_owned));
     Harness::builder().with_size([1200.0, 800.0]).build_ui_state(
         move |ui, app: &mut Option<App>| {
-            app.get_or_insert_with(|| App::new(ui.ctx(), opening.clone(), drawer.clone()))
+            app.get_or_insert_with(|| App::new(ui.ctx(), opening.clone(), store.clone()))
                 .frame(ui);
         },
         None,
@@ -45,8 +45,8 @@ fn open(opening: Opening, drawer: Option<&Path>) -> Window {
 }
 
 /// With the windows on a robot.
-fn desk(robot: &Robot, drawer: Option<&Path>) -> Window {
-    let mut window = open(opening(robot.reach(), Some("safe-navigation")), drawer);
+fn desk(robot: &Robot, store: Option<&Path>) -> Window {
+    let mut window = open(opening(robot.reach(), Some("safe-navigation")), store);
     until(&mut window, |window| has(window, "Oscilloscope"));
     window
 }

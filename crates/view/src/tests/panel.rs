@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use jde_panel::{Area, Button, Color, Gesture, Ink, Item, List, Shape, Stroke, Touch, Wants, Words, check};
 
-use crate::look::{Look, Units};
+use crate::style::{Style, Units};
 use crate::window::panel::bench::Bench;
 
 const AREA: Area = Area {
@@ -20,8 +20,8 @@ pub(super) fn board(items: Vec<Item>, size: [f32; 2], theme: Theme) -> Harness<'
     assert_eq!(check(&list), Ok(()));
     let bench = Bench::of(list);
     let show = |ui: &mut egui::Ui, bench: &mut Bench| {
-        let look = Look::of(ui.ctx(), Units::default());
-        bench.show(ui, &look);
+        let style = Style::of(ui.ctx(), Units::default());
+        bench.show(ui, &style);
     };
     let mut harness = Harness::builder()
         .with_size(size)
@@ -56,9 +56,9 @@ fn one(harness: &mut Harness<'_, Bench>, widget: &str) -> Touch {
     touch
 }
 
-fn stroke(ink: Ink) -> Stroke {
+fn stroke(color: Ink) -> Stroke {
     Stroke {
-        color: ink.into(),
+        color: color.into(),
         width: 2.0,
     }
 }

@@ -12,9 +12,9 @@ fn everything() -> Vec<Item> {
         text: text.to_owned(),
         words,
     };
-    let traces = [("free", Ink::Good, 0.0), ("near", Ink::Warn, 1.0)].map(|(name, ink, phase)| Trace {
+    let traces = [("free", Ink::Good, 0.0), ("near", Ink::Warn, 1.0)].map(|(name, color, phase)| Trace {
         name: name.to_owned(),
-        color: ink.into(),
+        color: color.into(),
         points: (0..200)
             .map(|n| f64::from(n) * 0.05)
             .map(|x| [x, (x + phase).sin()])

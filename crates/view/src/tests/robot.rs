@@ -12,11 +12,11 @@ use jde_link::message::{Action, Request};
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};
-use crate::look::{Look, Units};
 use crate::session::Session;
+use crate::style::{Style, Units};
 use crate::window::Window as _;
-use crate::window::robot::Robot as Shown;
-use crate::window::robot::bench;
+use crate::window::robot::RobotWindow as Shown;
+use crate::window::robot::fixture;
 
 /// A look that really waits for a robot that really drives: minutes, on any machine.
 const LOOKS: usize = 2_000_000;
@@ -34,18 +34,18 @@ fn look(robot: &Robot) -> Looking {
 
 /// With what a window kept before.
 fn look_with(robot: &Robot, kept: &serde_json::Value) -> Looking {
-    let desk = Desk {
+    let workspace = Desk {
         session: robot.session(),
         window: Shown::open(kept),
     };
-    let show = |ui: &mut egui::Ui, desk: &mut Desk| {
-        desk.session.begin_frame();
-        let look = Look::of(ui.ctx(), Units::default());
-        desk.window.show(ui, &desk.session, &look);
+    let show = |ui: &mut egui::Ui, workspace: &mut Desk| {
+        workspace.session.begin_frame();
+        let style = Style::of(ui.ctx(), Units::default());
+        workspace.window.show(ui, &workspace.session, &style);
     };
     Harness::builder()
         .with_size([900.0, 600.0])
-        .build_ui_state(show, desk)
+        .build_ui_state(show, workspace)
 }
 
 /// With the switch turned on: where the pad is.
@@ -354,7 +354,7 @@ impl Schema for Eye {
             self.laser.retract(cx);
             return Ok(());
         }
-        self.laser.write(cx, bench::scan());
+        self.laser.write(cx, fixture::scan());
         Ok(())
     }
 }
@@ -431,14 +431,14 @@ fn a_driver_that_nobody_needs_is_said_to_sleep_and_can_be_played() {
 }
 
 fn pictured(theme: Theme, name: &str) {
-    let show = |ui: &mut egui::Ui, scene: &mut bench::Scene| {
-        let look = Look::of(ui.ctx(), Units::default());
-        scene.show(ui, &look);
+    let show = |ui: &mut egui::Ui, scene: &mut fixture::FixedRobot| {
+        let style = Style::of(ui.ctx(), Units::default());
+        scene.show(ui, &style);
     };
     let mut harness = Harness::builder()
         .with_size([860.0, 520.0])
         .with_theme(theme)
-        .build_ui_state(show, bench::Scene::new());
+        .build_ui_state(show, fixture::FixedRobot::new());
     harness.run();
     harness.snapshot_options(name, &SnapshotOptions::new().threshold(1.5).max_failed_pixels(60));
 }

@@ -5,15 +5,15 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions};
 use jde_link::message::Action;
 
-use crate::look::{Look, Units};
+use crate::style::{Style, Units};
 use crate::window::scope::fixture::{self, Fixed};
-use crate::window::scope::{Ask, Scope};
+use crate::window::scope::{Request, Scope};
 
 /// A made-up hierarchy that is looked at.
 struct Shown {
     scope: Scope,
     fixed: Fixed,
-    asks: Vec<Ask>,
+    asks: Vec<Request>,
 }
 
 fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
@@ -28,10 +28,10 @@ fn shown(fixed: Fixed, theme: Theme) -> Harness<'static, Shown> {
         .wgpu()
         .build_ui_state(
             |ui, shown: &mut Shown| {
-                let look = Look::of(ui.ctx(), Units::default());
+                let style = Style::of(ui.ctx(), Units::default());
                 shown
                     .asks
-                    .extend(shown.scope.show_fixed(ui, &shown.fixed, &[], &look));
+                    .extend(shown.scope.show_fixed(ui, &shown.fixed, &[], &style));
             },
             shown,
         );
@@ -119,9 +119,9 @@ fn arrows_go_from_switch_to_switch_and_from_row_to_row_and_letters_operate() {
     press(&mut harness, Key::R);
     let schema = || "goon".to_owned();
     let asked = [
-        Ask::Act(Action::Force { schema: schema() }),
-        Ask::Act(Action::Stop { schema: schema() }),
-        Ask::Act(Action::Release { schema: schema() }),
+        Request::Act(Action::Force { schema: schema() }),
+        Request::Act(Action::Stop { schema: schema() }),
+        Request::Act(Action::Release { schema: schema() }),
     ];
     assert_eq!(harness.state().asks, asked);
 }
@@ -134,7 +134,7 @@ fn space_holds_the_picture_still_and_lets_it_go_on() {
     let state = harness.state_mut();
     state.fixed.snapshot.time += 2_000_000_000;
     let later = state.fixed.snapshot.clone();
-    state.fixed.past.see(&later);
+    state.fixed.past.add_snapshot(&later);
     harness.run_steps(2);
     click(&mut harness, before);
     assert!(
@@ -229,7 +229,7 @@ fn a_period_that_cannot_be_read_says_why_and_one_that_can_is_asked_for() {
     assert!(has(&harness, "needs a unit"));
     assert!(harness.state().asks.is_empty());
     retype(&mut harness, "ms");
-    let asked = Ask::Act(Action::Period {
+    let asked = Request::Act(Action::Period {
         schema: "goon".to_owned(),
         period_s: 0.05,
     });
@@ -252,19 +252,19 @@ fn r14_buttons_ask_as_an_operator_and_only_for_what_can_be_done() {
     }
     let schema = |name: &str| name.to_owned();
     let asked = [
-        Ask::Act(Action::Play {
+        Request::Act(Action::Play {
             schema: schema("goon"),
         }),
-        Ask::Act(Action::Stop {
+        Request::Act(Action::Stop {
             schema: schema("vff"),
         }),
-        Ask::Act(Action::Force {
+        Request::Act(Action::Force {
             schema: schema("goon"),
         }),
-        Ask::Act(Action::Release {
+        Request::Act(Action::Release {
             schema: schema("stop"),
         }),
-        Ask::Panel(schema("example")),
+        Request::Panel(schema("example")),
     ];
     assert_eq!(harness.state().asks, asked);
     for label in ["Force pioneer", "Release goon"] {
@@ -343,10 +343,10 @@ fn thousand(bands: usize) -> Fixed {
             &choice,
             "alone",
         );
-        fixed.past.hear(jde_host::story::Line::Decision(selection), 0);
+        fixed.past.add_line(jde_host::story::Line::Decision(selection), 0);
     }
     let snapshot = fixed.snapshot.clone();
-    fixed.past.see(&snapshot);
+    fixed.past.add_snapshot(&snapshot);
     fixed
 }
 
@@ -370,7 +370,7 @@ fn what_is_drawn_does_not_grow_with_the_history() {
         let fixed = thousand(bands);
         let mut scope = Scope::open(&serde_json::json!({ "span": 1000.0, "share": 0.5 }));
         let ctx = eframe::egui::Context::default();
-        let look = Look::of(&ctx, Units::default());
+        let style = Style::of(&ctx, Units::default());
         let mut shapes = 0;
         for _ in 0..3 {
             let input = eframe::egui::RawInput {
@@ -380,7 +380,7 @@ fn what_is_drawn_does_not_grow_with_the_history() {
                 )),
                 ..eframe::egui::RawInput::default()
             };
-            let mut output = ctx.run_ui(input, |ui| drop(scope.show_fixed(ui, &fixed, &[], &look)));
+            let mut output = ctx.run_ui(input, |ui| drop(scope.show_fixed(ui, &fixed, &[], &style)));
             // Nobody draws it.
             output.textures_delta.clear();
             shapes = output.shapes.len();

@@ -7,8 +7,8 @@ use jde_core::State;
 use jde_host::snapshot::{HoldKind, SchemaView};
 
 use super::common::{Robot, until};
-use crate::look::{Look, Units};
 use crate::session::Session;
+use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::scope::Scope;
 
@@ -25,8 +25,8 @@ fn looked(robot: &Robot) -> Harness<'static, Looked> {
     Harness::builder().with_size(vec2(1000.0, 600.0)).build_ui_state(
         |ui, looked: &mut Looked| {
             looked.session.begin_frame();
-            let look = Look::of(ui.ctx(), Units::default());
-            looked.scope.show(ui, &looked.session, &look);
+            let style = Style::of(ui.ctx(), Units::default());
+            looked.scope.show(ui, &looked.session, &style);
         },
         looked,
     )

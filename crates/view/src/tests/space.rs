@@ -5,10 +5,10 @@ use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_set
 use glam::Vec2;
 
 use super::common::{Robot, until};
-use crate::look::{Look, Units};
 use crate::session::Session;
+use crate::style::{Style, Units};
 use crate::window::Window;
-use crate::window::space::{Effort, Eye, Space, offer};
+use crate::window::space::{Eye, Quality, Space, offer};
 
 struct Shown {
     session: Session,
@@ -33,13 +33,13 @@ fn harness(robot: &Robot) -> Harness<'static, Shown> {
     Harness::builder()
         .with_size([600.0, 420.0])
         .with_render_cursor(false)
-        .with_context_setup(move |ctx| offer(ctx, &card, Effort::Fine))
+        .with_context_setup(move |ctx| offer(ctx, &card, Quality::Fine))
         .renderer(WgpuTestRenderer::from_render_state(state))
         .build_ui_state(
             |ui, Shown { session, space }: &mut Shown| {
                 session.begin_frame();
-                let look = Look::of(ui.ctx(), Units::default());
-                space.show(ui, session, &look);
+                let style = Style::of(ui.ctx(), Units::default());
+                space.show(ui, session, &style);
             },
             shown,
         )

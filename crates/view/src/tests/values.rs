@@ -6,8 +6,8 @@ use egui_kittest::kittest::Queryable;
 
 use super::common::until;
 use super::painter;
-use crate::look::{Look, Units};
 use crate::session::Session;
+use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::panel::Panel;
 use crate::window::values::Values;
@@ -20,8 +20,8 @@ struct Shown<W> {
 fn shown<W: Window + 'static>(session: Session, window: W) -> Harness<'static, Shown<W>> {
     let show = |ui: &mut egui::Ui, shown: &mut Shown<W>| {
         shown.session.begin_frame();
-        let look = Look::of(ui.ctx(), Units::default());
-        shown.window.show(ui, &shown.session, &look);
+        let style = Style::of(ui.ctx(), Units::default());
+        shown.window.show(ui, &shown.session, &style);
     };
     Harness::builder()
         .with_size([720.0, 480.0])

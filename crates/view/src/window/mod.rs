@@ -10,13 +10,13 @@ pub(crate) mod values;
 use eframe::egui;
 use serde::{Deserialize, Serialize};
 
-use crate::look::Look;
 use crate::session::Session;
+use crate::style::Style;
 
 /// A window on an application. It keeps what a person chose in it, and draws anew each frame from the session.
 pub(crate) trait Window {
     /// Draws it, and asks the session for what the person wants.
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, look: &Look);
+    fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style);
 
     /// What it keeps from one start to the next, as JSON; null for nothing.
     fn keep(&self) -> serde_json::Value {
@@ -56,7 +56,7 @@ impl Kind {
     pub(crate) fn open(&self, kept: &serde_json::Value) -> Box<dyn Window> {
         match self {
             Self::Oscilloscope => Box::new(scope::Scope::open(kept)),
-            Self::Robot => Box::new(robot::Robot::open(kept)),
+            Self::Robot => Box::new(robot::RobotWindow::open(kept)),
             Self::Space => Box::new(space::Space::open(kept)),
             Self::Values => Box::new(values::Values::open(kept)),
             Self::Panel(schema) => Box::new(panel::Panel::open(schema, kept)),

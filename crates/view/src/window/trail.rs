@@ -11,12 +11,12 @@ const MOST: usize = 10_000;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trail {
     of: String,
-    places: Vec<Place>,
+    places: Vec<TrailPoint>,
     last: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct TrailPoint {
     at: [f64; 2],
     /// A path begins here: the robot was put here, or nobody looked for a while.
     begins: bool,
@@ -54,7 +54,7 @@ impl Trail {
             self.thin();
         }
         let begins = moved.is_none_or(|moved| moved > JUMP);
-        self.places.push(Place { at, begins });
+        self.places.push(TrailPoint { at, begins });
     }
 
     /// The paths, oldest first, each from place to place, m.

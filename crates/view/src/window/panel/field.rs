@@ -4,8 +4,8 @@
 use eframe::egui::{self, RichText, Slider, Ui, vec2};
 use jde_panel::{Ink, Touch};
 
-use super::board::Board;
-use crate::look::{self, Look};
+use super::layout::ListLayout;
+use crate::style::{self, Style};
 use crate::tap::tap;
 
 /// Names of fields that stand below each other are as wide.
@@ -19,14 +19,14 @@ pub(super) struct Range<'a> {
 }
 
 /// A number with its name.
-pub(super) fn value(board: &Board<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
+pub(super) fn value(board: &ListLayout<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
     ui.horizontal(|ui| {
-        name(ui, board.look, label, !board.beside);
-        ui.label(RichText::new(board.look.units.show(value, unit)).monospace());
+        name(ui, board.style, label, !board.beside);
+        ui.label(RichText::new(board.style.units.show(value, unit)).monospace());
     });
 }
 
-pub(super) fn toggle(board: &mut Board<'_>, ui: &mut Ui, id: &str, label: &str, said: bool) {
+pub(super) fn toggle(board: &mut ListLayout<'_>, ui: &mut Ui, id: &str, label: &str, said: bool) {
     let mut on = board.kept.shown(ui, id, f64::from(said)) != 0.0;
     if ui.checkbox(&mut on, label).clicked() {
         board.kept.moved(id, f64::from(said), f64::from(on));
@@ -35,21 +35,21 @@ pub(super) fn toggle(board: &mut Board<'_>, ui: &mut Ui, id: &str, label: &str, 
 }
 
 pub(super) fn slider(
-    board: &mut Board<'_>,
+    board: &mut ListLayout<'_>,
     ui: &mut Ui,
     id: &str,
     label: &str,
     said: f64,
     range: &Range<'_>,
 ) {
-    let (factor, unit) = board.look.units.convert(1.0, range.unit);
+    let (factor, unit) = board.style.units.convert(1.0, range.unit);
     let before = board.kept.shown(ui, id, said) * factor;
     let mut number = before;
     let suffix = if unit.is_empty() { unit } else { format!(" {unit}") };
     let (least, greatest) = (range.least * factor, range.greatest * factor);
     let (response, moved) = ui
         .horizontal(|ui| {
-            let name = name(ui, board.look, label, !board.beside);
+            let name = name(ui, board.style, label, !board.beside);
             let width = (ui.available_width() - 100.0).clamp(60.0, 260.0);
             ui.spacing_mut().slider_width = width;
             let slider = ui.add(Slider::new(&mut number, least..=greatest).suffix(suffix));
@@ -75,7 +75,7 @@ pub(super) fn slider(
 }
 
 pub(super) fn choice(
-    board: &mut Board<'_>,
+    board: &mut ListLayout<'_>,
     ui: &mut Ui,
     id: &str,
     label: &str,
@@ -85,7 +85,7 @@ pub(super) fn choice(
     let shown = board.kept.shown(ui, id, f64::from(said)) as usize;
     let mut taken = None;
     ui.horizontal(|ui| {
-        let name = name(ui, board.look, label, !board.beside);
+        let name = name(ui, board.style, label, !board.beside);
         egui::ComboBox::from_id_salt(id)
             .selected_text(options.get(shown).map_or("", String::as_str))
             .show_ui(ui, |ui| {
@@ -105,8 +105,8 @@ pub(super) fn choice(
 }
 
 /// A name; below others as wide as they are, beside others no wider than it needs.
-fn name(ui: &mut Ui, look: &Look, label: &str, column: bool) -> egui::Response {
-    let words = RichText::new(label).color(look::ink(Ink::Plain, look).gamma_multiply(0.75));
+fn name(ui: &mut Ui, style: &Style, label: &str, column: bool) -> egui::Response {
+    let words = RichText::new(label).color(style::color_of(Ink::Plain, style).gamma_multiply(0.75));
     let left = ui.cursor().left();
     let response = ui.label(words);
     let lacks = NAMES - (ui.cursor().left() - left);

@@ -3,12 +3,12 @@
 use eframe::egui::{self, ColorImage, Pos2, Rect, Sense, TextureOptions, Ui, WidgetInfo, vec2};
 use jde_panel::{Ink, Item, Wants};
 
-use super::board::{Board, hint};
-use super::kept::Texture;
-use crate::{look, picture};
+use super::layout::{ListLayout, hint};
+use super::state::Texture;
+use crate::{picture, style};
 
 /// Shows it.
-pub(super) fn show(board: &mut Board<'_>, ui: &mut Ui, item: &Item) {
+pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
     let Item::Image {
         id,
         width,
@@ -22,7 +22,7 @@ pub(super) fn show(board: &mut Board<'_>, ui: &mut Ui, item: &Item) {
     };
     let most = ui.input(|input| input.max_texture_side);
     if let Err(reason) = picture::fits([*width, *height].map(|side| side as usize), most) {
-        ui.colored_label(look::ink(Ink::Warn, board.look), format!("{id}: {reason}"));
+        ui.colored_label(style::color_of(Ink::Warn, board.style), format!("{id}: {reason}"));
         return;
     }
     let size = vec2(*width as f32, *height as f32);

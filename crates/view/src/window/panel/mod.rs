@@ -1,11 +1,11 @@
 //! The panel that a schema draws of itself: its newest list, and what hands do to it, handed back. It shows what it is given and
 //! when it was drawn; it never makes up what a schema did not say.
 
-mod board;
 mod field;
 mod image;
-mod kept;
+mod layout;
 mod plot;
+mod state;
 mod table;
 
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use jde_link::message::Action;
 use jde_panel::{Gesture, Ink, List};
 
 use super::Window;
-use crate::look::{self, Look};
 use crate::session::{Outcome, Session};
-use board::Board;
-use kept::Kept;
+use crate::style::{self, Style};
+use layout::ListLayout;
+use state::PanelState;
 
 /// How often lists are asked for: smooth to the eye, and cheap for the schema.
 const RATE: Rate = Rate::Hz(20);
@@ -35,7 +35,7 @@ const FADED: f32 = 0.55;
 /// The window.
 pub(crate) struct Panel {
     schema: String,
-    kept: Kept,
+    kept: PanelState,
     /// The newest list, and when it came.
     newest: Option<(Arc<List>, Instant)>,
     /// What came of the last gesture.
@@ -43,7 +43,7 @@ pub(crate) struct Panel {
 }
 
 /// What there is to show.
-enum News<'a> {
+enum Content<'a> {
     /// Nothing came yet.
     Waiting,
     /// This is a recording, and it was left out.
@@ -59,17 +59,17 @@ impl Panel {
     pub(crate) fn open(schema: &str, kept: &serde_json::Value) -> Self {
         Self {
             schema: schema.to_owned(),
-            kept: Kept::read(kept),
+            kept: PanelState::read(kept),
             newest: None,
             outcome: Outcome::default(),
         }
     }
 
     /// What its schema is doing, and why it is not drawn, if so. Answers whether it can be touched.
-    fn head(&self, ui: &mut Ui, session: &Session, look: &Look) -> bool {
+    fn head(&self, ui: &mut Ui, session: &Session, style: &Style) -> bool {
         let Some(view) = session.view(&self.schema) else {
             ui.label(faint(
-                look,
+                style,
                 &format!("There is no schema {} in this application.", self.schema),
             ));
             return false;
@@ -81,7 +81,7 @@ impl Panel {
         ui.horizontal(|ui| {
             let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
             ui.painter()
-                .circle_filled(spot.center(), 4.5, look::state(view.state, look));
+                .circle_filled(spot.center(), 4.5, style::state(view.state, style));
             let word = if unloaded { "unloaded" } else { word(view.state) };
             ui.label(word).on_hover_text(
                 session
@@ -90,14 +90,14 @@ impl Panel {
             );
             if session.is_gone() {
                 ui.label(colored(
-                    look,
+                    style,
                     Ink::Bad,
                     "the application is gone: this is the last it showed",
                 ));
             } else if unloaded {
-                ui.label(faint(look, "it draws nothing until it is loaded again"));
+                ui.label(faint(style, "it draws nothing until it is loaded again"));
             } else if view.state == State::Slept {
-                ui.label(faint(look, "it is asleep"));
+                ui.label(faint(style, "it is asleep"));
                 let play = ui
                     .small_button("Play")
                     .on_hover_text("Wake it as its father would (R14)");
@@ -111,14 +111,14 @@ impl Panel {
                 && !session.is_gone()
             {
                 let age = came.elapsed().as_secs_f64();
-                ui.label(colored(look, Ink::Warn, &format!("drawn {age:.0} s ago")))
+                ui.label(colored(style, Ink::Warn, &format!("drawn {age:.0} s ago")))
                     .on_hover_text("No newer picture came. One that draws nothing new may be at rest");
                 ui.ctx().request_repaint_after(Duration::from_secs(1));
             }
         });
         if let Some(Err(reason)) = self.outcome.get() {
             ui.label(colored(
-                look,
+                style,
                 Ink::Bad,
                 &format!("What you did was refused: {reason}"),
             ));
@@ -127,25 +127,25 @@ impl Panel {
     }
 
     /// Draws what there is; answers with what was done.
-    fn body(&mut self, ui: &mut Ui, look: &Look, news: &News<'_>, alive: bool) -> Vec<Gesture> {
+    fn body(&mut self, ui: &mut Ui, style: &Style, news: &Content<'_>, alive: bool) -> Vec<Gesture> {
         match news {
-            News::Waiting => {
-                ui.centered_and_justified(|ui| ui.label(faint(look, "waiting for the first picture")));
+            Content::Waiting => {
+                ui.centered_and_justified(|ui| ui.label(faint(style, "waiting for the first picture")));
                 Vec::new()
             }
-            News::Refused(reason) => {
+            Content::Refused(reason) => {
                 ui.add_space(8.0);
-                ui.label(colored(look, Ink::Bad, "This panel cannot be shown:"));
+                ui.label(colored(style, Ink::Bad, "This panel cannot be shown:"));
                 ui.label(*reason);
                 Vec::new()
             }
-            News::Unrecorded => {
+            Content::Unrecorded => {
                 ui.add_space(8.0);
-                ui.label(faint(look, "This panel was not recorded. They are with"));
+                ui.label(faint(style, "This panel was not recorded. They are with"));
                 ui.code("jde run APP --record FILE --panels");
                 Vec::new()
             }
-            News::Shown(list) => {
+            Content::Shown(list) => {
                 let mut gestures = Vec::new();
                 let kept = &mut self.kept;
                 kept.take(list);
@@ -153,7 +153,7 @@ impl Panel {
                     if !alive {
                         ui.multiply_opacity(FADED);
                     }
-                    gestures = Board::new(look, kept, alive).show(ui, list);
+                    gestures = ListLayout::new(style, kept, alive).show(ui, list);
                 });
                 gestures
             }
@@ -162,8 +162,8 @@ impl Panel {
 }
 
 impl Window for Panel {
-    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
-        let alive = self.head(ui, session, look);
+    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+        let alive = self.head(ui, session, style);
         if session.view(&self.schema).is_none() {
             return;
         }
@@ -185,12 +185,12 @@ impl Window for Panel {
         let unrecorded =
             session.is_recording() && !session.schema(&self.schema).is_some_and(|schema| schema.panel);
         let news = match (&refused, &newest) {
-            (Some(_), _) if unrecorded => News::Unrecorded,
-            (Some(reason), _) => News::Refused(reason),
-            (None, Some(list)) => News::Shown(list),
-            (None, None) => News::Waiting,
+            (Some(_), _) if unrecorded => Content::Unrecorded,
+            (Some(reason), _) => Content::Refused(reason),
+            (None, Some(list)) => Content::Shown(list),
+            (None, None) => Content::Waiting,
         };
-        for gesture in self.body(ui, look, &news, alive) {
+        for gesture in self.body(ui, style, &news, alive) {
             self.outcome = session.touch(&self.schema, gesture);
         }
     }
@@ -209,12 +209,12 @@ fn word(state: State) -> &'static str {
     }
 }
 
-fn faint(look: &Look, text: &str) -> RichText {
-    colored(look, Ink::Faint, text)
+fn faint(style: &Style, text: &str) -> RichText {
+    colored(style, Ink::Faint, text)
 }
 
-fn colored(look: &Look, ink: Ink, text: &str) -> RichText {
-    RichText::new(text).color(look::ink(ink, look))
+fn colored(style: &Style, color: Ink, text: &str) -> RichText {
+    RichText::new(text).color(style::color_of(color, style))
 }
 
 #[cfg(test)]
@@ -226,7 +226,7 @@ pub(crate) mod bench {
     /// A board and what it keeps.
     #[derive(Default)]
     pub(crate) struct Bench {
-        kept: Kept,
+        kept: PanelState,
         /// What is shown.
         pub(crate) list: Arc<List>,
         /// What was done so far.
@@ -243,12 +243,12 @@ pub(crate) mod bench {
         }
 
         /// A frame.
-        pub(crate) fn show(&mut self, ui: &mut Ui, look: &Look) {
+        pub(crate) fn show(&mut self, ui: &mut Ui, style: &Style) {
             let list = Arc::clone(&self.list);
             self.kept.take(&list);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 self.gestures
-                    .extend(Board::new(look, &mut self.kept, true).show(ui, &list));
+                    .extend(ListLayout::new(style, &mut self.kept, true).show(ui, &list));
             });
         }
     }

@@ -4,11 +4,11 @@ use eframe::egui::{self, RichText, Ui, WidgetInfo};
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use jde_panel::{Ink, Trace};
 
-use crate::look::{self, Look};
+use crate::style::{self, Style};
 
 /// Shows them.
 pub(super) fn show(
-    look: &Look,
+    style: &Style,
     ui: &mut Ui,
     height: f32,
     id: &str,
@@ -17,7 +17,11 @@ pub(super) fn show(
     traces: &[Trace],
 ) {
     let top = ui.cursor().top();
-    ui.label(RichText::new(label).color(look::ink(Ink::Plain, look)).strong());
+    ui.label(
+        RichText::new(label)
+            .color(style::color_of(Ink::Plain, style))
+            .strong(),
+    );
     let width = ui.available_width();
     let height = height - (ui.cursor().top() - top);
     let mut plot = Plot::new(id)
@@ -35,7 +39,7 @@ pub(super) fn show(
         .map(|trace| {
             let points = thinned(&trace.points, width.max(16.0) as usize);
             Line::new(trace.name.clone(), PlotPoints::from(points))
-                .color(look::exact(trace.color, look))
+                .color(style::exact(trace.color, style))
                 .width(1.5)
         })
         .collect();

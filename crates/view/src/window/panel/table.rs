@@ -8,19 +8,19 @@ use egui_extras::{Column, TableBuilder};
 /// How a table is sorted.
 #[derive(Default)]
 pub(super) struct Sorted {
-    by: Option<(usize, Way)>,
+    by: Option<(usize, SortOrder)>,
     /// The rows' places in the order in which they are shown, and of which list.
     order: Vec<usize>,
-    of: Option<(u64, Option<(usize, Way)>)>,
+    of: Option<(u64, Option<(usize, SortOrder)>)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum SortOrder {
     Up,
     Down,
 }
 
-impl Way {
+impl SortOrder {
     /// A triangle that points where the greater ones are.
     fn paint(self, ui: &mut Ui) {
         let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
@@ -33,9 +33,9 @@ impl Way {
             pos2(rect.right(), top),
             pos2(rect.center().x, bottom),
         ];
-        let ink = ui.visuals().text_color();
+        let color = ui.visuals().text_color();
         ui.painter()
-            .add(Shape::convex_polygon(corners, ink, Stroke::NONE));
+            .add(Shape::convex_polygon(corners, color, Stroke::NONE));
     }
 }
 
@@ -52,8 +52,8 @@ impl Sorted {
             self.order.sort_by(|one, other| {
                 let order = natural(text(one), text(other));
                 match way {
-                    Way::Up => order,
-                    Way::Down => order.reverse(),
+                    SortOrder::Up => order,
+                    SortOrder::Down => order.reverse(),
                 }
             });
         }
@@ -62,9 +62,9 @@ impl Sorted {
     /// Up, down, and as it came.
     fn next(&mut self, column: usize) {
         self.by = match self.by {
-            Some((by, Way::Up)) if by == column => Some((column, Way::Down)),
-            Some((by, Way::Down)) if by == column => None,
-            _ => Some((column, Way::Up)),
+            Some((by, SortOrder::Up)) if by == column => Some((column, SortOrder::Down)),
+            Some((by, SortOrder::Down)) if by == column => None,
+            _ => Some((column, SortOrder::Up)),
         };
     }
 }

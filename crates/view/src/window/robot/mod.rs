@@ -1,75 +1,75 @@
 //! Sensors and motors: what the robot senses around its outline, and driving it by hand.
 
-#[cfg(test)]
-pub(crate) mod bench;
 mod drive;
+#[cfg(test)]
+pub(crate) mod fixture;
 mod picture;
 mod plane;
 mod reading;
-mod senses;
+mod sensors;
 mod table;
 
 use eframe::egui::{self, Panel, ScrollArea, Ui};
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::look::Look;
 use crate::session::Session;
+use crate::style::Style;
 use drive::Drive;
 use picture::Pictures;
 use plane::Plane;
-use senses::{Choice, Offer, Senses};
+use sensors::{Candidates, Choice, Sensors};
 
 /// Narrower than this, what stands beside the plane stands below it.
 const NARROW: f32 = 560.0;
 
 /// The window.
-pub(crate) struct Robot {
+pub(crate) struct RobotWindow {
     choice: Choice,
     plane: Plane,
     drive: Drive,
-    senses: Senses,
+    senses: Sensors,
     pictures: Pictures,
 }
 
 /// What is kept from one start to the next.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
-struct Kept {
+struct SavedState {
     choice: Choice,
     plane: Plane,
     /// m/s.
     speed: Option<f64>,
 }
 
-impl Robot {
+impl RobotWindow {
     /// With what one kept before. Nobody drives at first.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
-        let kept = Kept::deserialize(kept).unwrap_or_default();
+        let kept = SavedState::deserialize(kept).unwrap_or_default();
         Self {
             choice: kept.choice,
             plane: kept.plane,
             drive: Drive::new(kept.speed),
-            senses: Senses::default(),
+            senses: Sensors::default(),
             pictures: Pictures::default(),
         }
     }
 
-    fn column(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
-        self.drive.show(ui, session, &self.senses, look);
+    fn column(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+        self.drive.show(ui, session, &self.senses, style);
         ui.separator();
-        table::show(ui, &self.senses, Some(session), look);
+        table::show(ui, &self.senses, Some(session), style);
         let cameras = self.senses.cameras.clone();
         self.pictures.keep(&cameras);
         for camera in &cameras {
             ui.separator();
-            self.pictures.show(ui, session, camera, look);
+            self.pictures.show(ui, session, camera, style);
         }
     }
 }
 
-impl Window for Robot {
-    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+impl Window for RobotWindow {
+    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
         let offer = self.senses.update(session, &self.choice);
         bar(ui, &mut self.choice, &mut self.plane, &self.senses, &offer);
         let room = ui.available_size();
@@ -77,9 +77,9 @@ impl Window for Robot {
             ScrollArea::vertical().show(ui, |ui| {
                 let height = (0.5 * room.y).max(200.0);
                 ui.allocate_ui([room.x, height].into(), |ui| {
-                    self.plane.show(ui, &self.senses, look)
+                    self.plane.show(ui, &self.senses, style)
                 });
-                self.column(ui, session, look);
+                self.column(ui, session, style);
             });
             return;
         }
@@ -87,13 +87,13 @@ impl Window for Robot {
             .default_size(330.0)
             .size_range(260.0..=0.6 * room.x)
             .show(ui, |ui| {
-                ScrollArea::vertical().show(ui, |ui| self.column(ui, session, look));
+                ScrollArea::vertical().show(ui, |ui| self.column(ui, session, style));
             });
-        egui::CentralPanel::no_frame().show(ui, |ui| self.plane.show(ui, &self.senses, look));
+        egui::CentralPanel::no_frame().show(ui, |ui| self.plane.show(ui, &self.senses, style));
     }
 
     fn keep(&self) -> serde_json::Value {
-        let kept = Kept {
+        let kept = SavedState {
             choice: self.choice.clone(),
             plane: self.plane.clone(),
             speed: Some(self.drive.speed()),
@@ -103,7 +103,7 @@ impl Window for Robot {
 }
 
 /// What is shown of what, and how.
-fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Senses, offer: &Offer) {
+fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, offer: &Candidates) {
     ui.horizontal_wrapped(|ui| {
         if senses.bodies.len() > 1 {
             one_of(ui, "Robot", &senses.body, &senses.bodies, &mut choice.body);

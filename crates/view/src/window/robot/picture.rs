@@ -6,9 +6,9 @@ use eframe::egui::{self, TextureHandle, TextureOptions, Ui, Vec2};
 use jde_link::Rate;
 
 use super::reading::{Reading, sampled};
-use crate::look::{self, Look};
 use crate::picture::{self, Picture};
 use crate::session::Session;
+use crate::style::{self, Style};
 
 /// So often at most.
 const RATE: Rate = Rate::Hz(20);
@@ -26,7 +26,7 @@ struct Shown {
 
 impl Pictures {
     /// Shows the picture of a camera, as wide as there is room.
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, camera: &str, look: &Look) {
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, camera: &str, style: &Style) {
         let variable = session
             .variables()
             .iter()
@@ -76,12 +76,12 @@ impl Pictures {
                 let text = format!("{camera}  {width} × {height}");
                 ui.horizontal(|ui| {
                     ui.label(text);
-                    super::table::age(ui, fresh, look);
+                    super::table::age(ui, fresh, style);
                 });
             }
             Err(reason) => {
                 ui.colored_label(
-                    look::ink(jde_panel::Ink::Warn, look),
+                    style::color_of(jde_panel::Ink::Warn, style),
                     format!("{camera}: {reason}"),
                 );
             }

@@ -8,9 +8,9 @@ use jde_types::{Bumpers, LaserScan, Pose2D, RangeRing, Twist};
 use serde::{Deserialize, Serialize};
 
 use super::super::trail::Trail;
-use super::senses::{Outline, Senses};
-use crate::canvas::{Canvas, Pencil, View};
-use crate::look::{self, Look};
+use super::sensors::{Outline, Sensors};
+use crate::canvas::{Canvas, Draw2d, View};
+use crate::style::{self, Style};
 
 /// What is seen around a robot at first, m: more ahead than behind.
 const AROUND: Area = Area {
@@ -63,7 +63,7 @@ impl Default for Plane {
 
 impl Plane {
     /// Shows it in all the room there is.
-    pub(super) fn show(&mut self, ui: &mut Ui, senses: &Senses, look: &Look) {
+    pub(super) fn show(&mut self, ui: &mut Ui, senses: &Sensors, style: &Style) {
         let pose = senses.pose();
         // Where the robot is on the plane, and where the frame of the odometry is.
         let (robot, floor) = if self.ahead_up {
@@ -81,10 +81,10 @@ impl Plane {
         }
         let canvas = Canvas::new("around the robot", home).forward_up(self.ahead_up);
         let mut view = std::mem::take(&mut self.view);
-        canvas.show(ui, look, &mut view, |pencil| {
+        canvas.show(ui, style, &mut view, |draw| {
             let mut drawing = Drawing {
-                pencil,
-                look,
+                draw,
+                style,
                 robot,
                 floor,
             };
@@ -118,8 +118,8 @@ fn around(trail: &Trail, pose: Pose2D) -> Area {
 }
 
 struct Drawing<'a, 'p> {
-    pencil: &'a mut Pencil<'p>,
-    look: &'a Look,
+    draw: &'a mut Draw2d<'p>,
+    style: &'a Style,
     /// The robot on the plane.
     robot: Pose2D,
     /// The frame of the odometry on the plane.
@@ -127,22 +127,22 @@ struct Drawing<'a, 'p> {
 }
 
 impl Drawing<'_, '_> {
-    fn all(&mut self, plane: &Plane, senses: &Senses) {
+    fn all(&mut self, plane: &Plane, senses: &Sensors) {
         if plane.laser
             && let Some(laser) = senses.laser.value()
         {
-            self.fan(laser, self.ink(Ink::Seen, senses.laser.is_fresh()));
+            self.fan(laser, self.color_of(Ink::Seen, senses.laser.is_fresh()));
         }
         if plane.sonars
             && let Some(sonars) = senses.sonars.value()
         {
-            self.cones(sonars, self.ink(Ink::Warn, senses.sonars.is_fresh()));
+            self.cones(sonars, self.color_of(Ink::Warn, senses.sonars.is_fresh()));
         }
         if plane.path {
-            let ink = self.ink(Ink::Accent, true).gamma_multiply(0.7);
+            let color = self.color_of(Ink::Accent, true).gamma_multiply(0.7);
             for path in senses.trail.paths() {
                 let path: Vec<_> = path.map(|point| on(&self.floor, point)).collect();
-                self.pencil.line(&path, false, 1.5, ink);
+                self.draw.line(&path, false, 1.5, color);
             }
         }
         if let Some(target) = senses.target {
@@ -159,31 +159,31 @@ impl Drawing<'_, '_> {
                 .points()
                 .map(|point| on(&self.robot, [point.x, point.y]))
                 .collect();
-            self.pencil
-                .points(&hits, 3.0, self.ink(Ink::Seen, senses.laser.is_fresh()));
+            self.draw
+                .points(&hits, 3.0, self.color_of(Ink::Seen, senses.laser.is_fresh()));
         }
         if plane.speeds {
             if let Some(odometry) = senses.odometry.value() {
-                let ink = self.ink(Ink::Good, senses.odometry.is_fresh());
-                self.speed(&odometry.twist.twist, 4.0, ink);
+                let color = self.color_of(Ink::Good, senses.odometry.is_fresh());
+                self.speed(&odometry.twist.twist, 4.0, color);
             }
             if let Some(twist) = senses.commanded.value() {
-                self.speed(twist, 1.5, self.ink(Ink::Accent, true));
+                self.speed(twist, 1.5, self.color_of(Ink::Accent, true));
             }
         }
     }
 
-    fn ink(&self, ink: Ink, fresh: bool) -> Color32 {
-        let ink = look::ink(ink, self.look);
-        if fresh { ink } else { ink.gamma_multiply(OLD) }
+    fn color_of(&self, color: Ink, fresh: bool) -> Color32 {
+        let color = style::color_of(color, self.style);
+        if fresh { color } else { color.gamma_multiply(OLD) }
     }
 
     /// What the laser sees to be free, and its rays, faintly. A scan does not tell where on the base its scanner sits, so it is
     /// drawn from the middle.
-    fn fan(&self, laser: &LaserScan, ink: Color32) {
+    fn fan(&self, laser: &LaserScan, color: Color32) {
         let mut mesh = Mesh::default();
-        let ground = ink.gamma_multiply(0.09);
-        let transform = *self.pencil.transform();
+        let ground = color.gamma_multiply(0.09);
+        let transform = *self.draw.transform();
         let vertex = |mesh: &mut Mesh, at: [f64; 2]| mesh.colored_vertex(transform.screen(at), ground);
         vertex(&mut mesh, on(&self.robot, [0.0, 0.0]));
         let mut last = None;
@@ -205,15 +205,15 @@ impl Drawing<'_, '_> {
                 mesh.add_triangle(0, before, number);
             }
         }
-        self.pencil.painter().add(Shape::mesh(mesh));
-        let faint = ink.gamma_multiply(0.12);
+        self.draw.painter().add(Shape::mesh(mesh));
+        let faint = color.gamma_multiply(0.12);
         for point in laser.points() {
             let ray = [on(&self.robot, [0.0, 0.0]), on(&self.robot, [point.x, point.y])];
-            self.pencil.line(&ray, false, 1.0, faint);
+            self.draw.line(&ray, false, 1.0, faint);
         }
     }
 
-    fn cones(&self, ring: &RangeRing, ink: Color32) {
+    fn cones(&self, ring: &RangeRing, color: Color32) {
         let half = f64::from(ring.field_of_view) / 2.0;
         let echoes: Vec<usize> = ring.echoes().map(|echo| echo.sonar).collect();
         for sonar in echoes {
@@ -230,21 +230,21 @@ impl Drawing<'_, '_> {
             let rim: Vec<_> = rim.collect();
             let mut cone = vec![[at.x, at.y]];
             cone.extend(&rim);
-            self.pencil.polygon(&cone, ink.gamma_multiply(0.1));
-            self.pencil.line(&rim, false, 2.0, ink);
+            self.draw.polygon(&cone, color.gamma_multiply(0.1));
+            self.draw.line(&rim, false, 2.0, color);
         }
     }
 
     fn target(&self, at: [f64; 2]) {
-        let ink = self.ink(Ink::Goal, true);
-        self.pencil.circle(at, 0.3, 1.5, ink);
-        self.pencil.disc(at, 0.06, ink);
+        let color = self.color_of(Ink::Goal, true);
+        self.draw.circle(at, 0.3, 1.5, color);
+        self.draw.disc(at, 0.06, color);
     }
 
-    fn body(&mut self, senses: &Senses) {
+    fn body(&mut self, senses: &Sensors) {
         let Pose2D { x, y, theta } = self.robot;
         match senses.outline {
-            Outline::Pioneer => self.pencil.robot([x, y, theta]),
+            Outline::Pioneer => self.draw.robot([x, y, theta]),
             Outline::Round(radius) => {
                 let round: Vec<_> = (0..CORNERS)
                     .map(|corner| {
@@ -252,14 +252,14 @@ impl Drawing<'_, '_> {
                         on(&self.robot, [radius * cos, radius * sin])
                     })
                     .collect();
-                let ink = look::ink(Ink::Plain, self.look);
-                self.pencil.polygon(&round, ink.gamma_multiply(0.12));
-                self.pencil.line(&round, true, 1.0, ink.gamma_multiply(0.6));
-                self.pencil.robot([x, y, theta]);
+                let color = style::color_of(Ink::Plain, self.style);
+                self.draw.polygon(&round, color.gamma_multiply(0.12));
+                self.draw.line(&round, true, 1.0, color.gamma_multiply(0.6));
+                self.draw.robot([x, y, theta]);
             }
             Outline::Unknown => {
                 let mark = MARK.map(|corner| on(&self.robot, corner));
-                self.pencil.polygon(&mark, look::ink(Ink::Plain, self.look));
+                self.draw.polygon(&mark, style::color_of(Ink::Plain, self.style));
             }
         }
     }
@@ -286,20 +286,20 @@ impl Drawing<'_, '_> {
                     })
                     .collect();
                 if pressed.get() {
-                    self.pencil.line(&arc, false, 5.0, self.ink(Ink::Bad, fresh));
+                    self.draw.line(&arc, false, 5.0, self.color_of(Ink::Bad, fresh));
                 } else {
-                    self.pencil.line(&arc, false, 1.5, self.ink(Ink::Faint, fresh));
+                    self.draw.line(&arc, false, 1.5, self.color_of(Ink::Faint, fresh));
                 }
             }
         }
     }
 
     /// The way that it would go in a moment, and how it would turn.
-    fn speed(&self, twist: &Twist, width: f32, ink: Color32) {
+    fn speed(&self, twist: &Twist, width: f32, color: Color32) {
         let (x, y, turn) = (twist.linear.x, twist.linear.y, twist.angular.z);
         if x.hypot(y) > STILL {
             let tip = on(&self.robot, [x * SECONDS, y * SECONDS]);
-            self.pencil.arrow([self.robot.x, self.robot.y], tip, width, ink);
+            self.draw.arrow([self.robot.x, self.robot.y], tip, width, color);
         }
         if turn.abs() > STILL {
             let end = (turn * SECONDS).clamp(-1.9 * PI, 1.9 * PI);
@@ -310,8 +310,8 @@ impl Drawing<'_, '_> {
                     on(&self.robot, [radius * cos, radius * sin])
                 })
                 .collect();
-            self.pencil.line(&arc[..16], false, width, ink);
-            self.pencil.arrow(arc[14], arc[16], width, ink);
+            self.draw.line(&arc[..16], false, width, color);
+            self.draw.arrow(arc[14], arc[16], width, color);
         }
     }
 }

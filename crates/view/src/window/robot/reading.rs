@@ -21,14 +21,14 @@ pub(super) enum Reading<T> {
     #[default]
     Absent,
     /// It has one, of this name, and there is no value.
-    None(String, Why),
+    None(String, NoReading),
     /// The newest value.
-    Here(T, Fresh),
+    Here(T, Freshness),
 }
 
 /// Why there is no value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Why {
+pub(super) enum NoReading {
     /// It has not come yet.
     Waiting,
     /// Whoever exports it sleeps.
@@ -41,7 +41,7 @@ pub(super) enum Why {
 
 /// Of which variable a value is, and how old.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Fresh {
+pub(super) struct Freshness {
     /// The variable.
     pub(super) name: String,
     /// s.
@@ -69,7 +69,7 @@ impl<T> Reading<T> {
     /// The schema that sleeps, if that is why there is no new value.
     pub(super) fn sleeper(&self) -> Option<&str> {
         match self {
-            Self::None(_, Why::Asleep(owner)) => Some(owner),
+            Self::None(_, NoReading::Asleep(owner)) => Some(owner),
             Self::Here(_, fresh) if fresh.stale => fresh.asleep.as_deref(),
             Self::Absent | Self::None(..) | Self::Here(..) => None,
         }
@@ -79,7 +79,7 @@ impl<T> Reading<T> {
     pub(super) fn name(&self) -> Option<&str> {
         match self {
             Self::Absent => None,
-            Self::None(name, _) | Self::Here(_, Fresh { name, .. }) => Some(name),
+            Self::None(name, _) | Self::Here(_, Freshness { name, .. }) => Some(name),
         }
     }
 
@@ -89,13 +89,13 @@ impl<T> Reading<T> {
             Self::None(name, why) => Reading::None(name, why),
             Self::Here(value, fresh) => match to(value) {
                 Some(value) => Reading::Here(value, fresh),
-                None => Reading::None(fresh.name, Why::Trouble("it is of another type".to_owned())),
+                None => Reading::None(fresh.name, NoReading::Trouble("it is of another type".to_owned())),
             },
         }
     }
 }
 
-impl Why {
+impl NoReading {
     /// In words.
     pub(super) fn words(&self) -> String {
         match self {
@@ -107,7 +107,7 @@ impl Why {
     }
 }
 
-impl Fresh {
+impl Freshness {
     /// In words.
     pub(super) fn words(&self) -> String {
         match (&self.asleep, self.stale) {
@@ -137,15 +137,15 @@ pub(super) fn sampled(
     let asleep = sleeps.then(|| owner.clone());
     let Some(sample) = session.value(name, rate) else {
         let why = match session.trouble(name) {
-            Some(trouble) => Why::Trouble(trouble),
-            None => Why::Waiting,
+            Some(trouble) => NoReading::Trouble(trouble),
+            None => NoReading::Waiting,
         };
         return Reading::None(name.clone(), why);
     };
     if sample.bytes.is_none() {
         let why = match asleep {
-            Some(owner) => Why::Asleep(owner),
-            None => Why::Silent(owner.clone()),
+            Some(owner) => NoReading::Asleep(owner),
+            None => NoReading::Silent(owner.clone()),
         };
         return Reading::None(name.clone(), why);
     }
@@ -154,7 +154,7 @@ pub(super) fn sampled(
     let silent = if silent > SILENT { silent } else { 0.0 };
     let age = (session.now() - sample.time as f64 / 1e9).max(0.0) + silent;
     let period = view.map_or(0.0, |view| view.period as f64 / 1e9);
-    let fresh = Fresh {
+    let fresh = Freshness {
         name: name.clone(),
         age,
         stale: session.is_gone() || silent > 0.0 || age > SOONEST.max(PERIODS * period),

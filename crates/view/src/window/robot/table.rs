@@ -5,20 +5,20 @@ use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_types::{BatteryState, Bumpers, LaserScan, Odometry, PanTilt, RangeRing, Twist, WheelEncoders};
 
-use super::reading::{Fresh, Reading};
-use super::senses::Senses;
-use crate::look::{self, Look};
+use super::reading::{Freshness, Reading};
+use super::sensors::Sensors;
 use crate::session::Session;
+use crate::style::{self, Style};
 
 /// Charge below which a battery is low, and nearly empty.
 const LOW: f32 = 0.3;
 const EMPTY: f32 = 0.15;
 
 /// Shows all of them. Without a session nobody can be played: for pictures.
-pub(super) fn show(ui: &mut Ui, senses: &Senses, session: Option<&Session>, look: &Look) {
+pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, style: &Style) {
     let mut rows = Rows {
         session,
-        look,
+        style,
         absent: Vec::new(),
     };
     egui::Grid::new("senses")
@@ -27,29 +27,32 @@ pub(super) fn show(ui: &mut Ui, senses: &Senses, session: Option<&Session>, look
         .striped(true)
         .show(ui, |ui| {
             rows.row(ui, "Place", "odometry", &senses.odometry, |ui, odometry| {
-                ui.label(place(odometry, look));
+                ui.label(place(odometry, style));
             });
             rows.row(ui, "Speed", "", &senses.odometry, |ui, odometry| {
-                ui.colored_label(look::ink(Ink::Good, look), speed(&odometry.twist.twist, look));
+                ui.colored_label(
+                    style::color_of(Ink::Good, style),
+                    speed(&odometry.twist.twist, style),
+                );
             });
             if let Reading::Here(twist, _) = &senses.commanded {
                 ui.label("Commanded").on_hover_text("What the base is told now");
-                ui.colored_label(look::ink(Ink::Accent, look), speed(twist, look));
+                ui.colored_label(style::color_of(Ink::Accent, style), speed(twist, style));
             } else {
                 ui.label("Commanded").on_hover_text("What the base is told now");
                 ui.weak("nothing in force");
             }
             ui.end_row();
             rows.row(ui, "Laser", "laser", &senses.laser, |ui, laser| {
-                ui.label(scan(laser, look));
+                ui.label(scan(laser, style));
             });
             rows.row(ui, "Sonars", "sonars", &senses.sonars, |ui, sonars| {
-                ui.label(echoes(sonars, look));
+                ui.label(echoes(sonars, style));
             });
             rows.row(ui, "Bumpers", "bumpers", &senses.bumpers, |ui, bumpers| {
                 let (words, bad) = pressed(bumpers);
                 if bad {
-                    ui.colored_label(look::ink(Ink::Bad, look), words);
+                    ui.colored_label(style::color_of(Ink::Bad, style), words);
                 } else {
                     ui.label(words);
                 }
@@ -59,10 +62,10 @@ pub(super) fn show(ui: &mut Ui, senses: &Senses, session: Option<&Session>, look
                     .on_hover_text("What the encoders have counted");
             });
             rows.row(ui, "Battery", "battery", &senses.battery, |ui, battery| {
-                gauge(ui, battery, look)
+                gauge(ui, battery, style)
             });
             rows.row(ui, "Head", "pan-tilt head", &senses.head, |ui, head| {
-                ui.label(gaze(head, look));
+                ui.label(gaze(head, style));
             });
         });
     if senses.cameras.is_empty() {
@@ -74,10 +77,10 @@ pub(super) fn show(ui: &mut Ui, senses: &Senses, session: Option<&Session>, look
 }
 
 /// How old a value is, calmly: nobody reads hundredths of seconds.
-pub(super) fn age(ui: &mut Ui, fresh: &Fresh, look: &Look) {
+pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
     let text = RichText::new(fresh.words()).small();
     let text = if fresh.stale {
-        text.color(look::ink(Ink::Warn, look))
+        text.color(style::color_of(Ink::Warn, style))
     } else {
         text.weak()
     };
@@ -100,7 +103,7 @@ pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
 
 struct Rows<'a> {
     session: Option<&'a Session>,
-    look: &'a Look,
+    style: &'a Style,
     /// What the application has not.
     absent: Vec<&'static str>,
 }
@@ -138,7 +141,7 @@ impl Rows<'_> {
                     show(ui, value);
                 });
                 ui.horizontal(|ui| {
-                    age(ui, fresh, self.look);
+                    age(ui, fresh, self.style);
                     if let Some(session) = self.session {
                         play(ui, session, reading.sleeper());
                     }
@@ -149,42 +152,42 @@ impl Rows<'_> {
     }
 }
 
-fn place(odometry: &Odometry, look: &Look) -> String {
+fn place(odometry: &Odometry, style: &Style) -> String {
     let pose = odometry.pose2d();
-    let (x, unit) = look.units.convert(pose.x, "m");
-    let (y, _) = look.units.convert(pose.y, "m");
+    let (x, unit) = style.units.convert(pose.x, "m");
+    let (y, _) = style.units.convert(pose.y, "m");
     let digits = if unit == "m" { 2 } else { 0 };
-    format!("{x:.digits$}, {y:.digits$} {unit}  {}", angle(pose.theta, look))
+    format!("{x:.digits$}, {y:.digits$} {unit}  {}", angle(pose.theta, style))
 }
 
 /// Ahead and turning, in few digits.
-pub(super) fn speed(twist: &Twist, look: &Look) -> String {
-    let (ahead, unit) = look.units.convert(twist.linear.x, "m/s");
+pub(super) fn speed(twist: &Twist, style: &Style) -> String {
+    let (ahead, unit) = style.units.convert(twist.linear.x, "m/s");
     let digits = if unit == "m/s" { 2 } else { 0 };
-    let turn = rate(twist.angular.z, look);
+    let turn = rate(twist.angular.z, style);
     // No "-0.00".
     let zero = 0.5 * 10_f64.powi(-(digits as i32));
     let ahead = if ahead.abs() < zero { 0.0 } else { ahead };
     format!("{ahead:.digits$} {unit}  {turn}")
 }
 
-fn angle(angle: f64, look: &Look) -> String {
-    let (angle, unit) = look.units.convert(angle, "rad");
+fn angle(angle: f64, style: &Style) -> String {
+    let (angle, unit) = style.units.convert(angle, "rad");
     match unit.as_str() {
         "deg" => format!("{:.0}°", if angle.abs() < 0.5 { 0.0 } else { angle }),
         unit => format!("{angle:.2} {unit}"),
     }
 }
 
-fn rate(turn: f64, look: &Look) -> String {
-    let (turn, unit) = look.units.convert(turn, "rad/s");
+fn rate(turn: f64, style: &Style) -> String {
+    let (turn, unit) = style.units.convert(turn, "rad/s");
     let digits = if unit == "deg/s" { 0 } else { 2 };
     let zero = 0.5 * 10_f64.powi(-(digits as i32));
     let turn = if turn.abs() < zero { 0.0 } else { turn };
     format!("{turn:.digits$} {unit}")
 }
 
-fn scan(laser: &LaserScan, look: &Look) -> String {
+fn scan(laser: &LaserScan, style: &Style) -> String {
     let beams = laser.ranges.len();
     let nearest = laser
         .points()
@@ -193,13 +196,13 @@ fn scan(laser: &LaserScan, look: &Look) -> String {
         None => format!("nothing near, {beams} beams"),
         Some(point) => format!(
             "nearest {} {}",
-            length(point.range, look),
-            aside(point.angle, look)
+            length(point.range, style),
+            aside(point.angle, style)
         ),
     }
 }
 
-fn echoes(sonars: &RangeRing, look: &Look) -> String {
+fn echoes(sonars: &RangeRing, style: &Style) -> String {
     let nearest = sonars
         .echoes()
         .min_by(|one, other| one.range.total_cmp(&other.range));
@@ -207,24 +210,24 @@ fn echoes(sonars: &RangeRing, look: &Look) -> String {
         None => "nothing near".to_owned(),
         Some(echo) => {
             let toward = sonars.poses.get(echo.sonar).map_or(0.0, |mount| mount.theta);
-            format!("nearest {} {}", length(echo.range, look), aside(toward, look))
+            format!("nearest {} {}", length(echo.range, style), aside(toward, style))
         }
     }
 }
 
-fn length(length: f64, look: &Look) -> String {
-    let (length, unit) = look.units.convert(length, "m");
+fn length(length: f64, style: &Style) -> String {
+    let (length, unit) = style.units.convert(length, "m");
     let digits = if unit == "m" { 2 } else { 0 };
     format!("{length:.digits$} {unit}")
 }
 
 /// Where something is that is so far to the left.
-fn aside(toward: f64, look: &Look) -> String {
+fn aside(toward: f64, style: &Style) -> String {
     if toward.abs() < 5_f64.to_radians() {
         return "ahead".to_owned();
     }
     let side = if toward > 0.0 { "left" } else { "right" };
-    format!("{} {side}", angle(toward.abs(), look))
+    format!("{} {side}", angle(toward.abs(), style))
 }
 
 /// Which bumpers are pressed, in words; whether that is bad.
@@ -248,7 +251,7 @@ fn ticks(encoders: &WheelEncoders) -> String {
     format!("left {}  right {}", encoders.left, encoders.right)
 }
 
-fn gauge(ui: &mut Ui, battery: &BatteryState, look: &Look) {
+fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
     let volts = if battery.voltage.is_nan() {
         String::new()
     } else {
@@ -263,29 +266,29 @@ fn gauge(ui: &mut Ui, battery: &BatteryState, look: &Look) {
         });
         return;
     }
-    let (ink, word) = match charge {
+    let (color, word) = match charge {
         charge if charge < EMPTY => (Ink::Bad, "  nearly empty"),
         charge if charge < LOW => (Ink::Warn, "  low"),
         _ => (Ink::Good, ""),
     };
     let text = format!("{:.0} %{word}  {volts}", charge * 100.0);
-    let fill: Color32 = look::ink(ink, look).gamma_multiply(0.55);
+    let fill: Color32 = style::color_of(color, style).gamma_multiply(0.55);
     let bar = egui::ProgressBar::new(charge.clamp(0.0, 1.0))
         .fill(fill)
         .desired_width(150.0);
-    ui.add(bar.text(RichText::new(text).color(look::ink(Ink::Plain, look))));
+    ui.add(bar.text(RichText::new(text).color(style::color_of(Ink::Plain, style))));
 }
 
-fn gaze(head: &PanTilt, look: &Look) -> String {
+fn gaze(head: &PanTilt, style: &Style) -> String {
     let side = match head.pan {
         pan if pan.abs() < 0.5_f64.to_radians() => "ahead".to_owned(),
-        pan if pan > 0.0 => format!("{} left", angle(pan, look)),
-        pan => format!("{} right", angle(-pan, look)),
+        pan if pan > 0.0 => format!("{} left", angle(pan, style)),
+        pan => format!("{} right", angle(-pan, style)),
     };
     let height = match head.tilt {
         tilt if tilt.abs() < 0.5_f64.to_radians() => "level".to_owned(),
-        tilt if tilt > 0.0 => format!("{} down", angle(tilt, look)),
-        tilt => format!("{} up", angle(-tilt, look)),
+        tilt if tilt > 0.0 => format!("{} down", angle(tilt, style)),
+        tilt => format!("{} up", angle(-tilt, style)),
     };
     format!("{side}, {height}")
 }

@@ -7,15 +7,15 @@ use eframe::egui::{Color32, Mesh, Rangef, Rect, pos2};
 use jde_core::State;
 
 use super::axis::Scale;
-use crate::look::{self, Look};
-use crate::session::Band;
+use crate::session::StateInterval;
+use crate::style::{self, Style};
 
 /// Bands of one column that are looked at: at its beginning and at its end.
 const LOOKED_AT: usize = 12;
 
 /// Columns that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Run {
+pub(super) struct ColumnRun {
     /// The first column.
     pub(super) from: usize,
     /// The column after the last.
@@ -31,7 +31,13 @@ pub(super) struct Run {
 /// The bands of a schema as runs of columns; what is before the first and after `now` is left out.
 ///
 /// Its cost is the number of columns times the logarithm of what happened in each, not what happened.
-pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f64, runs: &mut Vec<Run>) {
+pub(super) fn runs(
+    bands: &VecDeque<StateInterval>,
+    scale: &Scale,
+    columns: usize,
+    now: f64,
+    runs: &mut Vec<ColumnRun>,
+) {
     runs.clear();
     let Some(first) = bands.front() else { return };
     if columns == 0 {
@@ -58,7 +64,7 @@ pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f
             let to = column_of(next).clamp(column + 1, end);
             push(
                 runs,
-                Run {
+                ColumnRun {
                     from: column,
                     to,
                     low: state,
@@ -91,7 +97,7 @@ pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f
         }
         push(
             runs,
-            Run {
+            ColumnRun {
                 from: column,
                 to: column + 1,
                 low,
@@ -104,7 +110,7 @@ pub(super) fn runs(bands: &VecDeque<Band>, scale: &Scale, columns: usize, now: f
 }
 
 /// The last band that begins before a moment, from one that does: in steps that double, then halve.
-fn last_before(bands: &VecDeque<Band>, from: usize, moment: f64) -> usize {
+fn last_before(bands: &VecDeque<StateInterval>, from: usize, moment: f64) -> usize {
     let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < moment);
     let (mut low, mut step) = (from, 1);
     while begins(low + step) {
@@ -120,7 +126,7 @@ fn last_before(bands: &VecDeque<Band>, from: usize, moment: f64) -> usize {
     low
 }
 
-fn push(runs: &mut Vec<Run>, run: Run) {
+fn push(runs: &mut Vec<ColumnRun>, run: ColumnRun) {
     match runs.last_mut() {
         Some(last)
             if last.to == run.from
@@ -164,7 +170,7 @@ fn height(state: State) -> f32 {
 }
 
 /// Draws runs into a row: columns of `step` points from its left edge.
-pub(super) fn draw(mesh: &mut Mesh, runs: &[Run], row: Rect, step: f32, look: &Look) {
+pub(super) fn draw(mesh: &mut Mesh, runs: &[ColumnRun], row: Rect, step: f32, style: &Style) {
     let bar = |mesh: &mut Mesh, x: Rangef, state: State, color: Color32| {
         let top = row.bottom() - row.height() * height(state);
         let rect = Rect::from_min_max(pos2(x.min, top), pos2(x.max, row.bottom()));
@@ -175,7 +181,7 @@ pub(super) fn draw(mesh: &mut Mesh, runs: &[Run], row: Rect, step: f32, look: &L
             row.left() + run.from as f32 * step,
             row.left() + run.to as f32 * step,
         );
-        let high = look::state(run.high, look);
+        let high = style::state(run.high, style);
         if run.many {
             // Denser than the eye can follow: the most active state shines through.
             bar(mesh, x, run.high, high.gamma_multiply(0.7));
@@ -183,7 +189,7 @@ pub(super) fn draw(mesh: &mut Mesh, runs: &[Run], row: Rect, step: f32, look: &L
             bar(mesh, x, run.high, high);
         }
         if run.low != run.high {
-            bar(mesh, x, run.low, look::state(run.low, look));
+            bar(mesh, x, run.low, style::state(run.low, style));
         }
     }
 }
@@ -192,19 +198,21 @@ pub(super) fn draw(mesh: &mut Mesh, runs: &[Run], row: Rect, step: f32, look: &L
 mod tests {
     use super::*;
 
-    fn bands(list: &[(f64, State)]) -> VecDeque<Band> {
-        list.iter().map(|&(from, state)| Band { from, state }).collect()
+    fn bands(list: &[(f64, State)]) -> VecDeque<StateInterval> {
+        list.iter()
+            .map(|&(from, state)| StateInterval { from, state })
+            .collect()
     }
 
-    fn of(list: &[(f64, State)], from: f64, to: f64, columns: usize, now: f64) -> Vec<Run> {
+    fn of(list: &[(f64, State)], from: f64, to: f64, columns: usize, now: f64) -> Vec<ColumnRun> {
         let x = Rangef::new(0.0, columns as f32);
         let mut found = Vec::new();
         runs(&bands(list), &Scale { from, to, x }, columns, now, &mut found);
         found
     }
 
-    fn run(from: usize, to: usize, low: State, high: State, many: bool) -> Run {
-        Run {
+    fn run(from: usize, to: usize, low: State, high: State, many: bool) -> ColumnRun {
+        ColumnRun {
             from,
             to,
             low,

@@ -5,10 +5,10 @@ use jde_link::message::VariableInfo;
 use jde_panel::Ink;
 
 use super::axis::{self, Scale};
-use super::seen::Seen;
+use super::input::Input;
 use super::trigger::{Mode, Phase};
 use super::{Scope, trigger::Trigger};
-use crate::look::{self, Look, time};
+use crate::style::{self, Style, time};
 
 /// Conditions to begin with, and what each means.
 const CONDITIONS: [(&str, &str); 7] = [
@@ -25,34 +25,38 @@ impl Scope {
     pub(super) fn bar(
         &mut self,
         ui: &mut Ui,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         variables: &[VariableInfo],
         scale: &Scale,
-        look: &Look,
+        style: &Style,
     ) {
         ui.horizontal_wrapped(|ui| {
             self.time(ui, seen);
             ui.separator();
-            self.trigger(ui, seen, variables, look);
+            self.trigger(ui, seen, variables, style);
             ui.separator();
             let shown = self.cursors.at.is_some();
             let tip = "Two lines to be dragged: the time between them, and all values at them.";
             if ui.selectable_label(shown, "Cursors").on_hover_text(tip).clicked() {
                 self.cursors.toggle(scale);
             }
-            self.lanes.pick(ui, variables, look);
+            self.signals.pick(ui, variables, style);
             ui.separator();
             self.filter(ui);
         });
         if let Some(words) = self.cursors.words() {
-            ui.label(RichText::new(words).color(look::ink(Ink::Seen, look)).monospace());
+            ui.label(
+                RichText::new(words)
+                    .color(style::color_of(Ink::Seen, style))
+                    .monospace(),
+            );
         }
         if let Some(trouble) = &self.trigger.trouble {
-            ui.label(RichText::new(trouble).color(look::ink(Ink::Bad, look)));
+            ui.label(RichText::new(trouble).color(style::color_of(Ink::Bad, style)));
         }
     }
 
-    fn time(&mut self, ui: &mut Ui, seen: &Seen<'_>) {
+    fn time(&mut self, ui: &mut Ui, seen: &Input<'_>) {
         let now = seen.now();
         let (text, tip) = if self.axis.is_paused() {
             ("Run", "Show the present again (space).")
@@ -94,7 +98,7 @@ impl Scope {
         }
     }
 
-    fn trigger(&mut self, ui: &mut Ui, seen: &Seen<'_>, variables: &[VariableInfo], look: &Look) {
+    fn trigger(&mut self, ui: &mut Ui, seen: &Input<'_>, variables: &[VariableInfo], style: &Style) {
         let label = ui.label("Trigger");
         let field = TextEdit::singleline(&mut self.trigger.kept.text)
             .hint_text("collision, fault, a.b.c > 0.3 …")
@@ -155,7 +159,7 @@ impl Scope {
                     self.trigger.kept.share = percent / 100.0;
                 }
             });
-        status(ui, &self.trigger, look);
+        status(ui, &self.trigger, style);
     }
 
     fn filter(&mut self, ui: &mut Ui) {
@@ -184,13 +188,13 @@ impl Scope {
 }
 
 /// Where the trigger stands.
-fn status(ui: &mut Ui, trigger: &Trigger, look: &Look) {
-    let (word, ink) = match trigger.phase() {
+fn status(ui: &mut Ui, trigger: &Trigger, style: &Style) {
+    let (word, color) = match trigger.phase() {
         Phase::Off => ("off".to_owned(), Ink::Faint),
         Phase::Armed => ("armed".to_owned(), Ink::Warn),
         Phase::Fired { at } | Phase::Done { at } => (format!("triggered at {at:.3} s"), Ink::Good),
     };
-    let response = ui.label(RichText::new(word).color(look::ink(ink, look)));
+    let response = ui.label(RichText::new(word).color(style::color_of(color, style)));
     if let Some((at, text)) = trigger.last() {
         response.on_hover_text(format!("{at:.3} s: {text}"));
     }

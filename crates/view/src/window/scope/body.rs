@@ -7,15 +7,15 @@ use eframe::egui::{
 use jde_panel::Ink;
 
 use super::axis::Scale;
-use super::ink::{self, ROW};
-use super::lanes::LANE;
+use super::input::{Input, Request};
+use super::paint::{self, ROW};
 use super::rows::{self, Row};
 use super::ruler;
-use super::seen::{Ask, Seen};
+use super::signals::LANE;
 use super::table::{self, Table};
 use super::traces::Traces;
 use super::{Scope, Trigger};
-use crate::look::{self, Look};
+use crate::style::{self, Style};
 
 /// Height of the titles and the times.
 const HEAD: f32 = 18.0;
@@ -23,16 +23,16 @@ const HEAD: f32 = 18.0;
 const BAR: f32 = 10.0;
 
 /// Where the parts are.
-struct Parts {
+struct Regions {
     head: Rect,
     rows: Rect,
-    lanes: Rect,
+    signals: Rect,
     /// Where the traces begin and end.
     x: Rangef,
 }
 
 impl Scope {
-    pub(super) fn body(&mut self, ui: &mut Ui, seen: &Seen<'_>, look: &Look, asks: &mut Vec<Ask>) {
+    pub(super) fn body(&mut self, ui: &mut Ui, seen: &Input<'_>, style: &Style, asks: &mut Vec<Request>) {
         let whole = ui.available_rect_before_wrap();
         if whole.width() < 120.0 || whole.height() < 2.0 * ROW {
             return;
@@ -49,22 +49,23 @@ impl Scope {
         self.steer(ui, &traces, &self.axis.scale(now, parts.x), now);
         let scale = self.axis.scale(now, parts.x);
 
-        let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.lanes.bottom());
+        let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.signals.bottom());
         let times = Rect::from_x_y_ranges(parts.x, parts.head.y_range());
-        ruler::draw(ui.painter(), times, body, &scale, self.axis.division(), look);
+        ruler::draw(ui.painter(), times, body, &scale, self.axis.division(), style);
         let table = Table::new(whole.left(), parts.x.min - 6.0);
         table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
-        self.rows(ui, seen, &list, &parts, &table, &traces, &scale, look, asks);
-        self.lanes.show(ui, parts.lanes, &scale, now, &self.cursors, look);
+        self.rows(ui, seen, &list, &parts, &table, &traces, &scale, style, asks);
+        self.signals
+            .show(ui, parts.signals, &scale, now, &self.cursors, style);
         let over = ui.painter().with_clip_rect(sight);
-        moment(&over, body, &scale, &self.trigger, look);
-        self.cursors.draw(&over, times, body, &scale, look);
+        moment(&over, body, &scale, &self.trigger, style);
+        self.cursors.draw(&over, times, body, &scale, style);
         let present = scale.x(now);
         if scale.holds(now) && !self.axis.is_live() {
             over.vline(
                 present,
                 body.y_range(),
-                Stroke::new(1.0, look::ink(Ink::Faint, look)),
+                Stroke::new(1.0, style::color_of(Ink::Faint, style)),
             );
         }
         if traces.has_focus() {
@@ -82,22 +83,22 @@ impl Scope {
             } else {
                 "No schema fits the filter."
             };
-            ink::write(
+            paint::write(
                 ui.painter(),
                 parts.rows.shrink(12.0),
                 text,
-                ink::font(),
+                paint::font(),
                 ui.visuals().weak_text_color(),
             );
         }
     }
 
     /// Shares the room, and lets the border between facts and traces be moved.
-    fn parts(&mut self, ui: &Ui, whole: Rect) -> Parts {
+    fn parts(&mut self, ui: &Ui, whole: Rect) -> Regions {
         let border = whole.left() + whole.width() * self.share;
-        let grip = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
+        let lease = Rect::from_x_y_ranges(Rangef::new(border - 6.0, border - 1.0), whole.y_range());
         let response = ui
-            .interact(grip, ui.scope_id().with("border"), Sense::drag())
+            .interact(lease, ui.scope_id().with("border"), Sense::drag())
             .on_hover_cursor(CursorIcon::ResizeHorizontal);
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
             self.share = ((at.x - whole.left() + 3.0) / whole.width()).clamp(0.2, 0.8);
@@ -107,15 +108,15 @@ impl Scope {
         } else {
             ui.visuals().widgets.noninteractive.bg_stroke
         };
-        ui.painter().vline(grip.center().x, whole.y_range(), line);
+        ui.painter().vline(lease.center().x, whole.y_range(), line);
         let border = whole.left() + whole.width() * self.share;
-        let wanted = self.lanes.list.len() as f32 * LANE;
-        let lanes = wanted.min(((whole.height() - HEAD) * 0.5 / LANE).floor().max(1.0) * LANE);
-        let split = whole.bottom() - lanes;
-        Parts {
+        let wanted = self.signals.list.len() as f32 * LANE;
+        let signals = wanted.min(((whole.height() - HEAD) * 0.5 / LANE).floor().max(1.0) * LANE);
+        let split = whole.bottom() - signals;
+        Regions {
             head: whole.with_max_y(whole.top() + HEAD),
             rows: Rect::from_min_max(pos2(whole.left(), whole.top() + HEAD), pos2(whole.right(), split)),
-            lanes: whole.with_min_y(split),
+            signals: whole.with_min_y(split),
             x: Rangef::new(border, whole.right() - BAR),
         }
     }
@@ -127,14 +128,14 @@ impl Scope {
     fn rows(
         &mut self,
         ui: &mut Ui,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         list: &[Row],
-        parts: &Parts,
+        parts: &Regions,
         table: &Table,
         pointed: &Response,
         scale: &Scale,
-        look: &Look,
-        asks: &mut Vec<Ask>,
+        style: &Style,
+        asks: &mut Vec<Request>,
     ) {
         let selected = |row: &Row| match row {
             Row::Schema { schema, .. } => {
@@ -171,7 +172,7 @@ impl Scope {
                 let last = ((sight.max.y / ROW).ceil().max(0.0) as usize).min(list.len());
                 let index = std::mem::take(&mut self.index);
                 let pixel = 1.0 / ui.pixels_per_point();
-                let mut drawn = Traces::new(seen, &index, *scale, look, pixel);
+                let mut drawn = Traces::new(seen, &index, *scale, style, pixel);
                 let over = ui.painter().with_clip_rect(
                     Rect::from_x_y_ranges(parts.x, parts.rows.y_range()).intersect(ui.clip_rect()),
                 );
@@ -187,7 +188,7 @@ impl Scope {
                     match *row {
                         Row::Group { group, depth } => {
                             let view = &seen.snapshot.groups[group];
-                            table.group(ui, rect, seen, view, depth, look);
+                            table.group(ui, rect, seen, view, depth, style);
                             drawn.group(&over, trace, view);
                         }
                         Row::Schema { schema, depth, below } => {
@@ -199,7 +200,7 @@ impl Scope {
                                 schema,
                                 (depth, below),
                                 &mut self.editing,
-                                look,
+                                style,
                                 asks,
                             );
                             if done.folded && !self.folded.remove(&view.name) {
@@ -214,7 +215,13 @@ impl Scope {
                         Row::Apart => {
                             let line = rect.with_min_x(rect.left() + 6.0).with_max_x(table.right);
                             let faint = ui.visuals().weak_text_color();
-                            ink::write(ui.painter(), line, "drivers and perception", ink::small(), faint);
+                            paint::write(
+                                ui.painter(),
+                                line,
+                                "drivers and perception",
+                                paint::small(),
+                                faint,
+                            );
                         }
                     }
                 }
@@ -244,7 +251,7 @@ impl Scope {
     }
 }
 
-fn selected_row(selected: &Option<String>, seen: &Seen<'_>, row: &Row) -> bool {
+fn selected_row(selected: &Option<String>, seen: &Input<'_>, row: &Row) -> bool {
     match row {
         Row::Schema { schema, .. } => Some(&seen.snapshot.schemas[*schema].name) == selected.as_ref(),
         Row::Group { .. } | Row::Apart => false,
@@ -252,11 +259,11 @@ fn selected_row(selected: &Option<String>, seen: &Seen<'_>, row: &Row) -> bool {
 }
 
 /// The moment at which the trigger fired.
-fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &Trigger, look: &Look) {
+fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &Trigger, style: &Style) {
     let Some((at, text)) = trigger.last().filter(|(at, _)| scale.holds(*at)) else {
         return;
     };
-    let color = look::ink(Ink::Warn, look);
+    let color = style::color_of(Ink::Warn, style);
     let x = scale.x(*at);
     let mut y = body.top();
     while y < body.bottom() {
@@ -264,5 +271,5 @@ fn moment(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, trigger: &
         y += 8.0;
     }
     let room = Rect::from_min_max(pos2(x + 4.0, body.top()), pos2(body.right(), body.top() + 14.0));
-    ink::write(painter, room, &format!("T {text}"), ink::small(), color);
+    paint::write(painter, room, &format!("T {text}"), paint::small(), color);
 }

@@ -7,20 +7,20 @@ use jde_link::message::Action;
 use jde_panel::Ink;
 
 use super::bands;
-use super::ink::{self, Icon};
-use super::seen::{Ask, Seen};
-use crate::look::{self, Look};
+use super::input::{Input, Request};
+use super::paint::{self, Icon};
+use crate::style::{self, Style};
 
 /// Width of a button, points.
 pub(super) const BUTTON: f32 = 21.0;
 
 /// The state as a word on its color, and a diamond if what it commands counts.
-pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, look: &Look) {
+pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     let chip = Rect::from_min_size(
         pos2(cell.left(), cell.top() + 3.0),
         vec2(66.0_f32.min(cell.width()), cell.height() - 6.0),
     );
-    let fill = look::state(view.state, look);
+    let fill = style::state(view.state, style);
     ui.painter().rect_filled(chip, 3.0, fill);
     let color = if bright(fill) {
         Color32::BLACK
@@ -31,7 +31,7 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, look: &Look) {
         chip.center(),
         Align2::CENTER_CENTER,
         bands::word(view.state),
-        ink::small(),
+        paint::small(),
         color,
     );
     if view.authority {
@@ -39,7 +39,7 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, look: &Look) {
         let diamond = [(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)].map(|(x, y)| at + vec2(x, y));
         ui.painter().add(Shape::convex_polygon(
             diamond.to_vec(),
-            look::ink(Ink::Accent, look),
+            style::color_of(Ink::Accent, style),
             Stroke::NONE,
         ));
     }
@@ -52,12 +52,12 @@ fn bright(color: Color32) -> bool {
 }
 
 /// A share of one processor core.
-pub(super) fn load(ui: &Ui, cell: Rect, share: f64, look: &Look) {
+pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
     let bar = Rect::from_min_max(
         pos2(cell.left(), cell.bottom() - 5.0),
         pos2(cell.right(), cell.bottom() - 3.0),
     );
-    let ink = match share {
+    let color = match share {
         share if share >= 0.9 => Ink::Bad,
         share if share >= 0.5 => Ink::Warn,
         _ => Ink::Good,
@@ -65,7 +65,8 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, look: &Look) {
     ui.painter()
         .rect_filled(bar, 0.0, ui.visuals().widgets.noninteractive.bg_stroke.color);
     let filled = bar.with_max_x(bar.left() + bar.width() * share.clamp(0.0, 1.0) as f32);
-    ui.painter().rect_filled(filled, 0.0, look::ink(ink, look));
+    ui.painter()
+        .rect_filled(filled, 0.0, style::color_of(color, style));
     let text = if share > 0.0 && share < 0.01 {
         "<1%".to_owned()
     } else {
@@ -77,11 +78,11 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, look: &Look) {
     } else {
         ui.visuals().text_color()
     };
-    ink::write_right(ui.painter(), above, &text, color);
+    paint::write_right(ui.painter(), above, &text, color);
 }
 
 /// What an operator can do (R14).
-pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, asks: &mut Vec<Ask>) {
+pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, asks: &mut Vec<Request>) {
     let hold = view.operator.as_ref().map(|hold| hold.kind);
     let schema = || view.name.clone();
     let is_motor = view.kind == Kind::Motor;
@@ -93,7 +94,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
             "Wake it and keep it awake, until it is released.",
             answers,
             hold == Some(HoldKind::Played),
-            Ask::Act(Action::Play { schema: schema() }),
+            Request::Act(Action::Play { schema: schema() }),
         ),
         (
             Icon::Stop,
@@ -101,7 +102,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
             "Put it to sleep and keep it asleep, until it is released.",
             answers,
             hold == Some(HoldKind::Stopped),
-            Ask::Act(Action::Stop { schema: schema() }),
+            Request::Act(Action::Stop { schema: schema() }),
         ),
         (
             Icon::Force,
@@ -109,7 +110,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
             "Make it win its group while it is awake, until it is released.",
             answers && is_motor,
             hold == Some(HoldKind::Forced),
-            Ask::Act(Action::Force { schema: schema() }),
+            Request::Act(Action::Force { schema: schema() }),
         ),
         (
             Icon::Release,
@@ -117,7 +118,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
             "Let go of it: the hierarchy decides about it again.",
             answers && hold.is_some(),
             false,
-            Ask::Act(Action::Release { schema: schema() }),
+            Request::Act(Action::Release { schema: schema() }),
         ),
         (
             Icon::Panel,
@@ -125,7 +126,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
             "Open the panel that it draws of itself.",
             view.panel,
             false,
-            Ask::Panel(schema()),
+            Request::Panel(schema()),
         ),
     ];
     for (place, (icon, verb, tip, enabled, pressed, ask)) in list.into_iter().enumerate() {
@@ -135,7 +136,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Seen<'_>, view: &SchemaView, a
         );
         let name = format!("{verb} {}", view.name);
         let id = ui.scope_id().with((&view.name, verb));
-        if ink::button(ui, rect, id, icon, (&name, tip), (enabled, pressed)).clicked() {
+        if paint::button(ui, rect, id, icon, (&name, tip), (enabled, pressed)).clicked() {
             asks.push(ask);
         }
     }

@@ -5,8 +5,8 @@ use jde_panel::Ink;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Scale;
-use super::ink;
-use crate::look::{self, Look, time};
+use super::paint;
+use crate::style::{self, Style, time};
 
 /// How near to a line a drag takes it, points.
 const NEAR: f32 = 6.0;
@@ -73,9 +73,9 @@ impl Cursors {
         ))
     }
 
-    pub(super) fn draw(&self, painter: &Painter, head: Rect, body: Rect, scale: &Scale, look: &Look) {
+    pub(super) fn draw(&self, painter: &Painter, head: Rect, body: Rect, scale: &Scale, style: &Style) {
         let Some(at) = self.at else { return };
-        let color = look::ink(Ink::Seen, look);
+        let color = style::color_of(Ink::Seen, style);
         for (time, name) in at.into_iter().zip(["A", "B"]) {
             if !scale.holds(time) {
                 continue;
@@ -83,13 +83,13 @@ impl Cursors {
             let x = scale.x(time);
             painter.vline(x, body.y_range(), Stroke::new(1.3, color));
             let tag = Rect::from_center_size(pos2(x, head.bottom() - 7.0), vec2(13.0, 13.0));
-            let ground = if look.dark {
+            let ground = if style.dark {
                 eframe::egui::Color32::BLACK
             } else {
                 eframe::egui::Color32::WHITE
             };
             painter.rect(tag, 2.0, ground, Stroke::new(1.0, color), StrokeKind::Inside);
-            painter.text(tag.center(), Align2::CENTER_CENTER, name, ink::small(), color);
+            painter.text(tag.center(), Align2::CENTER_CENTER, name, paint::small(), color);
         }
     }
 }

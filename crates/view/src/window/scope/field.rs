@@ -7,7 +7,7 @@ const OFFERED: usize = 400;
 
 /// Where a number is in the bytes of a value.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct FieldPath {
     offset: usize,
     scalar: Scalar,
     /// Lists that must be long enough: where their length is, and the element that is wanted.
@@ -20,9 +20,9 @@ pub(crate) struct Place {
 ///
 /// # Errors
 /// What is wrong with it, with the nearest name there is.
-pub(crate) fn find(of: &Type, path: &str) -> Result<Place, String> {
+pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
     let mut value_type = of;
-    let mut place = Place {
+    let mut place = FieldPath {
         offset: 0,
         scalar: Scalar::F64,
         lists: Vec::new(),
@@ -121,7 +121,7 @@ fn below(of: &Type, before: &str, found: &mut Vec<String>) {
     }
 }
 
-impl Place {
+impl FieldPath {
     /// Reads it from a value; none if a list is too short for it.
     pub(super) fn read(&self, bytes: &[u8]) -> Option<f64> {
         for &(length, element) in &self.lists {

@@ -7,9 +7,9 @@ use jde_host::story::{Candidate, Change, Decision, Happening, Line};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
 
 use super::Scope;
-use super::seen::{Ask, Seen};
-use crate::look::Look;
-use crate::session::Past;
+use super::input::{Input, Request};
+use crate::session::History;
+use crate::style::Style;
 
 impl Scope {
     /// Draws it as if this were an application that runs.
@@ -18,9 +18,9 @@ impl Scope {
         ui: &mut eframe::egui::Ui,
         fixed: &Fixed,
         variables: &[VariableInfo],
-        look: &Look,
-    ) -> Vec<Ask> {
-        self.draw(ui, &fixed.seen(), variables, look)
+        style: &Style,
+    ) -> Vec<Request> {
+        self.draw(ui, &fixed.seen(), variables, style)
     }
 }
 
@@ -28,12 +28,12 @@ impl Scope {
 pub(crate) struct Fixed {
     pub(crate) snapshot: Snapshot,
     pub(crate) schemas: Schemas,
-    pub(crate) past: Past,
+    pub(crate) past: History,
 }
 
 impl Fixed {
-    pub(super) fn seen(&self) -> Seen<'_> {
-        Seen {
+    pub(super) fn seen(&self) -> Input<'_> {
+        Input {
             snapshot: &self.snapshot,
             schemas: &self.schemas,
             past: &self.past,
@@ -63,7 +63,7 @@ impl Fixed {
                 schemas: schemas.collect(),
                 groups: groups.collect(),
             },
-            past: Past::new(),
+            past: History::new(),
             snapshot,
         }
     }
@@ -76,7 +76,7 @@ impl Fixed {
             from: from.to_owned(),
             to: to.to_owned(),
         };
-        self.past.hear(Line::Change(change), 0);
+        self.past.add_line(Line::Change(change), 0);
     }
 }
 
@@ -190,7 +190,7 @@ pub(crate) fn navigation() -> Fixed {
         (8.0, "example/base", Some("vff"), "stop", "forced"),
     ];
     for (number, (time_s, group, before, choice, case)) in (1..).zip(turns) {
-        fixed.past.hear(
+        fixed.past.add_line(
             Line::Decision(selection(number, time_s, group, before, choice, case)),
             0,
         );
@@ -207,9 +207,9 @@ pub(crate) fn navigation() -> Fixed {
             touched: None,
             text: text.to_owned(),
         };
-        fixed.past.hear(Line::Happening(happening), 0);
+        fixed.past.add_line(Line::Happening(happening), 0);
     }
-    fixed.past.see(&fixed.snapshot.clone());
+    fixed.past.add_snapshot(&fixed.snapshot.clone());
     fixed
 }
 

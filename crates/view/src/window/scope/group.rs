@@ -4,10 +4,10 @@ use eframe::egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2};
 use jde_host::snapshot::GroupView;
 use jde_panel::Ink;
 
-use super::ink;
-use super::seen::Seen;
+use super::input::Input;
+use super::paint;
 use super::table::{INDENT, Table};
-use crate::look::{self, Look, time};
+use crate::style::{self, Style, time};
 
 impl Table {
     /// A group: its policy, winner, switches, and its worst takeover against what its contract allows.
@@ -15,10 +15,10 @@ impl Table {
         &self,
         ui: &Ui,
         rect: Rect,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         group: &GroupView,
         depth: usize,
-        look: &Look,
+        style: &Style,
     ) {
         let winner = group
             .winner
@@ -34,15 +34,15 @@ impl Table {
             let text = format!("group {}: {facts}", group.name);
             WidgetInfo::labeled(Role::Label, true, text)
         });
-        let accent = look::ink(Ink::Accent, look);
-        let end = ink::write(ui.painter(), line, &group.name, ink::font(), accent);
+        let accent = style::color_of(Ink::Accent, style);
+        let end = paint::write(ui.painter(), line, &group.name, paint::font(), accent);
         let rest = line.with_min_x((end + 8.0).min(line.right()));
         let color = if late {
-            look::ink(Ink::Bad, look)
+            style::color_of(Ink::Bad, style)
         } else {
             ui.visuals().weak_text_color()
         };
-        ink::write(ui.painter(), rest, &facts, ink::small(), color);
+        paint::write(ui.painter(), rest, &facts, paint::small(), color);
         if response.hovered() {
             let members = group
                 .members

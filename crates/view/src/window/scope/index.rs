@@ -6,12 +6,12 @@ use std::collections::{HashMap, VecDeque};
 use jde_host::story::{Decision, Happening};
 use jde_link::message::Schemas;
 
-use crate::session::{Heard, Past};
+use crate::session::{History, Progress};
 
 /// Found by time.
 #[derive(Debug, Default)]
 pub(super) struct Index {
-    heard: Heard,
+    heard: Progress,
     /// Places of schemas by name.
     places: HashMap<String, usize>,
     groups: HashMap<String, VecDeque<Switch>>,
@@ -56,17 +56,17 @@ pub(super) enum Sign {
 
 impl Index {
     /// Takes up what is new.
-    pub(super) fn take(&mut self, past: &Past, schemas: &Schemas) {
-        let heard = past.heard();
+    pub(super) fn take(&mut self, past: &History, schemas: &Schemas) {
+        let heard = past.progress();
         if heard.turns != self.heard.turns || self.places.len() != schemas.schemas.len() {
             let places = schemas.schemas.iter().enumerate();
             *self = Self {
                 places: places
                     .map(|(place, schema)| (schema.name.clone(), place))
                     .collect(),
-                heard: Heard {
+                heard: Progress {
                     turns: heard.turns,
-                    ..Heard::default()
+                    ..Progress::default()
                 },
                 ..Self::default()
             };
@@ -97,7 +97,7 @@ impl Index {
         &self.switches
     }
 
-    fn decided(&mut self, decision: &Decision, past: &Past) {
+    fn decided(&mut self, decision: &Decision, past: &History) {
         let place = |name: &Option<String>| self.places.get(name.as_ref()?).copied();
         let switch = Switch {
             time: decision.time_s,
@@ -117,7 +117,7 @@ impl Index {
         }
     }
 
-    fn happened(&mut self, happening: &Happening, past: &Past) {
+    fn happened(&mut self, happening: &Happening, past: &History) {
         let Some(schema) = &happening.schema else { return };
         let sign = match happening.kind.as_str() {
             "ok" => Sign::Well,
@@ -150,7 +150,7 @@ impl Index {
 }
 
 /// The selection with a number.
-pub(super) fn decision(past: &Past, number: u64) -> Option<&Decision> {
+pub(super) fn decision(past: &History, number: u64) -> Option<&Decision> {
     let decisions = past.decisions();
     let place = decisions.partition_point(|decision| decision.number < number);
     decisions.get(place).filter(|decision| decision.number == number)
@@ -183,13 +183,13 @@ mod tests {
             time_s: last.time_s + 0.1,
             ..last
         };
-        fixed.past.hear(Line::Decision(next), 0);
+        fixed.past.add_line(Line::Decision(next), 0);
         index.take(&fixed.past, &fixed.schemas);
         assert_eq!(index.switches().len(), before + 1);
 
         let mut earlier = fixed.snapshot.clone();
         earlier.time = 2_000_000_000;
-        fixed.past.see(&earlier);
+        fixed.past.add_snapshot(&earlier);
         index.take(&fixed.past, &fixed.schemas);
         let group = index.group("example/base").expect("it switched");
         assert!(group.iter().all(|switch| switch.time <= 2.0));

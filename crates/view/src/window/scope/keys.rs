@@ -7,8 +7,8 @@ use jde_link::message::Action;
 
 use super::Scope;
 use super::index;
+use super::input::{Input, Request};
 use super::rows::Row;
-use super::seen::{Ask, Seen};
 
 /// What the traces take for themselves while they have the focus.
 const FILTER: EventFilter = EventFilter {
@@ -19,7 +19,14 @@ const FILTER: EventFilter = EventFilter {
 };
 
 impl Scope {
-    pub(super) fn keys(&mut self, ui: &Ui, traces: Id, seen: &Seen<'_>, rows: &[Row], asks: &mut Vec<Ask>) {
+    pub(super) fn keys(
+        &mut self,
+        ui: &Ui,
+        traces: Id,
+        seen: &Input<'_>,
+        rows: &[Row],
+        asks: &mut Vec<Request>,
+    ) {
         let focused = ui.memory(|memory| memory.focused());
         if focused.is_none_or(|focused| focused == traces) && take(ui, Key::Space) {
             self.run_or_pause(seen);
@@ -58,20 +65,20 @@ impl Scope {
             self.editing.begin(&schema, view.period as f64 / 1e9);
         }
         if take(ui, Key::P) && seen.answers {
-            asks.push(Ask::Act(if view.state == State::Slept {
+            asks.push(Request::Act(if view.state == State::Slept {
                 Action::Play { schema }
             } else {
                 Action::Stop { schema }
             }));
         } else if take(ui, Key::F) && seen.answers {
-            asks.push(Ask::Act(Action::Force { schema }));
+            asks.push(Request::Act(Action::Force { schema }));
         } else if take(ui, Key::R) && seen.answers {
-            asks.push(Ask::Act(Action::Release { schema }));
+            asks.push(Request::Act(Action::Release { schema }));
         }
     }
 
     /// Moves the selection by so many schemas, and no further than the ends.
-    fn select(&mut self, seen: &Seen<'_>, rows: &[Row], by: isize) {
+    fn select(&mut self, seen: &Input<'_>, rows: &[Row], by: isize) {
         let order: Vec<_> = rows
             .iter()
             .filter_map(|row| match row {

@@ -9,21 +9,21 @@ mod body;
 mod cells;
 mod columns;
 mod cursors;
+mod event_signs;
 pub(crate) mod field;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod group;
-mod hand;
 mod index;
-mod ink;
+mod input;
 mod keys;
-mod lane;
-mod lanes;
+mod paint;
 mod period;
+mod pointer;
 mod rows;
 mod ruler;
-mod seen;
-mod signs;
+mod signal;
+mod signals;
 mod strips;
 mod switches;
 mod table;
@@ -40,18 +40,18 @@ use jde_link::message::VariableInfo;
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::look::Look;
 use crate::session::Session;
+use crate::style::Style;
 use axis::Axis;
 use cursors::Cursors;
 use index::Index;
-use lanes::Lanes;
+use input::Input;
+pub(crate) use input::Request;
 use period::Period;
 use rows::Filter;
-pub(crate) use seen::Ask;
-use seen::Seen;
-use trigger::{Kept as KeptTrigger, Trigger};
-use why::Why;
+use signals::Signals;
+use trigger::{SavedTrigger as KeptTrigger, Trigger};
+use why::SwitchDetails;
 
 /// How often the values of traces and conditions are wanted.
 const RATE: Rate = Rate::Hz(50);
@@ -62,10 +62,10 @@ pub(crate) struct Scope {
     index: Index,
     filter: Filter,
     folded: BTreeSet<String>,
-    lanes: Lanes,
+    signals: Signals,
     trigger: Trigger,
     cursors: Cursors,
-    why: Why,
+    why: SwitchDetails,
     editing: Period,
     /// The selected schema.
     selected: Option<String>,
@@ -78,13 +78,13 @@ pub(crate) struct Scope {
     /// Schemas that the filter left out.
     left_out: usize,
     /// What one kept before and could not be taken up yet.
-    waiting: Option<Kept>,
+    waiting: Option<SavedState>,
 }
 
 /// What stays from one start to the next.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(default)]
-struct Kept {
+struct SavedState {
     span: f64,
     share: f32,
     filter: Filter,
@@ -94,7 +94,7 @@ struct Kept {
     cursors: Cursors,
 }
 
-impl Default for Kept {
+impl Default for SavedState {
     fn default() -> Self {
         Self {
             span: 20.0,
@@ -112,16 +112,16 @@ impl Scope {
     /// With what one kept before.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
         // What an older or newer one kept is no reason not to open.
-        let mut kept: Kept = serde_json::from_value(kept.clone()).unwrap_or_default();
+        let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
         Self {
             axis: Axis::new(kept.span),
             index: Index::default(),
             filter: std::mem::take(&mut kept.filter),
             folded: std::mem::take(&mut kept.folded),
-            lanes: Lanes::default(),
+            signals: Signals::default(),
             trigger: Trigger::new(kept.trigger.clone()),
             cursors: kept.cursors,
-            why: Why::default(),
+            why: SwitchDetails::default(),
             editing: Period::default(),
             selected: None,
             share: kept.share.clamp(0.2, 0.8),
@@ -136,14 +136,14 @@ impl Scope {
     fn draw(
         &mut self,
         ui: &mut egui::Ui,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         variables: &[VariableInfo],
-        look: &Look,
-    ) -> Vec<Ask> {
+        style: &Style,
+    ) -> Vec<Request> {
         let mut asks = Vec::new();
         self.index.take(seen.past, seen.schemas);
         let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
-        self.bar(ui, seen, variables, &scale, look);
+        self.bar(ui, seen, variables, &scale, style);
         let height = ui.available_height();
         let why = Panel::bottom(ui.scope_id().with("why"))
             .resizable(true)
@@ -154,16 +154,16 @@ impl Scope {
                 ..egui::Margin::ZERO
             }));
         let shown = why
-            .show(ui, |ui| self.why.show(ui, seen, &self.index, look))
+            .show(ui, |ui| self.why.show(ui, seen, &self.index, style))
             .inner;
         if let Some(time) = shown {
             self.axis.reveal(time, seen.now());
         }
-        egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, look, &mut asks));
+        egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut asks));
         asks
     }
 
-    fn run_or_pause(&mut self, seen: &Seen<'_>) {
+    fn run_or_pause(&mut self, seen: &Input<'_>) {
         if self.axis.is_paused() {
             self.axis.follow();
             self.trigger.again(seen.past);
@@ -174,9 +174,9 @@ impl Scope {
 
     /// Takes up the values of traces and of the trigger.
     fn listen(&mut self, session: &Session) {
-        for lane in &mut self.lanes.list {
-            for sample in session.values(&lane.variable, RATE, &lane.name) {
-                lane.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
+        for signal in &mut self.signals.list {
+            for sample in session.values(&signal.variable, RATE, &signal.name) {
+                signal.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
             }
         }
         let variables = self.trigger.variables();
@@ -199,10 +199,10 @@ impl Scope {
 }
 
 impl Window for Scope {
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, look: &Look) {
+    fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style) {
         if let Some(kept) = self.waiting.take() {
             for trace in &kept.traces {
-                if let Err(why) = self.lanes.add(trace, session.variables()) {
+                if let Err(why) = self.signals.add(trace, session.variables()) {
                     tracing::info!("a trace is no longer there: {why}");
                 }
             }
@@ -210,30 +210,35 @@ impl Window for Scope {
                 .arm(session.schemas(), session.variables(), session.past());
         }
         for name in session.plots() {
-            self.lanes.ask(&name, session.variables());
+            self.signals.ask(&name, session.variables());
         }
         self.listen(session);
-        let seen = Seen {
+        let seen = Input {
             snapshot: session.snapshot(),
             schemas: session.schemas(),
             past: session.past(),
             answers: !session.is_gone() && !session.is_recording(),
         };
-        for ask in self.draw(ui, &seen, session.variables(), look) {
+        for ask in self.draw(ui, &seen, session.variables(), style) {
             match ask {
-                Ask::Act(action) => session.act(action),
-                Ask::Panel(schema) => session.open_window(super::Kind::Panel(schema)),
+                Request::Act(action) => session.act(action),
+                Request::Panel(schema) => session.open_window(super::Kind::Panel(schema)),
             }
         }
     }
 
     fn keep(&self) -> serde_json::Value {
-        let kept = Kept {
+        let kept = SavedState {
             span: self.axis.span(),
             share: self.share,
             filter: self.filter.clone(),
             folded: self.folded.clone(),
-            traces: self.lanes.list.iter().map(|lane| lane.name.clone()).collect(),
+            traces: self
+                .signals
+                .list
+                .iter()
+                .map(|signal| signal.name.clone())
+                .collect(),
             trigger: self.trigger.kept.clone(),
             cursors: self.cursors,
         };

@@ -3,8 +3,8 @@
 use eframe::egui::{Color32, Id, Key, Popup, Rect, Role, Sense, TextEdit, Ui, WidgetInfo};
 use jde_panel::Ink;
 
-use super::ink;
-use crate::look::{self, Look, time};
+use super::paint;
+use crate::style::{self, Style, time};
 
 /// The period that is being typed, if one is.
 #[derive(Debug, Default)]
@@ -39,11 +39,11 @@ impl Period {
         schema: &str,
         period: f64,
         color: Color32,
-        look: &Look,
+        style: &Style,
     ) -> Option<f64> {
         match self.typed.as_mut().filter(|typed| typed.schema == schema) {
             Some(typed) => {
-                let (given, done) = typed.show(ui, cell, look);
+                let (given, done) = typed.show(ui, cell, style);
                 if done {
                     self.typed = None;
                 }
@@ -55,7 +55,7 @@ impl Period {
                     let name = format!("Period of {schema}: {}", time::setting(period));
                     WidgetInfo::labeled(Role::Button, true, name)
                 });
-                ink::write_right(ui.painter(), cell, &time::setting(period), color);
+                paint::write_right(ui.painter(), cell, &time::setting(period), color);
                 if response.hovered() || response.has_focus() {
                     let line = [cell.left_bottom(), cell.right_bottom()]
                         .map(|at| at + eframe::egui::vec2(0.0, -3.0));
@@ -75,11 +75,11 @@ impl Period {
 }
 
 impl Typed {
-    fn show(&mut self, ui: &mut Ui, cell: Rect, look: &Look) -> (Option<f64>, bool) {
+    fn show(&mut self, ui: &mut Ui, cell: Rect, style: &Style) -> (Option<f64>, bool) {
         let id = Id::unique(("period", &self.schema));
         let edit = TextEdit::singleline(&mut self.text)
             .id(id)
-            .font(ink::digits())
+            .font(paint::digits())
             .margin(eframe::egui::Margin::symmetric(3, 1));
         let response = ui
             .put(cell.expand2(eframe::egui::vec2(3.0, -1.0)), edit)
@@ -99,7 +99,7 @@ impl Typed {
             self.trouble = None;
         }
         if let Some(trouble) = &self.trouble {
-            let why = eframe::egui::RichText::new(trouble).color(look::ink(Ink::Bad, look));
+            let why = eframe::egui::RichText::new(trouble).color(style::color_of(Ink::Bad, style));
             Popup::from_response(&response)
                 .open(true)
                 .show(|ui| ui.label(why));

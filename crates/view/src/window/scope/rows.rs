@@ -19,7 +19,7 @@ pub(super) enum Row {
     Schema {
         schema: usize,
         depth: usize,
-        below: Below,
+        below: Children,
     },
     /// A title for those that compete with nobody.
     Apart,
@@ -27,7 +27,7 @@ pub(super) enum Row {
 
 /// What is below a schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Below {
+pub(super) enum Children {
     Nothing,
     Shown,
     Folded,
@@ -202,11 +202,11 @@ impl List<'_> {
         }
         let place = self.rows.len();
         let below = |below| Row::Schema { schema, depth, below };
-        self.rows.push(below(Below::Nothing));
+        self.rows.push(below(Children::Nothing));
         let has_children = !self.groups[schema].is_empty() || !self.alone[schema].is_empty();
         // Whoever looks for something finds it in a folded part too.
         if has_children && !self.filtered && self.folded.contains(&self.snapshot.schemas[schema].name) {
-            self.rows[place] = below(Below::Folded);
+            self.rows[place] = below(Children::Folded);
             self.skip_below(schema);
             return;
         }
@@ -217,7 +217,7 @@ impl List<'_> {
             self.schema(child, depth + 1);
         }
         if self.rows.len() > place + 1 {
-            self.rows[place] = below(Below::Shown);
+            self.rows[place] = below(Children::Shown);
         }
     }
 
@@ -255,7 +255,7 @@ mod tests {
                 format!("{}[{}]", "  ".repeat(depth), snapshot.groups[group].name)
             }
             Row::Schema { schema, depth, below } => {
-                let fold = if below == Below::Folded { " +" } else { "" };
+                let fold = if below == Children::Folded { " +" } else { "" };
                 format!("{}{}{fold}", "  ".repeat(depth), snapshot.schemas[schema].name)
             }
             Row::Apart => "#".to_owned(),

@@ -8,10 +8,10 @@ use jde_host::snapshot::GroupView;
 use jde_panel::Ink;
 
 use super::index::Switch;
-use super::ink;
+use super::paint;
 use super::strips::{by_column, nearest};
 use super::traces::Traces;
-use crate::look;
+use crate::style;
 
 impl Traces<'_> {
     /// Who won in a group: names as long as there is room for them.
@@ -45,7 +45,7 @@ impl Traces<'_> {
                 if last > one {
                     // More switches than there is room for.
                     let busy = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
-                    painter.rect_filled(busy, 0.0, look::ink(Ink::Accent, self.look));
+                    painter.rect_filled(busy, 0.0, style::color_of(Ink::Accent, self.style));
                     from = x + 2.0;
                 }
             },
@@ -60,7 +60,7 @@ impl Traces<'_> {
         let winner = group
             .winner
             .and_then(|winner| self.seen.snapshot.schemas.get(winner));
-        let bands = winner.and_then(|winner| self.seen.past.bands(&winner.name));
+        let bands = winner.and_then(|winner| self.seen.past.states(&winner.name));
         let present = bands
             .and_then(VecDeque::back)
             .filter(|band| band.state == State::Winner);
@@ -75,16 +75,16 @@ impl Traces<'_> {
         if rect.width() <= 0.0 {
             return;
         }
-        let accent = look::ink(Ink::Accent, self.look);
+        let accent = style::color_of(Ink::Accent, self.style);
         painter.rect_filled(rect.shrink2(vec2(0.5, 0.0)), 2.0, accent.gamma_multiply(0.28));
         if rect.width() > 24.0 {
-            let text = if self.look.dark {
+            let text = if self.style.dark {
                 Color32::from_gray(215)
             } else {
                 Color32::from_gray(40)
             };
             let inside = rect.shrink2(vec2(4.0, 0.0));
-            ink::write(painter, inside, &winner.name, ink::small(), text);
+            paint::write(painter, inside, &winner.name, paint::small(), text);
         }
     }
 
@@ -101,7 +101,7 @@ impl Traces<'_> {
         let Some(switches) = self.index.group(&group.name) else {
             return;
         };
-        let plain = if self.look.dark {
+        let plain = if self.style.dark {
             Color32::from_gray(240)
         } else {
             Color32::from_gray(20)
@@ -116,7 +116,7 @@ impl Traces<'_> {
                 let is_opened =
                     opened.is_some_and(|number| (switches[first].number..=switch.number).contains(&number));
                 let color = if is_opened {
-                    look::ink(Ink::Goal, self.look)
+                    style::color_of(Ink::Goal, self.style)
                 } else {
                     plain
                 };
@@ -143,7 +143,7 @@ impl Traces<'_> {
             painter.line_segment([pos2(x, from), pos2(x, to)], line);
         }
         if let Some(y) = to {
-            let tick = ink::ROW / 2.0 - 3.0;
+            let tick = paint::ROW / 2.0 - 3.0;
             painter.line_segment(
                 [pos2(x, y - tick), pos2(x, y + tick)],
                 Stroke::new(if opened { 2.5 } else { 1.5 }, color),
@@ -170,7 +170,7 @@ mod tests {
     use super::super::fixture;
     use super::super::index::Index;
     use super::*;
-    use crate::look::{Look, Units};
+    use crate::style::{Style, Units};
 
     #[test]
     fn a_group_whose_switches_are_forgotten_is_won_since_its_winner_is_one() {
@@ -179,7 +179,7 @@ mod tests {
         let place = schemas.position(|schema| schema.name == "teleop");
         fixed.change(2.5, "teleop", "ready", "winner");
         fixed.snapshot.schemas[place.expect("it is there")].state = State::Winner;
-        fixed.past.see(&fixed.snapshot);
+        fixed.past.add_snapshot(&fixed.snapshot);
         let won = |fixed: &fixture::Fixed, winner| {
             let (seen, index) = (fixed.seen(), Index::default());
             let scale = Scale {
@@ -187,7 +187,7 @@ mod tests {
                 to: 10.0,
                 x: Rangef::new(0.0, 100.0),
             };
-            let look = Look {
+            let style = Style {
                 dark: true,
                 units: Units::default(),
             };
@@ -195,7 +195,7 @@ mod tests {
                 winner,
                 ..fixture::group("roots", None, &[0])
             };
-            Traces::new(&seen, &index, scale, &look, 1.0).won_since(&group)
+            Traces::new(&seen, &index, scale, &style, 1.0).won_since(&group)
         };
         assert_eq!(won(&fixed, place), 2.5);
         assert_eq!(

@@ -10,11 +10,11 @@ use jde_panel::Ink;
 use super::bands;
 use super::cells;
 use super::columns::{self, Column};
-use super::ink::{self, Icon, ROW};
+use super::input::{Input, Request};
+use super::paint::{self, Icon, ROW};
 use super::period::Period;
-use super::rows::{self, Below};
-use super::seen::{Ask, Seen};
-use crate::look::{self, Look, time};
+use super::rows::{self, Children};
+use crate::style::{self, Style, time};
 
 /// Room that a name keeps, points.
 const NAME: f32 = 110.0;
@@ -32,7 +32,7 @@ pub(super) struct Table {
 
 /// What was done with a row.
 #[derive(Default)]
-pub(super) struct Done {
+pub(super) struct RowActions {
     pub(super) selected: bool,
     pub(super) folded: bool,
 }
@@ -59,13 +59,13 @@ impl Table {
                         cell.right_center(),
                         Align2::RIGHT_CENTER,
                         title,
-                        ink::small(),
+                        paint::small(),
                         faint,
                     );
                     cell
                 }
                 Column::State | Column::Health | Column::Buttons => {
-                    ink::write(ui.painter(), cell, title, ink::small(), faint);
+                    paint::write(ui.painter(), cell, title, paint::small(), faint);
                     cell
                 }
             };
@@ -86,30 +86,31 @@ impl Table {
         &self,
         ui: &mut Ui,
         rect: Rect,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         place: usize,
-        (depth, below): (usize, Below),
+        (depth, below): (usize, Children),
         editing: &mut Period,
-        look: &Look,
-        asks: &mut Vec<Ask>,
-    ) -> Done {
+        style: &Style,
+        asks: &mut Vec<Request>,
+    ) -> RowActions {
         let view = &seen.snapshot.schemas[place];
         let id = ui.scope_id().with(("schema", &view.name));
-        let mut done = Done::default();
+        let mut done = RowActions::default();
         let left = self.left + 4.0 + depth as f32 * INDENT;
         let line = Rect::from_min_max(pos2(self.left, rect.top()), pos2(self.right, rect.bottom()));
         let row = ui.interact(line, id, Sense::click());
         row.widget_info(|| WidgetInfo::labeled(Role::Label, true, spoken(view)));
         done.selected = row.clicked();
         let fold = Rect::from_min_size(pos2(left, rect.top()), vec2(14.0, ROW));
-        if below != Below::Nothing {
+        if below != Children::Nothing {
             let (icon, word) = match below {
-                Below::Folded => (Icon::Unfold, "Unfold"),
-                Below::Shown | Below::Nothing => (Icon::Fold, "Fold"),
+                Children::Folded => (Icon::Unfold, "Unfold"),
+                Children::Shown | Children::Nothing => (Icon::Fold, "Fold"),
             };
             let name = format!("{word} {}", view.name);
             let tip = "Show or hide what is below it.";
-            done.folded = ink::button(ui, fold, id.with("fold"), icon, (&name, tip), (true, false)).clicked();
+            done.folded =
+                paint::button(ui, fold, id.with("fold"), icon, (&name, tip), (true, false)).clicked();
         }
         let name = Rect::from_min_max(
             pos2(fold.right() + 2.0, rect.top()),
@@ -120,21 +121,21 @@ impl Table {
         } else {
             ui.visuals().text_color()
         };
-        let end = ink::write(ui.painter(), name, &view.name, ink::font(), color);
+        let end = paint::write(ui.painter(), name, &view.name, paint::font(), color);
         if let Some(hold) = &view.operator {
             let held = format!("{} by {}", hold.kind.word(), hold.by);
             let rest = name.with_min_x((end + 6.0).min(name.right()));
-            ink::write(
+            paint::write(
                 ui.painter(),
                 rest,
                 &held,
-                ink::small(),
-                look::ink(Ink::Goal, look),
+                paint::small(),
+                style::color_of(Ink::Goal, style),
             );
         }
         for &(column, x) in &self.columns {
             let cell = self.cell(rect, column, x);
-            self.fact(ui, cell, column, seen, view, editing, look, asks);
+            self.fact(ui, cell, column, seen, view, editing, style, asks);
         }
         if row.hovered() {
             row.on_hover_ui(|ui| details(ui, seen, place));
@@ -148,11 +149,11 @@ impl Table {
         ui: &mut Ui,
         cell: Rect,
         column: Column,
-        seen: &Seen<'_>,
+        seen: &Input<'_>,
         view: &SchemaView,
         editing: &mut Period,
-        look: &Look,
-        asks: &mut Vec<Ask>,
+        style: &Style,
+        asks: &mut Vec<Request>,
     ) {
         let faint = ui.visuals().weak_text_color();
         let plain = if view.state == State::Slept {
@@ -161,20 +162,20 @@ impl Table {
             ui.visuals().text_color()
         };
         match column {
-            Column::State => cells::state(ui, cell, view, look),
+            Column::State => cells::state(ui, cell, view, style),
             Column::Health => {
                 let (word, _) = rows::health(&view.health);
                 let color = match view.health {
                     Health::Ok => faint,
-                    Health::Overrun => look::ink(Ink::Warn, look),
-                    Health::ArbitrationFailed(_) | Health::Faulted(_) => look::ink(Ink::Bad, look),
+                    Health::Overrun => style::color_of(Ink::Warn, style),
+                    Health::ArbitrationFailed(_) | Health::Faulted(_) => style::color_of(Ink::Bad, style),
                 };
-                ink::write(ui.painter(), cell, word, ink::font(), color);
+                paint::write(ui.painter(), cell, word, paint::font(), color);
             }
             Column::Period => {
                 let period = view.period as f64 / 1e9;
-                if let Some(period_s) = editing.show(ui, cell, &view.name, period, plain, look) {
-                    asks.push(Ask::Act(Action::Period {
+                if let Some(period_s) = editing.show(ui, cell, &view.name, period, plain, style) {
+                    asks.push(Request::Act(Action::Period {
                         schema: view.name.clone(),
                         period_s,
                     }));
@@ -184,16 +185,16 @@ impl Table {
                 let text = view
                     .measured
                     .map_or_else(|| "–".to_owned(), |measured| time::span(measured as f64 / 1e9));
-                ink::write_right(ui.painter(), cell, &text, plain);
+                paint::write_right(ui.painter(), cell, &text, plain);
             }
-            Column::Load => cells::load(ui, cell, view.load, look),
+            Column::Load => cells::load(ui, cell, view.load, style),
             Column::Overruns => {
                 let color = if view.overruns == 0 {
                     faint
                 } else {
-                    look::ink(Ink::Warn, look)
+                    style::color_of(Ink::Warn, style)
                 };
-                ink::write_right(ui.painter(), cell, &view.overruns.to_string(), color);
+                paint::write_right(ui.painter(), cell, &view.overruns.to_string(), color);
             }
             Column::Buttons => cells::buttons(ui, cell, seen, view, asks),
         }
@@ -213,7 +214,7 @@ fn spoken(view: &SchemaView) -> String {
     text
 }
 
-fn details(ui: &mut Ui, seen: &Seen<'_>, place: usize) {
+fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     let view = &seen.snapshot.schemas[place];
     let info = seen.schemas.schemas.iter().find(|info| info.name == view.name);
     ui.strong(&view.name);

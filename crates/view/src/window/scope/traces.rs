@@ -5,41 +5,41 @@ use eframe::egui::{Mesh, Painter, Rect, vec2};
 use jde_host::snapshot::SchemaView;
 
 use super::axis::Scale;
-use super::bands::{self, Run};
+use super::bands::{self, ColumnRun};
+use super::event_signs;
 use super::index::{Index, Mark};
-use super::seen::Seen;
-use super::signs;
+use super::input::Input;
 use super::strips::{by_column, nearest};
-use crate::look::{self, Look};
+use crate::style::{self, Style};
 
 /// What happened in one column that is looked at.
 const LOOKED_AT: usize = 16;
 
 /// What is drawn into all rows of a frame.
 pub(super) struct Traces<'a> {
-    pub(super) seen: &'a Seen<'a>,
+    pub(super) seen: &'a Input<'a>,
     pub(super) index: &'a Index,
     pub(super) scale: Scale,
-    pub(super) look: &'a Look,
+    pub(super) style: &'a Style,
     /// Width of a column: one pixel.
     pub(super) pixel: f32,
-    runs: Vec<Run>,
+    runs: Vec<ColumnRun>,
     mesh: Mesh,
 }
 
 impl<'a> Traces<'a> {
     pub(super) fn new(
-        seen: &'a Seen<'a>,
+        seen: &'a Input<'a>,
         index: &'a Index,
         scale: Scale,
-        look: &'a Look,
+        style: &'a Style,
         pixel: f32,
     ) -> Self {
         Self {
             seen,
             index,
             scale,
-            look,
+            style,
             pixel,
             runs: Vec::new(),
             mesh: Mesh::default(),
@@ -49,10 +49,10 @@ impl<'a> Traces<'a> {
     /// A schema's states and what happened to it.
     pub(super) fn schema(&mut self, painter: &Painter, rect: Rect, view: &SchemaView) {
         let row = rect.shrink2(vec2(0.0, 3.0));
-        if let Some(list) = self.seen.past.bands(&view.name) {
+        if let Some(list) = self.seen.past.states(&view.name) {
             let columns = (row.width() / self.pixel).floor() as usize;
             bands::runs(list, &self.scale, columns, self.seen.now(), &mut self.runs);
-            bands::draw(&mut self.mesh, &self.runs, row, self.pixel, self.look);
+            bands::draw(&mut self.mesh, &self.runs, row, self.pixel, self.style);
             painter.add(std::mem::take(&mut self.mesh));
         }
         let Some(marks) = self.index.marks(&view.name) else {
@@ -70,7 +70,7 @@ impl<'a> Traces<'a> {
                     .max();
                 let x = self.scale.x(marks[first].time);
                 if let Some(worst) = worst {
-                    signs::draw(painter, x, rect, worst, self.look);
+                    event_signs::draw(painter, x, rect, worst, self.style);
                 }
             },
         );
@@ -80,7 +80,7 @@ impl<'a> Traces<'a> {
     pub(super) fn words_at(&self, view: &SchemaView, x: f32) -> Vec<String> {
         let time = self.scale.time(x);
         let mut words = Vec::new();
-        if let Some(list) = self.seen.past.bands(&view.name)
+        if let Some(list) = self.seen.past.states(&view.name)
             && time <= self.seen.now()
             && let Some(place) = list.partition_point(|band| band.from <= time).checked_sub(1)
         {
@@ -88,7 +88,7 @@ impl<'a> Traces<'a> {
             words.push(format!(
                 "{} for {}, from {:.3} s",
                 bands::word(list[place].state),
-                look::time::span(until - list[place].from),
+                style::time::span(until - list[place].from),
                 list[place].from
             ));
         }

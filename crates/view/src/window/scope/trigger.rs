@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
 use super::index::newest;
-use crate::session::{Heard, Past};
+use crate::session::{History, Progress};
 use jde_host::story::Line;
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ pub(super) enum Phase {
 /// What is kept of it from one start to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub(super) struct Kept {
+pub(super) struct SavedTrigger {
     /// The condition.
     pub(super) text: String,
     pub(super) mode: Mode,
@@ -52,18 +52,18 @@ pub(super) struct Kept {
 /// The trigger.
 #[derive(Default)]
 pub(super) struct Trigger {
-    pub(super) kept: Kept,
+    pub(super) kept: SavedTrigger,
     /// Why the condition is none.
     pub(super) trouble: Option<String>,
     phase: Phase,
     /// The last time that it fired, and why in words.
     last: Option<(f64, String)>,
     watched: Option<Triggers>,
-    heard: Heard,
+    heard: Progress,
     names: Option<Names>,
 }
 
-impl Default for Kept {
+impl Default for SavedTrigger {
     fn default() -> Self {
         Self {
             text: String::new(),
@@ -86,7 +86,7 @@ impl Mode {
 }
 
 impl Trigger {
-    pub(super) fn new(kept: Kept) -> Self {
+    pub(super) fn new(kept: SavedTrigger) -> Self {
         Self {
             kept,
             ..Self::default()
@@ -103,7 +103,7 @@ impl Trigger {
     }
 
     /// Takes the text up as its condition; none for an empty one.
-    pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &Past) {
+    pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &History) {
         (self.trouble, self.watched, self.phase) = (None, None, Phase::Off);
         let text = self.kept.text.trim();
         if text.is_empty() {
@@ -120,9 +120,9 @@ impl Trigger {
     }
 
     /// Waits for what comes from now on.
-    pub(super) fn again(&mut self, past: &Past) {
+    pub(super) fn again(&mut self, past: &History) {
         if self.watched.is_some() {
-            (self.phase, self.heard) = (Phase::Armed, past.heard());
+            (self.phase, self.heard) = (Phase::Armed, past.progress());
         }
     }
 
@@ -136,12 +136,12 @@ impl Trigger {
     /// its bytes.
     pub(super) fn step(
         &mut self,
-        past: &Past,
+        past: &History,
         values: &[(u64, &str, Option<&[u8]>)],
         now: u64,
         axis: &mut Axis,
     ) -> Option<f64> {
-        let heard = past.heard();
+        let heard = past.progress();
         let watched = self.watched.as_mut()?;
         if heard.turns != self.heard.turns {
             self.heard = heard;
@@ -198,7 +198,7 @@ impl Trigger {
 }
 
 /// What was heard between, in the order of time.
-fn fresh(past: &Past, before: Heard, now: Heard) -> Vec<Line> {
+fn fresh(past: &History, before: Progress, now: Progress) -> Vec<Line> {
     let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
     let happenings = newest(
         past.happenings(),
@@ -229,7 +229,7 @@ mod tests {
 
     fn armed(text: &str, mode: Mode) -> (Trigger, Fixed, Axis) {
         let fixed = fixture::navigation();
-        let mut trigger = Trigger::new(Kept {
+        let mut trigger = Trigger::new(SavedTrigger {
             text: text.to_owned(),
             mode,
             share: 0.2,
@@ -241,7 +241,7 @@ mod tests {
     fn collide(fixed: &mut Fixed, number: u64, time: f64) {
         for (number, case) in [(number, "alone"), (number + 1, "collision")] {
             let selection = fixture::selection(number, time, "example/base", Some("goon"), "vff", case);
-            fixed.past.hear(Line::Decision(selection), 0);
+            fixed.past.add_line(Line::Decision(selection), 0);
         }
     }
 

@@ -6,14 +6,14 @@ use jde_host::story::Decision;
 use jde_panel::Ink;
 
 use super::index::{self, Index};
-use super::ink;
-use super::seen::Seen;
-use crate::look::{self, Look, time};
-use crate::session::Past;
+use super::input::Input;
+use super::paint;
+use crate::session::History;
+use crate::style::{self, Style, time};
 
 /// Which record is looked at.
 #[derive(Debug, Default)]
-pub(super) struct Why {
+pub(super) struct SwitchDetails {
     /// Its number; none for the newest.
     opened: Option<u64>,
     /// Selections that changed nothing are listed too.
@@ -22,14 +22,14 @@ pub(super) struct Why {
     scroll: bool,
 }
 
-impl Why {
+impl SwitchDetails {
     /// Opens a record.
     pub(super) fn open(&mut self, number: u64) {
         (self.opened, self.scroll) = (Some(number), true);
     }
 
     /// Opens the record of a moment, if there is one.
-    pub(super) fn open_at(&mut self, past: &Past, at: f64) {
+    pub(super) fn open_at(&mut self, past: &History, at: f64) {
         // Times go through whole ns.
         let place = past
             .decisions()
@@ -63,7 +63,13 @@ impl Why {
     }
 
     /// Draws the list and the record; answers with a moment that the window shall show.
-    pub(super) fn show(&mut self, ui: &mut Ui, seen: &Seen<'_>, index: &Index, look: &Look) -> Option<f64> {
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        seen: &Input<'_>,
+        index: &Index,
+        style: &Style,
+    ) -> Option<f64> {
         let mut reveal = None;
         ui.horizontal(|ui| {
             ui.strong("Why");
@@ -87,7 +93,7 @@ impl Why {
                 );
             if seen.past.missed() > 0 {
                 let text = format!("{} lines did not come", seen.past.missed());
-                ui.label(RichText::new(text).color(look::ink(Ink::Warn, look)))
+                ui.label(RichText::new(text).color(style::color_of(Ink::Warn, style)))
                     .on_hover_text("The network or this machine was too slow for them.");
             }
         });
@@ -95,7 +101,7 @@ impl Why {
         let left = rect.with_max_x(rect.left() + (rect.width() * 0.42).clamp(180.0, 420.0));
         let right = rect.with_min_x(left.right() + 10.0);
         ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(left), |ui| {
-            if let Some(time) = self.list(ui, seen, index, look) {
+            if let Some(time) = self.list(ui, seen, index, style) {
                 reveal = Some(time);
             }
         });
@@ -111,7 +117,7 @@ impl Why {
                                 "Nobody has switched yet. When a group changes its winner, it says here why.",
                             );
                         }
-                        Some((_, Some(decision))) => record(ui, decision, seen, look),
+                        Some((_, Some(decision))) => record(ui, decision, seen, style),
                         Some((number, None)) => {
                             ui.weak(format!("The record of selection {number} is no longer kept."));
                         }
@@ -121,7 +127,7 @@ impl Why {
         reveal
     }
 
-    fn list(&mut self, ui: &mut Ui, seen: &Seen<'_>, index: &Index, look: &Look) -> Option<f64> {
+    fn list(&mut self, ui: &mut Ui, seen: &Input<'_>, index: &Index, style: &Style) -> Option<f64> {
         let (count, switches) = if self.all {
             (seen.past.decisions().len(), None)
         } else {
@@ -155,7 +161,7 @@ impl Why {
                 let (rect, response) =
                     ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
                 let Some(decision) = get(nth) else { continue };
-                line(ui, rect, decision, shown == Some(decision.number), look);
+                line(ui, rect, decision, shown == Some(decision.number), style);
                 response.widget_info(|| WidgetInfo::labeled(Role::Button, true, in_a_line(decision)));
                 if response.clicked() {
                     self.opened = Some(decision.number);
@@ -178,7 +184,7 @@ fn in_a_line(decision: &Decision) -> String {
     format!("{:.3} s  {}: {choice}", decision.time_s, decision.group)
 }
 
-fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, look: &Look) {
+fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, style: &Style) {
     if opened {
         let ground = ui.visuals().selection.bg_fill.gamma_multiply(0.35);
         ui.painter().rect_filled(rect, 2.0, ground);
@@ -191,28 +197,28 @@ fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, look: &Look) {
     let inside = rect.shrink2(vec2(4.0, 0.0));
     let case = Rect::from_min_max(inside.right_top() - vec2(58.0, 0.0), inside.right_bottom());
     let text = inside.with_max_x(case.left());
-    ink::write(ui.painter(), text, &in_a_line(decision), ink::font(), color);
-    ink::write(
+    paint::write(ui.painter(), text, &in_a_line(decision), paint::font(), color);
+    paint::write(
         ui.painter(),
         case,
         &decision.case,
-        ink::small(),
-        case_color(&decision.case, look),
+        paint::small(),
+        case_color(&decision.case, style),
     );
 }
 
-fn case_color(case: &str, look: &Look) -> eframe::egui::Color32 {
-    let ink = match case {
+fn case_color(case: &str, style: &Style) -> eframe::egui::Color32 {
+    let color = match case {
         "collision" => Ink::Warn,
         "absence" => Ink::Bad,
         "forced" => Ink::Goal,
         _ => Ink::Faint,
     };
-    look::ink(ink, look)
+    style::color_of(color, style)
 }
 
 /// A record in words.
-fn record(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
+fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(in_a_line(decision)).strong());
@@ -223,27 +229,27 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
             "forced" => "forced: an operator decided",
             other => other,
         };
-        ui.label(RichText::new(case).color(case_color(&decision.case, look)));
+        ui.label(RichText::new(case).color(case_color(&decision.case, style)));
     });
     let facts = |ui: &mut Ui| {
         ui.label(format!("{}: {}", decider(&decision.decider), decision.reason));
         ui.label(format!("Cause: {}", decision.cause));
-        takeover(ui, decision, seen, look);
+        takeover(ui, decision, seen, style);
     };
     // Side by side where there is room, so that nothing has to be scrolled for.
     if ui.available_width() > 620.0 {
         ui.horizontal_top(|ui| {
-            ui.vertical(|ui| candidates(ui, decision, look));
+            ui.vertical(|ui| candidates(ui, decision, style));
             ui.add_space(16.0);
             ui.vertical(facts);
         });
     } else {
-        candidates(ui, decision, look);
+        candidates(ui, decision, style);
         facts(ui);
     }
 }
 
-fn candidates(ui: &mut Ui, decision: &Decision, look: &Look) {
+fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
     if decision.candidates.is_empty() {
         ui.weak("Nobody was awake.");
         return;
@@ -262,19 +268,19 @@ fn candidates(ui: &mut Ui, decision: &Decision, look: &Look) {
             let chosen = decision.choice.as_ref() == Some(&candidate.name);
             let name = RichText::new(&candidate.name);
             ui.label(if chosen { name.strong() } else { name });
-            let (holds, ink) = if candidate.ready {
+            let (holds, color) = if candidate.ready {
                 ("holds", Ink::Good)
             } else {
                 ("does not hold", Ink::Faint)
             };
-            ui.label(RichText::new(holds).color(look::ink(ink, look)));
+            ui.label(RichText::new(holds).color(style::color_of(color, style)));
             let urgency = candidate
                 .urgency
                 .map_or_else(|| "no number".to_owned(), |urgency| format!("{urgency:.3}"));
             ui.label(urgency);
             ui.label(candidate.state.to_uppercase());
             let wins = if chosen { "wins" } else { "" };
-            ui.label(RichText::new(wins).color(look::ink(Ink::Good, look)));
+            ui.label(RichText::new(wins).color(style::color_of(Ink::Good, style)));
             ui.end_row();
         }
     });
@@ -293,7 +299,7 @@ fn decider(decider: &str) -> String {
 }
 
 /// How long the winner took to act, against what the group's contract allows (R17).
-fn takeover(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
+fn takeover(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     let allowed = seen
         .snapshot
         .groups
@@ -306,7 +312,7 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
     let of = allowed.map_or_else(String::new, |allowed| {
         format!(" of {} allowed", time::span(allowed))
     });
-    let (text, ink) = match (took, decision.changed) {
+    let (text, color) = match (took, decision.changed) {
         (Some(took), _) if allowed.is_some_and(|allowed| took > allowed) => (
             format!("Took over in {}{of}: too late", time::span(took)),
             Ink::Bad,
@@ -319,7 +325,7 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Seen<'_>, look: &Look) {
         ),
         (None, false) => ("Nothing changed".to_owned(), Ink::Faint),
     };
-    ui.label(RichText::new(text).color(look::ink(ink, look)));
+    ui.label(RichText::new(text).color(style::color_of(color, style)));
 }
 
 #[cfg(test)]
@@ -332,7 +338,7 @@ mod tests {
         let fixed = fixture::navigation();
         let mut index = Index::default();
         index.take(&fixed.past, &fixed.schemas);
-        let mut why = Why::default();
+        let mut why = SwitchDetails::default();
         let back: Vec<_> = (0..5).map(|_| why.turn(&index, false)).collect();
         assert_eq!(back, [Some(3), Some(2), Some(1), None, None]);
         let on: Vec<_> = (0..4).map(|_| why.turn(&index, true)).collect();

@@ -3,17 +3,17 @@
 use eframe::egui::{self, Align2, Ui, vec2};
 use jde_panel::Ink;
 
-use super::hand::Wish;
 use super::orbit::Orbit;
+use super::pointer::ViewAction;
 use super::{Space, overlay};
-use crate::look::{Look, ink};
+use crate::style::{Style, color_of};
 
 impl Space {
     /// Does what a person wants besides moving the eye.
-    pub(super) fn fulfil(&mut self, wish: Wish) {
+    pub(super) fn fulfil(&mut self, wish: ViewAction) {
         let now = self.kept.orbit;
         match wish {
-            Wish::Follow => {
+            ViewAction::Follow => {
                 self.kept.follow = !self.kept.follow;
                 if self.kept.follow
                     && let Some(robot) = self.present()
@@ -21,8 +21,8 @@ impl Space {
                     self.goal = Some(Orbit { target: robot, ..now });
                 }
             }
-            Wish::Top => self.goal = Some(self.goal.unwrap_or(now).above()),
-            Wish::Reset => {
+            ViewAction::Top => self.goal = Some(self.goal.unwrap_or(now).above()),
+            ViewAction::Reset => {
                 let target = self.present().unwrap_or(Orbit::default().target);
                 self.kept.follow = true;
                 self.goal = Some(Orbit {
@@ -57,21 +57,21 @@ impl Space {
             .selectable_label(self.kept.follow, "Follow")
             .on_hover_text("The view goes along with the robot (F)");
         if follow.clicked() {
-            wish = Some(Wish::Follow);
+            wish = Some(ViewAction::Follow);
         }
         if bar
             .button("Top")
             .on_hover_text("Look from above, as at a map (T)")
             .clicked()
         {
-            wish = Some(Wish::Top);
+            wish = Some(ViewAction::Top);
         }
         let reset = bar.button("Reset").on_hover_text(
-            "Look as at the beginning (R)\n\nDrag to look around, Shift-drag or middle button to move, wheel to go nearer.\n\
+            "Look as at the beginning (R)\n\nDrag to style around, Shift-drag or middle button to move, wheel to go nearer.\n\
              Keys: arrows, Shift-arrows, + and -. A click tells what is there, and where.",
         );
         if reset.clicked() {
-            wish = Some(Wish::Reset);
+            wish = Some(ViewAction::Reset);
         }
         if let Some(wish) = wish {
             self.fulfil(wish);
@@ -80,20 +80,21 @@ impl Space {
     }
 
     /// What is to be said in words.
-    pub(super) fn notes(&self, painter: &egui::Painter, rect: egui::Rect, look: &Look) {
-        let plain = ink(Ink::Plain, look);
+    pub(super) fn notes(&self, painter: &egui::Painter, rect: egui::Rect, style: &Style) {
+        let plain = color_of(Ink::Plain, style);
         if self.seen.is_empty() {
             let text = if self.seen.robots.is_empty() {
                 "no odometry in this application: nothing tells where the robot is"
             } else {
                 "no odometry yet: the driver that tells it may be asleep"
             };
-            overlay::plate(painter, rect.center(), Align2::CENTER_CENTER, text, plain, look);
+            overlay::plate(painter, rect.center(), Align2::CENTER_CENTER, text, plain, style);
         }
         let mut at = rect.left_bottom() + vec2(8.0, -8.0);
         if let Some(pointed) = &self.pointed {
             let number = |number: f32| {
-                look.units
+                style
+                    .units
                     .show(f64::from((number * 1000.0).round() / 1000.0), "m")
             };
             let (x, y) = (number(pointed.at.x), number(pointed.at.y));
@@ -101,7 +102,7 @@ impl Space {
                 Some(name) => format!("{name}: x {x}, y {y}"),
                 None => format!("x {x}, y {y}"),
             };
-            overlay::plate(painter, at, Align2::LEFT_BOTTOM, &text, plain, look);
+            overlay::plate(painter, at, Align2::LEFT_BOTTOM, &text, plain, style);
             at.y -= 22.0;
         }
         for trouble in &self.troubles {
@@ -110,8 +111,8 @@ impl Space {
                 at,
                 Align2::LEFT_BOTTOM,
                 trouble,
-                ink(Ink::Warn, look),
-                look,
+                color_of(Ink::Warn, style),
+                style,
             );
             at.y -= 22.0;
         }

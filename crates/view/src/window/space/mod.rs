@@ -2,22 +2,22 @@
 //! shows was told by the application.
 
 mod bar;
-mod cast;
-mod figures;
-mod gather;
+mod compose;
+mod draw_list;
+mod entities;
+mod gestures;
 mod gpu;
-mod hand;
 mod hit;
 mod items;
+mod models;
 mod orbit;
 mod overlay;
-mod seen;
-mod show;
+mod pointer;
+mod sampler;
+mod scene_data;
 mod solids;
-mod stage;
 #[cfg(test)]
 mod tests;
-mod touch;
 
 use eframe::egui::{self, Color32, Sense, Ui, pos2};
 use glam::Vec3;
@@ -25,50 +25,50 @@ use jde_panel::{Gesture, Ink};
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::look::{Look, ink};
 use crate::session::Session;
-use gather::Gather;
-use gpu::{Card, Ground};
-use hand::{Pointed, Taken};
+use crate::style::{Style, color_of};
+use draw_list::DrawList;
+use gestures::SceneGestures;
+use gpu::{Background, Card};
 use items::Items;
 use orbit::Orbit;
-use seen::Seen;
-use stage::Stage;
-use touch::Touch;
+use pointer::{Pointed, PointerInput};
+use sampler::Sampler;
+use scene_data::SceneData;
 
-pub(crate) use gpu::{Effort, offer};
+pub(crate) use gpu::{Quality, offer};
 #[cfg(test)]
 pub(crate) use orbit::Eye;
 #[cfg(test)]
-pub(crate) use seen::frame;
+pub(crate) use scene_data::frame;
 
 /// The window.
 pub(crate) struct Space {
-    kept: Kept,
+    kept: SavedState,
     /// Where the eye goes, if it is on its way.
     goal: Option<Orbit>,
     /// Where the robot that is followed was.
     robot: Option<Vec3>,
     pointed: Option<Pointed>,
-    touch: Touch,
+    touch: SceneGestures,
     /// What could not be shown, in words.
     troubles: Vec<String>,
-    gather: Gather,
-    seen: Seen,
-    stage: Stage,
+    gather: Sampler,
+    seen: SceneData,
+    draw_list: DrawList,
     card: Option<Result<Card, String>>,
 }
 
 /// What is kept from one start to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
-struct Kept {
+struct SavedState {
     orbit: Orbit,
     follow: bool,
     items: Items,
 }
 
-impl Default for Kept {
+impl Default for SavedState {
     fn default() -> Self {
         Self {
             orbit: Orbit::default(),
@@ -81,7 +81,7 @@ impl Default for Kept {
 impl Space {
     /// With what one kept before.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
-        let mut kept: Kept = serde_json::from_value(kept.clone()).unwrap_or_default();
+        let mut kept: SavedState = serde_json::from_value(kept.clone()).unwrap_or_default();
         if !kept.orbit.is_sound() {
             kept.orbit = Orbit::default();
         }
@@ -90,18 +90,18 @@ impl Space {
             goal: None,
             robot: None,
             pointed: None,
-            touch: Touch::default(),
+            touch: SceneGestures::default(),
             troubles: Vec::new(),
-            gather: Gather::default(),
-            seen: Seen::default(),
-            stage: Stage::default(),
+            gather: Sampler::default(),
+            seen: SceneData::default(),
+            draw_list: DrawList::default(),
             card: None,
         }
     }
 
     /// What is seen.
     #[cfg(test)]
-    pub(crate) fn seen(&self) -> &Seen {
+    pub(crate) fn seen(&self) -> &SceneData {
         &self.seen
     }
 
@@ -124,7 +124,7 @@ impl Space {
     }
 
     /// Draws what is seen; answers with what hands did to the scenes of panels, each with the schema that it is for.
-    fn picture(&mut self, ui: &mut Ui, look: &Look) -> Vec<(String, Gesture)> {
+    fn picture(&mut self, ui: &mut Ui, style: &Style) -> Vec<(String, Gesture)> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| {
             egui::WidgetInfo::labeled(
@@ -136,13 +136,13 @@ impl Space {
         if rect.width() < 8.0 || rect.height() < 8.0 {
             return Vec::new();
         }
-        let eye = hand::eye(&self.kept.orbit, &response);
+        let eye = pointer::eye(&self.kept.orbit, &response);
         let gestures = self.touch.gestures(ui, &response, &eye, &self.seen);
-        let taken = Taken {
+        let taken = PointerInput {
             drag: self.touch.drags(),
             keys: self.touch.types(&self.seen),
         };
-        let (wish, away) = hand::steer(ui, &response, &mut self.kept.orbit, self.kept.follow, taken);
+        let (wish, away) = pointer::steer(ui, &response, &mut self.kept.orbit, self.kept.follow, taken);
         if away {
             self.kept.follow = false;
             self.goal = None;
@@ -153,21 +153,21 @@ impl Space {
         self.follow();
         self.glide(ui);
 
-        self.stage.clear();
-        self.troubles = show::all(&mut self.stage, &self.seen, &self.kept.items, look);
+        self.draw_list.clear();
+        self.troubles = compose::all(&mut self.draw_list, &self.seen, &self.kept.items, style);
         if let Some(pointed) = &self.pointed {
-            mark(&mut self.stage, pointed, look);
+            mark(&mut self.draw_list, pointed, style);
         }
-        let eye = hand::eye(&self.kept.orbit, &response);
-        let ground = ground(&self.kept, look);
+        let eye = pointer::eye(&self.kept.orbit, &response);
+        let ground = ground(&self.kept, style);
         let scale = ui.pixels_per_point();
         let pixels = [rect.width(), rect.height()].map(|points| (points * scale).round() as u32);
         let card = self.card.get_or_insert_with(|| Card::find(ui.ctx()));
         let drawn = match card {
             Ok(card) => {
                 self.troubles
-                    .extend(self.stage.leave_out_pictures(card.most_pixels()));
-                card.draw(&self.stage, &eye, &ground, pixels)
+                    .extend(self.draw_list.leave_out_pictures(card.most_pixels()));
+                card.draw(&self.draw_list, &eye, &ground, pixels)
             }
             Err(reason) => Err(reason.clone()),
         };
@@ -187,28 +187,28 @@ impl Space {
             && let Some(at) = response.interact_pointer_pos()
         {
             let at = at - rect.min;
-            self.pointed = hand::point(&eye, &self.stage.things, glam::Vec2::new(at.x, at.y));
+            self.pointed = pointer::point(&eye, &self.draw_list.things, glam::Vec2::new(at.x, at.y));
             ui.ctx().request_repaint();
         }
         if self.kept.items.grid {
-            overlay::ticks(&painter, rect, &eye, ground.step, look);
+            overlay::ticks(&painter, rect, &eye, ground.step, style);
         }
-        overlay::labels(&painter, rect, &eye, &self.stage, look);
+        overlay::labels(&painter, rect, &eye, &self.draw_list, style);
         if self.kept.items.axes {
-            overlay::gizmo(&painter, rect, &eye, look);
+            overlay::gizmo(&painter, rect, &eye, style);
         }
         if response.has_focus() {
             let stroke = ui.visuals().selection.stroke;
             painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
         }
         self.bar(ui, rect);
-        self.notes(&painter, rect, look);
+        self.notes(&painter, rect, style);
         gestures
     }
 
     /// Where the robot that is followed is now.
     fn present(&self) -> Option<Vec3> {
-        let place = self.seen.robots.iter().find_map(seen::Robot::place)?;
+        let place = self.seen.robots.iter().find_map(scene_data::RobotData::place)?;
         Some(place.transform_point3(Vec3::Z * 0.2))
     }
 
@@ -252,9 +252,9 @@ impl Space {
 }
 
 impl Window for Space {
-    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
         self.gather.update(&mut self.seen, session, &self.kept.items);
-        for (schema, gesture) in self.picture(ui, look) {
+        for (schema, gesture) in self.picture(ui, style) {
             if !session.is_gone() && !session.is_recording() {
                 // What comes of it the schema draws, and what is refused is among the notices.
                 session.touch(&schema, gesture);
@@ -268,16 +268,16 @@ impl Window for Space {
 }
 
 /// A cross where somebody pointed.
-fn mark(stage: &mut Stage, pointed: &Pointed, look: &Look) {
-    let color = ink(Ink::Plain, look);
+fn mark(draw_list: &mut DrawList, pointed: &Pointed, style: &Style) {
+    let color = color_of(Ink::Plain, style);
     for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-        stage.line(pointed.at - axis * 0.12, pointed.at + axis * 0.12, 1.5, color);
+        draw_list.line(pointed.at - axis * 0.12, pointed.at + axis * 0.12, 1.5, color);
     }
-    stage.dot(pointed.at, 6.0, color);
+    draw_list.dot(pointed.at, 6.0, color);
 }
 
-fn ground(kept: &Kept, look: &Look) -> Ground {
-    let (floor, beyond, lines) = if look.dark {
+fn ground(kept: &SavedState, style: &Style) -> Background {
+    let (floor, beyond, lines) = if style.dark {
         (
             Color32::from_rgb(47, 50, 56),
             Color32::from_rgb(25, 27, 31),
@@ -290,7 +290,7 @@ fn ground(kept: &Kept, look: &Look) -> Ground {
             Color32::from_rgba_unmultiplied(92, 102, 118, 150),
         )
     };
-    Ground {
+    Background {
         floor,
         beyond,
         lines,

@@ -4,10 +4,10 @@ use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, v
 use glam::{Vec2, Vec3};
 use jde_panel::Ink;
 
+use super::compose::axis_colors;
+use super::draw_list::DrawList;
 use super::orbit::Eye;
-use super::show::axis_colors;
-use super::stage::Stage;
-use crate::look::{Look, ink};
+use crate::style::{Style, color_of};
 
 /// Room around the letters of a label.
 const ROOM: egui::Vec2 = vec2(4.0, 1.5);
@@ -24,22 +24,29 @@ pub(crate) fn step(distance: f32) -> f32 {
 }
 
 /// The labels of a stage, near ones over far ones.
-pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, stage: &Stage, look: &Look) {
-    let mut order: Vec<_> = stage.labels.iter().collect();
+pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawList, style: &Style) {
+    let mut order: Vec<_> = draw_list.labels.iter().collect();
     order.sort_by(|a, b| {
         let far = |at: Vec3| at.distance_squared(eye.place);
         far(b.at).total_cmp(&far(a.at))
     });
     for label in order {
         if let Some(at) = on_screen(rect, eye, label.at) {
-            plate(painter, at, Align2::CENTER_BOTTOM, &label.text, label.color, look);
+            plate(
+                painter,
+                at,
+                Align2::CENTER_BOTTOM,
+                &label.text,
+                label.color,
+                style,
+            );
         }
     }
 }
 
 /// How far it is along the axes of the floor.
-pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, look: &Look) {
-    let faint = ink(Ink::Faint, look);
+pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: &Style) {
+    let faint = color_of(Ink::Faint, style);
     let mut last: [Option<Pos2>; 2] = [None; 2];
     for number in (-TICKS..=TICKS).filter(|number| *number != 0) {
         for axis in 0..2 {
@@ -57,7 +64,7 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, look: &
                 continue;
             }
             last[axis] = Some(at);
-            let text = look.units.show(f64::from(place[axis]), "m");
+            let text = style.units.show(f64::from(place[axis]), "m");
             painter.text(
                 at + vec2(3.0, 2.0),
                 Align2::LEFT_TOP,
@@ -70,9 +77,9 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, look: &
 }
 
 /// Which way x, y and z point, in the lower right corner.
-pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, look: &Look) {
+pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
     let middle = rect.right_bottom() - vec2(GIZMO + 16.0, GIZMO + 16.0);
-    let ground = if look.dark {
+    let ground = if style.dark {
         Color32::from_black_alpha(70)
     } else {
         Color32::from_white_alpha(120)
@@ -81,7 +88,7 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, look: &Look) {
     let back = eye.right.cross(eye.up);
     let mut axes: Vec<_> = Vec3::AXES
         .into_iter()
-        .zip(axis_colors(look))
+        .zip(axis_colors(style))
         .zip(["x", "y", "z"])
         .collect();
     axes.sort_by(|((a, _), _), ((b, _), _)| a.dot(back).total_cmp(&b.dot(back)));
@@ -89,14 +96,24 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, look: &Look) {
         let tip = middle + vec2(axis.dot(eye.right), -axis.dot(eye.up)) * GIZMO;
         painter.line_segment([middle, tip], Stroke::new(2.5, color));
         painter.circle_filled(tip, 7.5, color);
-        let ink = if look.dark { Color32::BLACK } else { Color32::WHITE };
-        painter.text(tip, Align2::CENTER_CENTER, name, FontId::proportional(11.0), ink);
+        let color = if style.dark {
+            Color32::BLACK
+        } else {
+            Color32::WHITE
+        };
+        painter.text(
+            tip,
+            Align2::CENTER_CENTER,
+            name,
+            FontId::proportional(11.0),
+            color,
+        );
     }
 }
 
 /// A text on a ground that keeps it readable.
-pub(crate) fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Color32, look: &Look) {
-    let ground = if look.dark {
+pub(crate) fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Color32, style: &Style) {
+    let ground = if style.dark {
         Color32::from_black_alpha(150)
     } else {
         Color32::from_white_alpha(190)

@@ -7,9 +7,9 @@ use jde_board::value::Value;
 use jde_link::message::VariableInfo;
 use jde_panel::Ink;
 
-use super::rows::{Row, What};
-use super::seen::Seen;
-use crate::look::{self, Look};
+use super::rows::{Row, RowKind};
+use super::variable::VariableState;
+use crate::style::{self, Style};
 
 /// As much of a list or structure as is read in a line.
 const LONGEST: usize = 160;
@@ -27,28 +27,28 @@ pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
         [(-0.6, -1.0), (-0.6, 1.0), (0.9, 0.0)]
     };
     let corners = corners.map(|(x, y)| pos2(middle.x + reach * x, middle.y + reach * y));
-    let ink = ui.style().interact(&response).fg_stroke.color;
-    let shape = egui::Shape::convex_polygon(corners.to_vec(), ink, egui::Stroke::NONE);
+    let color = ui.style().interact(&response).fg_stroke.color;
+    let shape = egui::Shape::convex_polygon(corners.to_vec(), color, egui::Stroke::NONE);
     ui.painter().add(shape);
     response.clicked()
 }
 
 /// The name, with all that is known of it at the pointer.
-pub(super) fn name(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo) {
-    let ink = match (&row.what, info.access.as_str()) {
-        (What::Variable(_), "modulation") => Ink::Accent,
-        (What::Variable(_), "command") => Ink::Warn,
+pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
+    let color = match (&row.what, info.access.as_str()) {
+        (RowKind::Variable(_), "modulation") => Ink::Accent,
+        (RowKind::Variable(_), "command") => Ink::Warn,
         _ => Ink::Plain,
     };
-    let text = RichText::new(row.name(info)).color(look::ink(ink, look));
+    let text = RichText::new(row.name(info)).color(style::color_of(color, style));
     let label = ui.add(egui::Label::new(text).sense(Sense::click()).selectable(false));
     let mut hint = row.path();
     // Writing to a text cannot fail.
     let _ = match &row.what {
-        What::Variable(_) => write!(hint, "\n{} of type {}", info.access, info.type_name),
-        What::Schema(_) | What::Field { .. } => Ok(()),
+        RowKind::Variable(_) => write!(hint, "\n{} of type {}", info.access, info.type_name),
+        RowKind::Schema(_) | RowKind::Field { .. } => Ok(()),
     };
-    if let What::Variable(_) = row.what {
+    if let RowKind::Variable(_) = row.what {
         if !info.unit.is_empty() {
             let _ = write!(hint, ", in {}", info.unit);
         }
@@ -76,25 +76,25 @@ pub(super) fn plot(ui: &mut Ui, name: &str) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(16.0, 16.0), Sense::click());
     let response = response.on_hover_text("Show it over time, in the oscilloscope");
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("plot {name}")));
-    let ink = ui.style().interact(&response).fg_stroke;
+    let color = ui.style().interact(&response).fg_stroke;
     let corner = |x: f32, y: f32| rect.center() + vec2(x, y);
     let axes = [corner(-6.0, -6.0), corner(-6.0, 5.0), corner(6.0, 5.0)];
     let curve = [(-4.0, 2.0), (-1.5, -2.0), (1.0, 1.0), (5.0, -5.0)].map(|(x, y)| corner(x, y));
     ui.painter()
-        .line(axes.to_vec(), egui::Stroke::new(1.0, ink.color));
+        .line(axes.to_vec(), egui::Stroke::new(1.0, color.color));
     ui.painter()
-        .line(curve.to_vec(), egui::Stroke::new(1.5, ink.color));
+        .line(curve.to_vec(), egui::Stroke::new(1.5, color.color));
     response.clicked()
 }
 
 /// The value in a line, in the units that the person likes.
-pub(super) fn value(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo, seen: &Seen) {
+pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, seen: &VariableState) {
     let names = row.names();
-    let faint = |text: &str| RichText::new(text).color(look::ink(Ink::Faint, look));
+    let faint = |text: &str| RichText::new(text).color(style::color_of(Ink::Faint, style));
     match seen.part(names) {
         Some(value) => {
             let unit = row.leaf.as_ref().map_or("", |(_, unit)| unit.as_str());
-            ui.label(RichText::new(line(value, unit, look)).monospace());
+            ui.label(RichText::new(line(value, unit, style)).monospace());
         }
         None if !seen.is_known() => drop(ui.label(faint("..."))),
         None => {
@@ -105,13 +105,13 @@ pub(super) fn value(ui: &mut Ui, look: &Look, row: &Row, info: &VariableInfo, se
 }
 
 /// A value in a line.
-pub(super) fn line(value: &Value, unit: &str, look: &Look) -> String {
+pub(super) fn line(value: &Value, unit: &str, style: &Style) -> String {
     let mut text = String::new();
-    put(&mut text, value, unit, look);
+    put(&mut text, value, unit, style);
     text
 }
 
-fn put(into: &mut String, value: &Value, unit: &str, look: &Look) {
+fn put(into: &mut String, value: &Value, unit: &str, style: &Style) {
     if into.len() > LONGEST {
         if !into.ends_with('…') {
             into.push('…');
@@ -122,13 +122,13 @@ fn put(into: &mut String, value: &Value, unit: &str, look: &Look) {
         Value::Bool(flag) => into.push_str(if *flag { "yes" } else { "no" }),
         Value::Int(number) => into.push_str(&number.to_string()),
         Value::UInt(number) => into.push_str(&number.to_string()),
-        Value::Float(number) => into.push_str(&look.units.show(*number, unit)),
+        Value::Float(number) => into.push_str(&style.units.show(*number, unit)),
         Value::Text(text) => into.push_str(text),
         Value::List(list) => {
             let _ = write!(into, "{} [", list.len());
             for (place, value) in list.iter().enumerate() {
                 into.push_str(if place == 0 { "" } else { "  " });
-                put(into, value, unit, look);
+                put(into, value, unit, style);
                 if into.len() > LONGEST {
                     return;
                 }
@@ -141,7 +141,7 @@ fn put(into: &mut String, value: &Value, unit: &str, look: &Look) {
                 let _ = write!(into, "{name} ");
                 let inner = matches!(value, Value::Map(_));
                 into.push_str(if inner { "(" } else { "" });
-                put(into, value, "", look);
+                put(into, value, "", style);
                 into.push_str(if inner { ")" } else { "" });
                 if into.len() > LONGEST {
                     return;

@@ -10,9 +10,9 @@ use serde_json::json;
 
 use super::cell;
 use super::rows::{Leaf, Row};
-use super::seen::Seen;
-use crate::look::{self, Look};
+use super::variable::VariableState;
 use crate::session::{Outcome, Session};
+use crate::style::{self, Style};
 
 /// What is being changed.
 #[derive(Default)]
@@ -29,11 +29,11 @@ pub(super) struct Edit {
 pub(super) fn show(
     ui: &mut Ui,
     session: &Session,
-    look: &Look,
+    style: &Style,
     edits: &mut HashMap<String, Edit>,
     row: &Row,
     info: &VariableInfo,
-    seen: &Seen,
+    seen: &VariableState,
 ) {
     let Some((leaf, unit)) = &row.leaf else { return };
     let names = row.names();
@@ -58,7 +58,7 @@ pub(super) fn show(
                 order(edit, json!(on));
             }
         }
-        (Leaf::Flag, _) => cell::value(ui, look, row, info, seen),
+        (Leaf::Flag, _) => cell::value(ui, style, row, info, seen),
         (Leaf::Number | Leaf::Whole | Leaf::Text, _) => {
             if let (Leaf::Number, Some(Value::Float(number)), Some(least), Some(greatest)) =
                 (leaf, value, info.range.least, info.range.greatest)
@@ -86,7 +86,7 @@ pub(super) fn show(
                     order(edit, json!(at));
                 }
             }
-            let shown = value.map_or_else(String::new, |value| cell::line(value, unit, look));
+            let shown = value.map_or_else(String::new, |value| cell::line(value, unit, style));
             let mut text = edit.text.clone().unwrap_or_else(|| shown.clone());
             let field = ui.add_sized(
                 vec2(96.0, ui.available_height()),
@@ -103,9 +103,9 @@ pub(super) fn show(
             }
             if field.lost_focus() {
                 if ui.input(|input| input.key_pressed(Key::Enter)) && text != shown {
-                    match read(*leaf, &text, unit, look) {
+                    match read(*leaf, &text, unit, style) {
                         Ok(number) if refused(info, names, &number) => {
-                            edit.wrong = Some(format!("give {}", bounds(info, unit, look)));
+                            edit.wrong = Some(format!("give {}", bounds(info, unit, style)));
                         }
                         Ok(value) => order(edit, value),
                         Err(why) => edit.wrong = Some(why),
@@ -120,8 +120,8 @@ pub(super) fn show(
         Some(Ok(())) | None => None,
     });
     if let Some(wrong) = wrong {
-        let ink = look::ink(Ink::Bad, look);
-        ui.label(RichText::new(wrong).color(ink)).on_hover_text(wrong);
+        let color = style::color_of(Ink::Bad, style);
+        ui.label(RichText::new(wrong).color(color)).on_hover_text(wrong);
     }
 }
 
@@ -138,8 +138,8 @@ fn refused(info: &VariableInfo, names: &[String], value: &serde_json::Value) -> 
 }
 
 /// The range in the units that the person likes.
-fn bounds(info: &VariableInfo, unit: &str, look: &Look) -> String {
-    let show = |number| look.units.show(number, unit);
+fn bounds(info: &VariableInfo, unit: &str, style: &Style) -> String {
+    let show = |number| style.units.show(number, unit);
     match (info.range.least, info.range.greatest) {
         (Some(least), Some(greatest)) => format!("{} to {}", show(least), show(greatest)),
         (Some(least), None) => format!("{} or more", show(least)),
@@ -149,12 +149,12 @@ fn bounds(info: &VariableInfo, unit: &str, look: &Look) -> String {
 }
 
 /// What was typed, in units of SI: a number in the unit that is shown, or in that of SI if it says so.
-fn read(leaf: Leaf, text: &str, unit: &str, look: &Look) -> Result<serde_json::Value, String> {
+fn read(leaf: Leaf, text: &str, unit: &str, style: &Style) -> Result<serde_json::Value, String> {
     let text = text.trim();
     if leaf == Leaf::Text {
         return Ok(json!(text));
     }
-    let (factor, shown) = look.units.convert(1.0, unit);
+    let (factor, shown) = style.units.convert(1.0, unit);
     let end = text
         .find(|letter: char| letter.is_alphabetic() && !matches!(letter, 'e' | 'E') || letter == '°')
         .unwrap_or(text.len());
@@ -188,14 +188,14 @@ fn read(leaf: Leaf, text: &str, unit: &str, look: &Look) -> Result<serde_json::V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::look::Units;
+    use crate::style::Units;
 
     fn read(leaf: Leaf, text: &str, unit: &str) -> Result<serde_json::Value, String> {
-        let look = Look {
+        let style = Style {
             dark: true,
             units: Units::default(),
         };
-        super::read(leaf, text, unit, &look)
+        super::read(leaf, text, unit, &style)
     }
 
     #[test]

@@ -4,7 +4,7 @@
 mod cell;
 mod edit;
 mod rows;
-mod seen;
+mod variable;
 
 use std::collections::{HashMap, HashSet};
 
@@ -17,11 +17,11 @@ use jde_panel::Ink;
 
 use super::Window;
 use super::scope::field;
-use crate::look::{self, Look};
 use crate::session::Session;
+use crate::style::{self, Style};
 use edit::Edit;
-use rows::{Row, What};
-use seen::Seen;
+use rows::{Row, RowKind};
+use variable::VariableState;
 
 /// How often rows in view are wanted: as often as numbers can be read.
 const RATE: Rate = Rate::Hz(5);
@@ -35,7 +35,7 @@ pub(crate) struct Values {
     folded: HashSet<String>,
     /// Variables and fields that are unfolded, by their full paths.
     unfolded: HashSet<String>,
-    seen: HashMap<String, Seen>,
+    seen: HashMap<String, VariableState>,
     edits: HashMap<String, Edit>,
 }
 
@@ -66,7 +66,7 @@ impl Values {
         ui.add_space(2.0);
     }
 
-    fn schema(&mut self, ui: &mut Ui, session: &Session, look: &Look, name: &str) {
+    fn schema(&mut self, ui: &mut Ui, session: &Session, style: &Style, name: &str) {
         let folded = self.folded.contains(name);
         if cell::fold(ui, name, !folded) {
             if folded {
@@ -78,8 +78,8 @@ impl Values {
         let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(8.0), egui::Sense::hover());
         let view = session.view(name);
         if let Some(view) = view {
-            let ink = look::state(view.state, look);
-            ui.painter().circle_filled(spot.center(), 4.0, ink);
+            let color = style::state(view.state, style);
+            ui.painter().circle_filled(spot.center(), 4.0, color);
         }
         let title = ui.label(RichText::new(name).strong());
         if let Some(schema) = session.schema(name) {
@@ -88,13 +88,13 @@ impl Values {
     }
 
     /// Who holds modulations of a schema, and a way to let go.
-    fn held(ui: &mut Ui, session: &Session, look: &Look, name: &str) {
+    fn held(ui: &mut Ui, session: &Session, style: &Style, name: &str) {
         let hold = session.view(name).and_then(|view| view.operator.as_ref());
         let Some(hold) = hold.filter(|hold| hold.kind == HoldKind::Modulated) else {
             return;
         };
-        let ink = look::ink(Ink::Warn, look);
-        ui.label(RichText::new(format!("modulated by {}", hold.by)).color(ink));
+        let color = style::color_of(Ink::Warn, style);
+        ui.label(RichText::new(format!("modulated by {}", hold.by)).color(color));
         let mine = hold.by == jde_link::operator();
         let (word, hint) = if mine {
             (
@@ -116,21 +116,30 @@ impl Values {
         }
     }
 
-    fn row(&mut self, table: &mut egui_extras::TableRow<'_, '_>, session: &Session, look: &Look, row: &Row) {
+    fn row(
+        &mut self,
+        table: &mut egui_extras::TableRow<'_, '_>,
+        session: &Session,
+        style: &Style,
+        row: &Row,
+    ) {
         let name = match &row.what {
-            What::Schema(name) => {
-                table.col(|ui| self.schema(ui, session, look, name));
-                table.col(|ui| Self::held(ui, session, look, name));
+            RowKind::Schema(name) => {
+                table.col(|ui| self.schema(ui, session, style, name));
+                table.col(|ui| Self::held(ui, session, style, name));
                 (0..4).for_each(|_| drop(table.col(|_| {})));
                 return;
             }
-            What::Variable(name) | What::Field { variable: name, .. } => name,
+            RowKind::Variable(name) | RowKind::Field { variable: name, .. } => name,
         };
         let Some(info) = session.variables().iter().find(|variable| variable.name == *name) else {
             return;
         };
         let sample = session.value(name, RATE);
-        let seen = self.seen.entry(name.clone()).or_insert_with(|| Seen::new(info));
+        let seen = self
+            .seen
+            .entry(name.clone())
+            .or_insert_with(|| VariableState::new(info));
         if let Some(sample) = &sample {
             seen.take(sample);
         }
@@ -149,20 +158,20 @@ impl Values {
             } else {
                 ui.add_space(16.0);
             }
-            cell::name(ui, look, row, info);
+            cell::name(ui, style, row, info);
         });
         let trouble = session.trouble(name);
         table.col(|ui| {
             if let Some(trouble) = &trouble {
-                ui.label(RichText::new(trouble).color(look::ink(Ink::Bad, look)));
+                ui.label(RichText::new(trouble).color(style::color_of(Ink::Bad, style)));
             } else if info.access == "modulation"
                 && !info.fixed
                 && row.leaf.is_some()
                 && session.can_set(&info.owner)
             {
-                edit::show(ui, session, look, &mut self.edits, row, info, seen);
+                edit::show(ui, session, style, &mut self.edits, row, info, seen);
             } else {
-                cell::value(ui, look, row, info, seen);
+                cell::value(ui, style, row, info, seen);
             }
         });
         let is_number = seen
@@ -173,11 +182,11 @@ impl Values {
                 session.plot(path.clone());
             }
         });
-        if matches!(row.what, What::Field { .. }) {
+        if matches!(row.what, RowKind::Field { .. }) {
             (0..3).for_each(|_| drop(table.col(|_| {})));
             return;
         }
-        let faint = |text: String| RichText::new(text).color(look::ink(Ink::Faint, look));
+        let faint = |text: String| RichText::new(text).color(style::color_of(Ink::Faint, style));
         table.col(|ui| drop(ui.label(faint(seen.age(session.now())))));
         table.col(|ui| drop(ui.label(faint(seen.rate()))));
         table.col(|ui| drop(ui.label(faint(seen.writer().to_owned()))));
@@ -185,7 +194,7 @@ impl Values {
 }
 
 impl Window for Values {
-    fn show(&mut self, ui: &mut Ui, session: &Session, look: &Look) {
+    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
         self.head(ui);
         let rows = rows::of(session, self);
         if rows.is_empty() {
@@ -194,7 +203,7 @@ impl Window for Values {
             } else {
                 "No variable is called so."
             };
-            ui.label(RichText::new(nothing).color(look::ink(Ink::Faint, look)));
+            ui.label(RichText::new(nothing).color(style::color_of(Ink::Faint, style)));
             return;
         }
         ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
@@ -228,7 +237,7 @@ impl Window for Values {
             .body(|body| {
                 body.rows(line, rows.len(), |mut table| {
                     if let Some(row) = rows.get(table.index()) {
-                        self.row(&mut table, session, look, row);
+                        self.row(&mut table, session, style, row);
                     }
                 });
             });

@@ -8,7 +8,7 @@ use crate::session::Session;
 
 /// A row.
 pub(super) struct Row {
-    pub(super) what: What,
+    pub(super) what: RowKind,
     /// How far it stands to the right.
     pub(super) depth: usize,
     /// It can be unfolded.
@@ -20,7 +20,7 @@ pub(super) struct Row {
 }
 
 /// Of what a row is.
-pub(super) enum What {
+pub(super) enum RowKind {
     /// A schema.
     Schema(String),
     /// A variable, by its full name.
@@ -46,25 +46,25 @@ impl Row {
     /// What names it alone, as the tools write it.
     pub(super) fn path(&self) -> String {
         match &self.what {
-            What::Schema(name) | What::Variable(name) => name.clone(),
-            What::Field { variable, names } => format!("{variable}.{}", names.join(".")),
+            RowKind::Schema(name) | RowKind::Variable(name) => name.clone(),
+            RowKind::Field { variable, names } => format!("{variable}.{}", names.join(".")),
         }
     }
 
     /// The fields it is in, from the outside in.
     pub(super) fn names(&self) -> &[String] {
         match &self.what {
-            What::Field { names, .. } => names,
-            What::Schema(_) | What::Variable(_) => &[],
+            RowKind::Field { names, .. } => names,
+            RowKind::Schema(_) | RowKind::Variable(_) => &[],
         }
     }
 
     /// Its own name.
     pub(super) fn name<'a>(&'a self, info: &'a VariableInfo) -> &'a str {
         match &self.what {
-            What::Schema(name) => name,
-            What::Variable(_) => &info.variable,
-            What::Field { names, .. } => names.last().map_or("", String::as_str),
+            RowKind::Schema(name) => name,
+            RowKind::Variable(_) => &info.variable,
+            RowKind::Field { names, .. } => names.last().map_or("", String::as_str),
         }
     }
 }
@@ -87,7 +87,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
         if last != Some(&info.owner) {
             last = Some(&info.owner);
             rows.push(Row {
-                what: What::Schema(info.owner.clone()),
+                what: RowKind::Schema(info.owner.clone()),
                 depth: 0,
                 foldable: true,
                 leaf: None,
@@ -101,7 +101,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
         let value_type = window.seen.get(&info.name).and_then(|seen| seen.value_type());
         let alone = value_type.and_then(alone);
         rows.push(Row {
-            what: What::Variable(info.name.clone()),
+            what: RowKind::Variable(info.name.clone()),
             depth: 1,
             foldable: value_type.is_some() && alone.is_none(),
             leaf: alone.map(|leaf| (leaf, info.unit.clone())),
@@ -125,7 +125,7 @@ fn fields(rows: &mut Vec<Row>, window: &Values, variable: &str, value_type: &Typ
             _ => None,
         };
         let row = Row {
-            what: What::Field {
+            what: RowKind::Field {
                 variable: variable.to_owned(),
                 names: names.clone(),
             },

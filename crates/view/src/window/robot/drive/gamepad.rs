@@ -16,7 +16,7 @@ pub(super) struct Grip {
     /// The left stick.
     pub(super) drive: Vec2,
     /// The right stick.
-    pub(super) look: Vec2,
+    pub(super) head: Vec2,
 }
 
 impl Gamepads {
@@ -36,7 +36,7 @@ impl Gamepads {
         let stick = |x: Axis, y: Axis| rested(vec2(pad.value(x), pad.value(y)));
         Some(Grip {
             drive: stick(Axis::LeftStickX, Axis::LeftStickY),
-            look: stick(Axis::RightStickX, Axis::RightStickY),
+            head: stick(Axis::RightStickX, Axis::RightStickY),
         })
     }
 

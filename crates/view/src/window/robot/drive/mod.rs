@@ -1,11 +1,11 @@
 //! Driving by hand: what a person wants becomes the modulation `want` of the application's schemas of the plugin `teleop`, written
 //! again and again under a lease while a hand is there (R14), and let go of as soon as it is not. Who drives is decided there (R13).
 
+mod drivable;
 #[cfg(feature = "gamepad")]
 mod gamepad;
-mod grip;
+mod lease;
 mod pad;
-mod who;
 
 use std::time::{Duration, Instant};
 
@@ -17,13 +17,13 @@ use jde_link::message::SchemaInfo;
 use jde_panel::Ink;
 use serde_json::json;
 
-use super::senses::Senses;
+use super::sensors::Sensors;
 use super::table;
-use crate::look::{self, Look};
 use crate::session::Session;
-use grip::Grip;
+use crate::style::{self, Style};
+use drivable::DrivableSchemas;
+use lease::DriveLease;
 use pad::Pad;
-use who::Who;
 
 /// Speed at first, m/s: about that of a person who looks around.
 const WALK: f64 = 0.3;
@@ -37,8 +37,8 @@ pub(super) struct Drive {
     since: Instant,
     /// Speed of a pad pushed all the way, m/s.
     speed: f64,
-    base: Grip,
-    head: Grip,
+    base: DriveLease,
+    head: DriveLease,
     #[cfg(feature = "gamepad")]
     gamepads: Option<gamepad::Gamepads>,
 }
@@ -56,7 +56,7 @@ struct Limits {
 #[derive(Clone, Copy, Default)]
 struct Sticks {
     drive: Option<Vec2>,
-    look: Option<Vec2>,
+    head: Option<Vec2>,
 }
 
 impl Drive {
@@ -67,8 +67,8 @@ impl Drive {
             speed: speed
                 .filter(|speed| speed.is_finite() && *speed > 0.0)
                 .unwrap_or(WALK),
-            base: Grip::default(),
-            head: Grip::default(),
+            base: DriveLease::default(),
+            head: DriveLease::default(),
             #[cfg(feature = "gamepad")]
             gamepads: None,
         }
@@ -80,11 +80,12 @@ impl Drive {
     }
 
     /// Shows it, and orders what a hand wants.
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, senses: &Senses, look: &Look) {
-        let Who { base, head } = Who::of(&session.schemas().schemas, &senses.body, &senses.bodies);
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, senses: &Sensors, style: &Style) {
+        let DrivableSchemas { base, head } =
+            DrivableSchemas::of(&session.schemas().schemas, &senses.body, &senses.bodies);
         let Some(base) = base else {
             self.stop(session);
-            who::advice(ui, session, &senses.body);
+            drivable::advice(ui, session, &senses.body);
             return;
         };
         ui.horizontal(|ui| {
@@ -98,10 +99,10 @@ impl Drive {
             if self.on && !was {
                 self.since = Instant::now();
             }
-            let (words, ink) = self.status(session, senses, base, look);
-            ui.colored_label(look::ink(ink, look), words);
+            let (words, color) = self.status(session, senses, base, style);
+            ui.colored_label(style::color_of(color, style), words);
         });
-        self.refusals(ui, session, look);
+        self.refusals(ui, session, style);
         if !self.on {
             self.stop(session);
             #[cfg(feature = "gamepad")]
@@ -123,9 +124,9 @@ impl Drive {
             ui.weak(format!("{} drives nowhere while its `fast` is 0", base.name));
             return;
         }
-        self.slider(ui, limits.fast, look);
+        self.slider(ui, limits.fast, style);
         let sticks = self.sticks(ui);
-        let (drive, gaze) = pads(ui, head.is_some_and(|(_, turn)| turn.is_some()), look);
+        let (drive, gaze) = pads(ui, head.is_some_and(|(_, turn)| turn.is_some()), style);
         let speed = self.speed.min(limits.fast);
         let want = drive.or(sticks.drive).map(|push| {
             json!({
@@ -138,7 +139,7 @@ impl Drive {
         });
         self.base.order(ui, session, &base.name, want);
         if let Some((head, Some(turn))) = head {
-            let want = gaze.or(sticks.look).map(|push| {
+            let want = gaze.or(sticks.head).map(|push| {
                 json!({
                     "pan": f64::from(-push.x) * turn,
                     "tilt": f64::from(-push.y) * turn,
@@ -156,8 +157,8 @@ impl Drive {
     }
 
     /// A robot that is slower than what was chosen leaves the choice as it is, for one that is not.
-    fn slider(&mut self, ui: &mut Ui, fast: f64, look: &Look) {
-        let (most, unit) = look.units.convert(fast, "m/s");
+    fn slider(&mut self, ui: &mut Ui, fast: f64, style: &Style) {
+        let (most, unit) = style.units.convert(fast, "m/s");
         let factor = most / fast;
         let mut shown = self.speed.min(fast) * factor;
         let slider = Slider::new(&mut shown, 0.0..=most)
@@ -173,7 +174,7 @@ impl Drive {
     }
 
     /// Who drives, in words.
-    fn status(&self, session: &Session, senses: &Senses, base: &SchemaInfo, look: &Look) -> (String, Ink) {
+    fn status(&self, session: &Session, senses: &Sensors, base: &SchemaInfo, style: &Style) -> (String, Ink) {
         let Some(view) = session.view(&base.name) else {
             return (format!("nothing is known of {}", base.name), Ink::Warn);
         };
@@ -190,7 +191,7 @@ impl Drive {
         }
         let hand = self.base.holds() || self.head.holds();
         if view.authority && view.state == State::Winner {
-            let speed = senses.commanded.value().map(|twist| table::speed(twist, look));
+            let speed = senses.commanded.value().map(|twist| table::speed(twist, style));
             let words = match (hand, speed) {
                 (true, Some(speed)) => format!("driving: {speed}"),
                 (true, None) => "driving".to_owned(),
@@ -206,30 +207,30 @@ impl Drive {
     }
 
     /// What was refused since the switch was turned on.
-    fn refusals(&self, ui: &mut Ui, session: &Session, look: &Look) {
+    fn refusals(&self, ui: &mut Ui, session: &Session, style: &Style) {
         let refused = session
             .notices()
             .into_iter()
             .rev()
             .find(|notice| notice.at >= self.since && notice.at.elapsed() < SHOWN);
         if let (true, Some(refused)) = (self.on, refused) {
-            ui.colored_label(look::ink(Ink::Bad, look), refused.text);
+            ui.colored_label(style::color_of(Ink::Bad, style), refused.text);
         }
     }
 
     #[cfg(feature = "gamepad")]
     fn sticks(&mut self, ui: &mut Ui) -> Sticks {
         let gamepads = self.gamepads.get_or_insert_with(gamepad::Gamepads::open);
-        let grip = gamepads.grip();
+        let lease = gamepads.grip();
         ui.weak(gamepads.words());
         if gamepads.any() {
-            ui.ctx().request_repaint_after(grip::BEAT);
+            ui.ctx().request_repaint_after(lease::BEAT);
         }
         let focused = ui.input(|input| input.focused);
-        let grip = grip.filter(|_| focused);
+        let lease = lease.filter(|_| focused);
         Sticks {
-            drive: grip.as_ref().map(|grip| grip.drive),
-            look: grip.map(|grip| grip.look),
+            drive: lease.as_ref().map(|lease| lease.drive),
+            head: lease.map(|lease| lease.head),
         }
     }
 
@@ -262,7 +263,7 @@ fn winner(session: &Session) -> Option<&str> {
 }
 
 /// The pads, side by side or below each other as there is room; what hands want of them.
-fn pads(ui: &mut Ui, head: bool, look: &Look) -> (Option<Vec2>, Option<Vec2>) {
+fn pads(ui: &mut Ui, head: bool, style: &Style) -> (Option<Vec2>, Option<Vec2>) {
     let (mut drive, mut gaze) = (None, None);
     let room = ui.available_width();
     let side = if head {
@@ -276,14 +277,14 @@ fn pads(ui: &mut Ui, head: bool, look: &Look) -> (Option<Vec2>, Option<Vec2>) {
             words: ["right", "left", "ahead", "back"],
             side,
         };
-        drive = pad.show(ui, look);
+        drive = pad.show(ui, style);
         if head {
             let pad = Pad {
                 name: "Look pad",
                 words: ["right", "left", "look up", "down"],
                 side,
             };
-            gaze = pad.show(ui, look);
+            gaze = pad.show(ui, style);
         }
     });
     ui.weak("Arrows or WASD while a pad has the focus, Space stands still");

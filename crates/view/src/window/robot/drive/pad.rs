@@ -6,7 +6,7 @@ use eframe::egui::{
 };
 use jde_panel::Ink;
 
-use crate::look::{self, Look};
+use crate::style::{self, Style};
 use crate::tap::tap;
 
 /// Nearer to the middle than this share is the middle.
@@ -32,7 +32,7 @@ pub(super) struct Pad<'a> {
 impl Pad<'_> {
     /// Shows it; answers where a hand holds it, each axis from -1 to 1, x to the right and y up. None if nobody does: then it is
     /// let go. A window without the focus is held by nobody.
-    pub(super) fn show(&self, ui: &mut Ui, look: &Look) -> Option<Vec2> {
+    pub(super) fn show(&self, ui: &mut Ui, style: &Style) -> Option<Vec2> {
         let (rect, response) = ui.allocate_exact_size(Vec2::splat(self.side), Sense::drag());
         let response = response
             .on_hover_cursor(CursorIcon::Grab)
@@ -45,7 +45,7 @@ impl Pad<'_> {
             None
         };
         if ui.is_rect_visible(rect) {
-            self.paint(ui, rect, &response, hand, look);
+            self.paint(ui, rect, &response, hand, style);
         }
         hand
     }
@@ -85,10 +85,10 @@ impl Pad<'_> {
         })
     }
 
-    fn paint(&self, ui: &Ui, rect: Rect, response: &Response, hand: Option<Vec2>, look: &Look) {
+    fn paint(&self, ui: &Ui, rect: Rect, response: &Response, hand: Option<Vec2>, style: &Style) {
         let visuals = ui.visuals();
         let painter = ui.painter();
-        let faint = look::ink(Ink::Faint, look);
+        let faint = style::color_of(Ink::Faint, style);
         let edge = if response.has_focus() {
             visuals.selection.stroke
         } else {
@@ -121,9 +121,9 @@ impl Pad<'_> {
         let push = hand.unwrap_or_default();
         let thumb: Pos2 = middle + vec2(push.x, -push.y) * (0.5 * self.side - 12.0);
         if hand.is_some() {
-            let ink = look::ink(Ink::Accent, look);
-            painter.line_segment([middle, thumb], Stroke::new(2.0, ink));
-            painter.circle_filled(thumb, 12.0, ink);
+            let color = style::color_of(Ink::Accent, style);
+            painter.line_segment([middle, thumb], Stroke::new(2.0, color));
+            painter.circle_filled(thumb, 12.0, color);
         } else {
             let ground = visuals.widgets.inactive.bg_fill;
             painter.circle(thumb, 12.0, ground, Stroke::new(1.5, faint));

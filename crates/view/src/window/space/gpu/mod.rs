@@ -3,8 +3,8 @@
 //!
 //! It knows no robots. What the card refuses is an answer in words, never a panic.
 
-mod forms;
-mod pipes;
+mod meshes;
+mod pipelines;
 mod target;
 
 use std::collections::HashMap;
@@ -17,21 +17,21 @@ use eframe::egui_wgpu::RenderState;
 use glam::Vec2;
 use wgpu::BufferUsages;
 
+use super::draw_list::{DrawList, FORMS, Instance, Picture};
 use super::orbit::Eye;
-use super::stage::{FORMS, Instance, Picture, Stage};
-use pipes::Pipes;
-use target::{Room, Shown, Target, answer};
+use pipelines::Pipelines;
+use target::{GrowingBuffer, Shown, Target, answer};
 
 /// How much goes into a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effort {
+pub(crate) enum Quality {
     /// Every pixel of the screen, edges from several samples of it, where the card can.
     Fine,
     /// Fewer pixels than the screen has, one sample each: for processors that draw in a card's place, so that the picture moves.
     Quick,
 }
 
-impl Effort {
+impl Quality {
     /// What suits a card.
     pub(crate) fn of(state: &RenderState) -> Self {
         match state.adapter.get_info().device_type {
@@ -58,7 +58,7 @@ impl Effort {
 
 /// The colors of what is drawn everywhere, and how bright it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ground {
+pub(crate) struct Background {
     pub(crate) floor: egui::Color32,
     pub(crate) beyond: egui::Color32,
     pub(crate) lines: egui::Color32,
@@ -70,18 +70,18 @@ pub(crate) struct Ground {
 /// The card, and what lies ready on it.
 pub(crate) struct Card {
     state: RenderState,
-    effort: Effort,
+    effort: Quality,
     samples: u32,
-    pipes: Pipes,
+    pipes: Pipelines,
     forms: (wgpu::Buffer, [Range<u32>; FORMS.len()]),
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     sampler: wgpu::Sampler,
-    instances: Room,
-    corners: Room,
-    strokes: Room,
-    dots: Room,
-    picture_corners: Room,
+    instances: GrowingBuffer,
+    corners: GrowingBuffer,
+    strokes: GrowingBuffer,
+    dots: GrowingBuffer,
+    picture_corners: GrowingBuffer,
     pictures: HashMap<String, Shown>,
     target: Option<Target>,
     drawn: Option<u64>,
@@ -110,7 +110,7 @@ struct Frame {
 }
 
 /// Lets windows find the card on which they are drawn, and says how much it is to be asked for.
-pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, effort: Effort) {
+pub(crate) fn offer(ctx: &egui::Context, state: &RenderState, effort: Quality) {
     ctx.data_mut(|data| data.insert_temp(egui::Id::NULL, (state.clone(), effort)));
 }
 
@@ -120,27 +120,27 @@ impl Card {
     /// # Errors
     /// There is none, or it cannot do what is needed; in words for people.
     pub(crate) fn find(ctx: &egui::Context) -> Result<Self, String> {
-        let (state, effort): (RenderState, Effort) = ctx
+        let (state, effort): (RenderState, Quality) = ctx
             .data(|data| data.get_temp(egui::Id::NULL))
             .ok_or("these windows are drawn without a graphics card or a program in its place")?;
         let device = state.device.clone();
         answer(&device, || Self::new(state, effort))
     }
 
-    fn new(state: RenderState, effort: Effort) -> Self {
+    fn new(state: RenderState, effort: Quality) -> Self {
         let device = &state.device;
         let many = |format| {
             let features = state.adapter.get_texture_format_features(format);
             features.flags.sample_count_supported(effort.samples())
         };
-        let samples = if many(pipes::COLOR) && many(pipes::DEPTH) {
+        let samples = if many(pipelines::COLOR) && many(pipelines::DEPTH) {
             effort.samples()
         } else {
             1
         };
-        let pipes = Pipes::new(device, samples);
-        let (corners, ranges) = forms::corners();
-        let mut forms = Room::new("space forms", BufferUsages::VERTEX);
+        let pipes = Pipelines::new(device, samples);
+        let (corners, ranges) = meshes::corners();
+        let mut forms = GrowingBuffer::new("space forms", BufferUsages::VERTEX);
         forms.put(device, &state.queue, &[bytemuck::cast_slice(&corners)]);
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("space frame"),
@@ -169,11 +169,11 @@ impl Card {
             frame,
             frame_group,
             sampler,
-            instances: Room::new("space instances", BufferUsages::VERTEX),
-            corners: Room::new("space corners", BufferUsages::VERTEX),
-            strokes: Room::new("space strokes", BufferUsages::VERTEX),
-            dots: Room::new("space dots", BufferUsages::VERTEX),
-            picture_corners: Room::new("space picture corners", BufferUsages::VERTEX),
+            instances: GrowingBuffer::new("space instances", BufferUsages::VERTEX),
+            corners: GrowingBuffer::new("space corners", BufferUsages::VERTEX),
+            strokes: GrowingBuffer::new("space strokes", BufferUsages::VERTEX),
+            dots: GrowingBuffer::new("space dots", BufferUsages::VERTEX),
+            picture_corners: GrowingBuffer::new("space picture corners", BufferUsages::VERTEX),
             pictures: HashMap::new(),
             target: None,
             drawn: None,
@@ -189,16 +189,16 @@ impl Card {
     /// What the card refused, in words for people.
     pub(crate) fn draw(
         &mut self,
-        stage: &Stage,
+        draw_list: &DrawList,
         eye: &Eye,
-        ground: &Ground,
+        ground: &Background,
         pixels: [u32; 2],
     ) -> Result<egui::TextureId, String> {
         let most = self.state.device.limits().max_texture_dimension_2d;
         let pixels = pixels.map(|pixels| self.effort.pixels(pixels).clamp(1, most));
         let frame = frame(eye, ground, pixels);
         let mut hasher = DefaultHasher::new();
-        (stage.fingerprint(), pixels, ground.shown).hash(&mut hasher);
+        (draw_list.fingerprint(), pixels, ground.shown).hash(&mut hasher);
         bytemuck::bytes_of(&frame).hash(&mut hasher);
         let wanted = hasher.finish();
         if let (Some(target), Some(drawn)) = (&self.target, self.drawn)
@@ -208,7 +208,7 @@ impl Card {
         }
         self.drawn = None;
         let device = self.state.device.clone();
-        let id = answer(&device, || self.paint(stage, &frame, ground, pixels))?;
+        let id = answer(&device, || self.paint(draw_list, &frame, ground, pixels))?;
         self.drawn = Some(wanted);
         self.times += 1;
         Ok(id)
@@ -224,20 +224,27 @@ impl Card {
         self.times
     }
 
-    fn paint(&mut self, stage: &Stage, frame: &Frame, ground: &Ground, pixels: [u32; 2]) -> egui::TextureId {
+    fn paint(
+        &mut self,
+        draw_list: &DrawList,
+        frame: &Frame,
+        ground: &Background,
+        pixels: [u32; 2],
+    ) -> egui::TextureId {
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
-        let forms: Vec<&[u8]> = (stage.firm.iter().chain(&stage.clear))
+        let forms: Vec<&[u8]> = (draw_list.firm.iter().chain(&draw_list.clear))
             .map(|list| bytemuck::cast_slice(list.as_slice()))
             .collect();
         self.instances.put(&device, &queue, &forms);
-        let corners = [&stage.firm_corners, &stage.clear_corners].map(|list| bytemuck::cast_slice(list));
+        let corners =
+            [&draw_list.firm_corners, &draw_list.clear_corners].map(|list| bytemuck::cast_slice(list));
         self.corners.put(&device, &queue, &corners);
         self.strokes
-            .put(&device, &queue, &[bytemuck::cast_slice(&stage.strokes)]);
+            .put(&device, &queue, &[bytemuck::cast_slice(&draw_list.strokes)]);
         self.dots
-            .put(&device, &queue, &[bytemuck::cast_slice(&stage.dots)]);
-        self.put_pictures(&stage.pictures);
+            .put(&device, &queue, &[bytemuck::cast_slice(&draw_list.dots)]);
+        self.put_pictures(&draw_list.pictures);
 
         if self
             .target
@@ -252,27 +259,27 @@ impl Card {
         {
             let mut pass = target.pass(&mut encoder, &frame.beyond);
             pass.set_bind_group(0, &self.frame_group, &[]);
-            self.draw_firm(&mut pass, stage);
+            self.draw_firm(&mut pass, draw_list);
             if ground.shown {
                 pass.set_pipeline(&self.pipes.floor);
                 pass.draw(0..4, 0..1);
             }
-            self.draw_flat(&mut pass, stage);
-            self.draw_clear(&mut pass, stage);
+            self.draw_flat(&mut pass, draw_list);
+            self.draw_clear(&mut pass, draw_list);
         }
         queue.submit([encoder.finish()]);
         target.id()
     }
 
-    fn draw_firm(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
-        self.draw_forms(pass, &self.pipes.firm_forms, &stage.firm, 0);
-        if !stage.firm_corners.is_empty() {
+    fn draw_firm(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
+        self.draw_forms(pass, &self.pipes.firm_forms, &draw_list.firm, 0);
+        if !draw_list.firm_corners.is_empty() {
             pass.set_pipeline(&self.pipes.firm_corners);
             pass.set_vertex_buffer(0, self.corners.slice());
-            pass.draw(0..stage.firm_corners.len() as u32, 0..1);
+            pass.draw(0..draw_list.firm_corners.len() as u32, 0..1);
         }
         pass.set_pipeline(&self.pipes.pictures);
-        for (number, picture) in stage.pictures.iter().enumerate() {
+        for (number, picture) in draw_list.pictures.iter().enumerate() {
             let Some(shown) = self.pictures.get(&picture.name) else {
                 continue;
             };
@@ -283,10 +290,10 @@ impl Card {
         }
     }
 
-    fn draw_flat(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
+    fn draw_flat(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
         for (pipe, room, count) in [
-            (&self.pipes.strokes, &self.strokes, stage.strokes.len()),
-            (&self.pipes.dots, &self.dots, stage.dots.len()),
+            (&self.pipes.strokes, &self.strokes, draw_list.strokes.len()),
+            (&self.pipes.dots, &self.dots, draw_list.dots.len()),
         ] {
             if count > 0 {
                 pass.set_pipeline(pipe);
@@ -296,15 +303,15 @@ impl Card {
         }
     }
 
-    fn draw_clear(&self, pass: &mut wgpu::RenderPass<'_>, stage: &Stage) {
-        if !stage.clear_corners.is_empty() {
-            let first = stage.firm_corners.len() as u32;
+    fn draw_clear(&self, pass: &mut wgpu::RenderPass<'_>, draw_list: &DrawList) {
+        if !draw_list.clear_corners.is_empty() {
+            let first = draw_list.firm_corners.len() as u32;
             pass.set_pipeline(&self.pipes.clear_corners);
             pass.set_vertex_buffer(0, self.corners.slice());
-            pass.draw(first..first + stage.clear_corners.len() as u32, 0..1);
+            pass.draw(first..first + draw_list.clear_corners.len() as u32, 0..1);
         }
-        let firm: usize = stage.firm.iter().map(Vec::len).sum();
-        self.draw_forms(pass, &self.pipes.clear_forms, &stage.clear, firm);
+        let firm: usize = draw_list.firm.iter().map(Vec::len).sum();
+        self.draw_forms(pass, &self.pipes.clear_forms, &draw_list.clear, firm);
     }
 
     /// The forms of some lists, which begin at an instance.
@@ -359,7 +366,7 @@ impl Card {
     }
 }
 
-fn frame(eye: &Eye, ground: &Ground, pixels: [u32; 2]) -> Frame {
+fn frame(eye: &Eye, ground: &Background, pixels: [u32; 2]) -> Frame {
     let color = |color: egui::Color32| color.to_srgba_unmultiplied().map(|part| f32::from(part) / 255.0);
     let size = Vec2::new(pixels[0] as f32, pixels[1] as f32);
     let middle = eye.target;

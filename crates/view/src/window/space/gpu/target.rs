@@ -8,8 +8,8 @@ use eframe::egui::mutex::RwLock;
 use eframe::egui_wgpu::{RenderState, Renderer};
 use wgpu::{Buffer, BufferUsages, Device, ErrorFilter, Queue};
 
-use super::super::stage::Pixels;
-use super::pipes::{COLOR, DEPTH};
+use super::super::draw_list::Pixels;
+use super::pipelines::{COLOR, DEPTH};
 
 /// Does something with the card; what it refuses comes back in words.
 pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, String> {
@@ -35,13 +35,13 @@ pub(super) fn answer<T>(device: &Device, work: impl FnOnce() -> T) -> Result<T, 
 }
 
 /// A buffer that grows.
-pub(super) struct Room {
+pub(super) struct GrowingBuffer {
     label: &'static str,
     usage: BufferUsages,
     buffer: Option<Buffer>,
 }
 
-impl Room {
+impl GrowingBuffer {
     pub(super) fn new(label: &'static str, usage: BufferUsages) -> Self {
         Self {
             label,

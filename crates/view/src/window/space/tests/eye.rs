@@ -4,9 +4,9 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::super::hand;
+use super::super::draw_list::Pickable;
 use super::super::orbit::Orbit;
-use super::super::stage::Thing;
+use super::super::pointer;
 
 const SIZE: Vec2 = Vec2::new(640.0, 400.0);
 
@@ -113,14 +113,14 @@ fn the_nearest_of_two_things_is_pointed_at() {
     let eye = Orbit::default().eye(SIZE);
     let near = Vec3::new(0.0, 0.0, 0.2);
     let along = (near - eye.place).normalize();
-    let thing = |name: &str, at| Thing {
+    let thing = |name: &str, at| Pickable {
         name: name.to_owned(),
         at,
         radius: 0.2,
     };
     let things = [thing("far", near + along * 2.0), thing("near", near)];
-    let found = hand::point(&eye, &things, SIZE / 2.0).unwrap();
+    let found = pointer::point(&eye, &things, SIZE / 2.0).unwrap();
     assert_eq!(found.name.as_deref(), Some("near"));
-    let beside = hand::point(&eye, &things, SIZE * 0.9).unwrap();
+    let beside = pointer::point(&eye, &things, SIZE * 0.9).unwrap();
     assert_eq!((beside.name, beside.at.z), (None, 0.0));
 }

@@ -11,9 +11,9 @@ use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_set
 use egui_kittest::{Harness, SnapshotOptions};
 use glam::Vec3;
 
-use super::seen::Seen;
-use super::{Effort, Space, offer};
-use crate::look::{Look, Units};
+use super::scene_data::SceneData;
+use super::{Quality, Space, offer};
+use crate::style::{Style, Units};
 use room::room;
 
 const SIZE: [f32; 2] = [800.0, 520.0];
@@ -23,11 +23,11 @@ fn state() -> RenderState {
     create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE)
 }
 
-fn window(seen: Seen, dark: bool) -> Harness<'static, Space> {
-    window_of(seen, dark, Effort::Fine)
+fn window(seen: SceneData, dark: bool) -> Harness<'static, Space> {
+    window_of(seen, dark, Quality::Fine)
 }
 
-fn window_of(seen: Seen, dark: bool, effort: Effort) -> Harness<'static, Space> {
+fn window_of(seen: SceneData, dark: bool, effort: Quality) -> Harness<'static, Space> {
     let state = state();
     let card = state.clone();
     let mut space = Space::open(&serde_json::Value::Null);
@@ -45,8 +45,8 @@ fn window_of(seen: Seen, dark: bool, effort: Effort) -> Harness<'static, Space> 
         .renderer(WgpuTestRenderer::from_render_state(state))
         .build_ui_state(
             |ui, space: &mut Space| {
-                let look = Look::of(ui.ctx(), Units::default());
-                drop(space.picture(ui, &look));
+                let style = Style::of(ui.ctx(), Units::default());
+                drop(space.picture(ui, &style));
             },
             space,
         )
@@ -193,7 +193,7 @@ fn the_robot_that_is_followed_stays_in_the_middle() {
 
 #[test]
 fn a_processor_in_a_cards_place_is_asked_for_less_and_shows_the_same() {
-    let mut window = window_of(room(), true, Effort::Quick);
+    let mut window = window_of(room(), true, Quality::Quick);
     window.run();
     window.snapshot("space-quick");
 }
@@ -236,8 +236,8 @@ fn without_a_card_the_window_says_so_and_lives() {
     space.seen = room();
     let mut window = Harness::builder().with_size(SIZE).build_ui_state(
         |ui, space: &mut Space| {
-            let look = Look::of(ui.ctx(), Units::default());
-            drop(space.picture(ui, &look));
+            let style = Style::of(ui.ctx(), Units::default());
+            drop(space.picture(ui, &style));
         },
         space,
     );

@@ -8,9 +8,9 @@ use jde_types::{
     Header, LaserScan, Mission, Movers, Pose2D, RangeRing, Route, Scenery, Target, Text, Thing, Time,
 };
 
-use super::super::figures::Carried;
-use super::super::seen::{Camera, Robot, Seen, Way};
-use super::super::stage::Pixels;
+use super::super::draw_list::Pixels;
+use super::super::models::Payload;
+use super::super::scene_data::{Camera, RobotData, RouteData, SceneData};
 
 fn thing(
     name: &str,
@@ -33,7 +33,7 @@ fn thing(
 }
 
 /// A room of 8 x 6 m with a table, a ball, somebody, and a robot that looks at them.
-pub(super) fn room() -> Seen {
+pub(super) fn room() -> SceneData {
     let quarter = std::f64::consts::FRAC_PI_2;
     let wall = [207, 199, 180];
     let mut scenery = Box::<Scenery>::default();
@@ -111,18 +111,18 @@ pub(super) fn room() -> Seen {
         ring.poses.push(at).unwrap();
         ring.ranges.push(range).unwrap();
     }
-    let mut robot = Robot {
+    let mut robot = RobotData {
         name: "pioneer".to_owned(),
         pose: Some(Pose2D::new(1.0, 0.0, 0.15)),
         lasers: vec![("pioneer.laser".to_owned(), scan)],
         sonars: vec![("pioneer.sonars".to_owned(), ring)],
-        carries: Carried {
+        carries: Payload {
             laser: true,
             sonars: true,
             head: Some([0.3, 0.05]),
             wheels: [0.4, 0.7],
         },
-        ..Robot::default()
+        ..RobotData::default()
     };
     for step in 0..60_u64 {
         let part = step as f64 / 59.0;
@@ -180,7 +180,7 @@ pub(super) fn room() -> Seen {
         time: 0,
         items: vec![scene, lost],
     };
-    let mut seen = Seen {
+    let mut seen = SceneData {
         robots: vec![robot],
         cameras: vec![Camera {
             name: "camera.image".to_owned(),
@@ -193,9 +193,9 @@ pub(super) fn room() -> Seen {
         }],
         targets: vec![("goon".to_owned(), Target::at(mission.target))],
         missions: vec![("example".to_owned(), mission)],
-        routes: vec![Way::route("example.route", &route, 1)],
+        routes: vec![RouteData::route("example.route", &route, 1)],
         panels: vec![("vff".to_owned(), Arc::new(list))],
-        ..Seen::default()
+        ..SceneData::default()
     };
     seen.world.scenery = Some(scenery);
     seen.world.movers = Some(movers);

@@ -10,9 +10,9 @@ use jde_panel::{Button, Color, Gesture, Ink, Item, List, Solid, Touch, Wants};
 use jde_types::Pose2D;
 
 use super::super::Space;
-use super::super::seen::{Robot, Seen};
+use super::super::scene_data::{RobotData, SceneData};
 use super::{NAME, SIZE};
-use crate::look::{Look, Units};
+use crate::style::{Style, Units};
 
 struct Touched {
     space: Space,
@@ -43,20 +43,20 @@ fn ball(id: &str, wants: Wants) -> Item {
 
 /// No picture is drawn, and none is needed.
 fn window(scenes: Vec<Item>) -> Window {
-    let robot = Robot {
+    let robot = RobotData {
         name: "pioneer".to_owned(),
         pose: Some(Pose2D::new(1.0, 0.0, 0.0)),
-        ..Robot::default()
+        ..RobotData::default()
     };
     let list = List {
         time: 0,
         items: scenes,
     };
     let mut space = Space::open(&serde_json::Value::Null);
-    space.seen = Seen {
+    space.seen = SceneData {
         robots: vec![robot],
         panels: vec![("goon".to_owned(), Arc::new(list))],
-        ..Seen::default()
+        ..SceneData::default()
     };
     let touched = Touched {
         space,
@@ -64,8 +64,8 @@ fn window(scenes: Vec<Item>) -> Window {
     };
     let mut window = Harness::builder().with_size(SIZE).build_ui_state(
         |ui, touched: &mut Touched| {
-            let look = Look::of(ui.ctx(), Units::default());
-            let gestures = touched.space.picture(ui, &look);
+            let style = Style::of(ui.ctx(), Units::default());
+            let gestures = touched.space.picture(ui, &style);
             touched.gestures.extend(gestures);
         },
         touched,

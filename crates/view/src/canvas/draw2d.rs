@@ -1,0 +1,334 @@
+//! Draws shapes in metres. What is not seen is left out, and what is finer than the screen is not drawn twice.
+
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+
+use eframe::egui::epaint::{Mesh, PathShape, PathStroke};
+use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape as Drawn, Stroke, pos2, vec2};
+use jde_panel::{Area, Ink, Shape};
+
+use super::clip::{self, Bounds};
+use super::view::Transform;
+use crate::style::{self, Style};
+
+/// Points nearer to each other on the screen are one.
+const FINEST: f64 = 0.5;
+/// More points than this are drawn as squares, all at once.
+const MANY: usize = 1500;
+/// A robot is drawn no smaller, points of the screen.
+const SMALLEST: f64 = 14.0;
+/// The outline of a Pioneer seen from above, m: bodies of other robots are not known here.
+const OUTLINE: [[f64; 2]; 8] = [
+    [0.22, 0.10],
+    [0.16, 0.17],
+    [-0.16, 0.17],
+    [-0.22, 0.10],
+    [-0.22, -0.10],
+    [-0.16, -0.17],
+    [0.16, -0.17],
+    [0.22, -0.10],
+];
+const FONT: f32 = 12.0;
+
+/// Draws on a plane, in metres.
+pub(crate) struct Draw2d<'a> {
+    painter: Painter,
+    transform: Transform,
+    style: &'a Style,
+    bounds: Bounds,
+}
+
+impl<'a> Draw2d<'a> {
+    pub(super) fn new(painter: Painter, transform: Transform, style: &'a Style) -> Self {
+        // A little more than is seen, so that ends of cut lines are not.
+        let rect = painter.clip_rect().expand(48.0);
+        let bounds = [
+            [f64::from(rect.left()), f64::from(rect.top())],
+            [f64::from(rect.right()), f64::from(rect.bottom())],
+        ];
+        Self {
+            painter,
+            transform,
+            style,
+            bounds,
+        }
+    }
+
+    /// From metres to the screen.
+    pub(crate) fn transform(&self) -> &Transform {
+        &self.transform
+    }
+
+    /// For what has no shape here.
+    pub(crate) fn painter(&self) -> &Painter {
+        &self.painter
+    }
+
+    /// A shape of a panel.
+    pub(crate) fn shape(&self, shape: &Shape) {
+        let color_of = |color| style::exact(color, self.style);
+        match shape {
+            Shape::Line {
+                points,
+                closed,
+                stroke,
+            } => self.line(points, *closed, stroke.width, color_of(stroke.color)),
+            Shape::Points { points, stroke } => self.points(points, stroke.width, color_of(stroke.color)),
+            Shape::Circle {
+                center,
+                radius,
+                filled: true,
+                stroke,
+            } => self.disc(*center, *radius, color_of(stroke.color)),
+            Shape::Circle {
+                center,
+                radius,
+                filled: false,
+                stroke,
+            } => self.circle(*center, *radius, stroke.width, color_of(stroke.color)),
+            Shape::Polygon { points, color } => self.polygon(points, color_of(*color)),
+            Shape::Arrow { from, to, stroke } => self.arrow(*from, *to, stroke.width, color_of(stroke.color)),
+            Shape::Label { at, text, color } => self.label(*at, text, color_of(*color)),
+            Shape::Robot { pose } => self.robot(*pose),
+        }
+    }
+
+    /// A line through points in turn; its width is in points of the screen.
+    pub(crate) fn line(&self, points: &[[f64; 2]], closed: bool, width: f32, color: Color32) {
+        let screen = points.iter().map(|point| self.place(*point));
+        self.path(screen, closed, Stroke::new(width, color));
+    }
+
+    /// Points by themselves, so many points of the screen wide.
+    pub(crate) fn points(&self, points: &[[f64; 2]], width: f32, color: Color32) {
+        let cell = f64::from(width / 2.0).max(FINEST);
+        let mut taken = HashSet::new();
+        let seen: Vec<Pos2> = points
+            .iter()
+            .map(|point| self.place(*point))
+            .filter(|at| clip::meets(*at, *at, self.bounds))
+            .filter(|at| points.len() < 256 || taken.insert(((at[0] / cell) as i32, (at[1] / cell) as i32)))
+            .map(round)
+            .collect();
+        if seen.len() <= MANY {
+            let dots = seen
+                .into_iter()
+                .map(|at| Drawn::circle_filled(at, width / 2.0, color));
+            self.painter.extend(dots);
+            return;
+        }
+        let mut mesh = Mesh::default();
+        for at in seen {
+            mesh.add_colored_rect(Rect::from_center_size(at, vec2(width, width)), color);
+        }
+        self.painter.add(mesh);
+    }
+
+    /// A circle.
+    pub(crate) fn circle(&self, center: [f64; 2], radius: f64, width: f32, color: Color32) {
+        if let Some(round) = self.round(center, radius) {
+            self.path(round.into_iter(), true, Stroke::new(width, color));
+        }
+    }
+
+    /// A filled circle.
+    pub(crate) fn disc(&self, center: [f64; 2], radius: f64, color: Color32) {
+        if let Some(round) = self.round(center, radius) {
+            self.fill(round, color);
+        }
+    }
+
+    /// A filled polygon; convex.
+    pub(crate) fn polygon(&self, points: &[[f64; 2]], color: Color32) {
+        let screen = points.iter().map(|point| self.place(*point)).collect();
+        self.fill(screen, color);
+    }
+
+    /// A line with a head.
+    pub(crate) fn arrow(&self, from: [f64; 2], to: [f64; 2], width: f32, color: Color32) {
+        let (tail, tip) = (self.place(from), self.place(to));
+        let way = [tip[0] - tail[0], tip[1] - tail[1]];
+        let length = way[0].hypot(way[1]);
+        if length < FINEST {
+            return;
+        }
+        let ahead = [way[0] / length, way[1] / length];
+        let head = (6.0 + 2.5 * f64::from(width)).min(0.6 * length);
+        let neck = [tip[0] - head * ahead[0], tip[1] - head * ahead[1]];
+        let wide = 0.42 * head;
+        self.path([tail, neck].into_iter(), false, Stroke::new(width, color));
+        let corners = vec![
+            tip,
+            [neck[0] - wide * ahead[1], neck[1] + wide * ahead[0]],
+            [neck[0] + wide * ahead[1], neck[1] - wide * ahead[0]],
+        ];
+        self.fill(corners, color);
+    }
+
+    /// A text with its left lower corner at a place; of constant size.
+    pub(crate) fn label(&self, at: [f64; 2], text: &str, color: Color32) {
+        let at = self.place(at);
+        let room = [
+            [self.bounds[0][0] - 2000.0, self.bounds[0][1]],
+            [self.bounds[1][0], self.bounds[1][1] + 2000.0],
+        ];
+        if !clip::meets(at, at, room) {
+            return;
+        }
+        let font = FontId::proportional(FONT);
+        let galley = self.painter.layout_no_wrap(text.to_owned(), font, color);
+        let rect = Align2::LEFT_BOTTOM.anchor_size(round(at), galley.size());
+        let ground = if self.style.dark {
+            Color32::BLACK
+        } else {
+            Color32::WHITE
+        };
+        self.painter
+            .rect_filled(rect.expand2(vec2(2.0, 0.0)), 2.0, ground.gamma_multiply(0.55));
+        self.painter.galley(rect.min, galley, color);
+    }
+
+    /// The outline of a robot at x, y and heading; a mark of its place where it would be too small to see.
+    pub(crate) fn robot(&self, [x, y, heading]: [f64; 3]) {
+        let (sin, cos) = heading.sin_cos();
+        let longest = OUTLINE.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
+        let larger = (SMALLEST / (longest * self.transform.scale())).max(1.0);
+        let stand = |[ahead, left]: [f64; 2]| {
+            let (ahead, left) = (ahead * larger, left * larger);
+            [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
+        };
+        let body: Vec<_> = OUTLINE.iter().map(|corner| stand(*corner)).collect();
+        let front = OUTLINE.iter().map(|[x, _]| *x).fold(0.0, f64::max);
+        let color = style::color_of(Ink::Plain, self.style);
+        self.polygon(&body, color.gamma_multiply(0.18));
+        self.line(&body, true, 1.5, color);
+        let nose = [
+            [front * 0.25, 0.4 * front],
+            [front * 0.9, 0.0],
+            [front * 0.25, -0.4 * front],
+        ]
+        .map(stand);
+        self.polygon(&nose, style::color_of(Ink::Accent, self.style));
+    }
+
+    /// Where a place is on the screen, in full precision.
+    fn place(&self, at: [f64; 2]) -> [f64; 2] {
+        let middle = self.transform.rect().center();
+        let (across, up) = self.transform.offset(at);
+        [f64::from(middle.x) + across, f64::from(middle.y) - up]
+    }
+
+    /// The corners of a circle on the screen, as many as it takes to look round; none if it is not seen.
+    fn round(&self, center: [f64; 2], radius: f64) -> Option<Vec<[f64; 2]>> {
+        let (middle, radius) = (self.place(center), radius.abs() * self.transform.scale());
+        let low = [middle[0] - radius, middle[1] - radius];
+        let high = [middle[0] + radius, middle[1] + radius];
+        if !clip::meets(low, high, self.bounds) {
+            return None;
+        }
+        // The middle of a chord is a fifth of a point from the circle, or there are very many of them.
+        let corners = (TAU / 2.0 * (radius / 0.4).sqrt()).ceil().clamp(12.0, 4096.0);
+        let corner = |number: u32| {
+            let (sin, cos) = (TAU * f64::from(number) / corners).sin_cos();
+            [middle[0] + radius * cos, middle[1] + radius * sin]
+        };
+        Some((0..corners as u32).map(corner).collect())
+    }
+
+    fn path(&self, points: impl Iterator<Item = [f64; 2]>, closed: bool, stroke: Stroke) {
+        let mut points = points.peekable();
+        let Some(first) = points.next() else { return };
+        let mut run = Vec::new();
+        let mut last = first;
+        let mut cut = false;
+        let back = closed.then_some(first);
+        let mut rest = points.chain(back).peekable();
+        while let Some(point) = rest.next() {
+            if (point[0] - last[0]).hypot(point[1] - last[1]) < FINEST && rest.peek().is_some() {
+                continue;
+            }
+            match clip::segment(last, point, self.bounds) {
+                Some([from, to]) => {
+                    if run.is_empty() || from != last {
+                        cut |= from != first;
+                        self.stroke(&mut run, stroke);
+                        run.push(round(from));
+                    }
+                    run.push(round(to));
+                    cut |= to != point;
+                }
+                None => {
+                    cut = true;
+                    self.stroke(&mut run, stroke);
+                }
+            }
+            last = point;
+        }
+        if closed && !cut && run.len() > 2 {
+            run.pop();
+            self.painter.add(Drawn::closed_line(run, stroke));
+        } else {
+            self.stroke(&mut run, stroke);
+        }
+    }
+
+    fn stroke(&self, run: &mut Vec<Pos2>, stroke: Stroke) {
+        if run.len() > 1 {
+            self.painter.line(std::mem::take(run), stroke);
+        }
+        run.clear();
+    }
+
+    fn fill(&self, corners: Vec<[f64; 2]>, color: Color32) {
+        let mut seen = clip::polygon(corners, self.bounds);
+        seen.dedup_by(|one, other| (one[0] - other[0]).hypot(one[1] - other[1]) < 0.05);
+        if seen.len() > 2 {
+            let path =
+                PathShape::convex_polygon(seen.into_iter().map(round).collect(), color, PathStroke::NONE);
+            self.painter.add(path);
+        }
+    }
+}
+
+/// What shapes take up, and at least a metre; labels count as their place. None if there are no shapes.
+pub(crate) fn bounds(shapes: &[Shape]) -> Option<Area> {
+    let mut area: Option<Area> = None;
+    let mut take = |point: [f64; 2], reach: f64| {
+        let area = area.get_or_insert(Area {
+            least: point,
+            greatest: point,
+        });
+        for (axis, at) in point.into_iter().enumerate() {
+            area.least[axis] = area.least[axis].min(at - reach);
+            area.greatest[axis] = area.greatest[axis].max(at + reach);
+        }
+    };
+    for shape in shapes {
+        match shape {
+            Shape::Line { points, .. } | Shape::Points { points, .. } | Shape::Polygon { points, .. } => {
+                points.iter().for_each(|point| take(*point, 0.0));
+            }
+            Shape::Circle { center, radius, .. } => take(*center, radius.abs()),
+            Shape::Arrow { from, to, .. } => {
+                take(*from, 0.0);
+                take(*to, 0.0);
+            }
+            Shape::Label { at, .. } => take(*at, 0.0),
+            Shape::Robot { pose: [x, y, _] } => take([*x, *y], 0.3),
+        }
+    }
+    area.map(|mut area| {
+        for axis in 0..2 {
+            let lacks = 1.0 - (area.greatest[axis] - area.least[axis]);
+            if lacks > 0.0 {
+                area.least[axis] -= lacks / 2.0;
+                area.greatest[axis] += lacks / 2.0;
+            }
+        }
+        area
+    })
+}
+
+fn round([x, y]: [f64; 2]) -> Pos2 {
+    pos2(x as f32, y as f32)
+}

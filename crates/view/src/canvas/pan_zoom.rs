@@ -1,0 +1,58 @@
+//! Pans and zooms a plane: by drag, wheel, pinch and keys, as far as nobody else wants them.
+
+use eframe::egui::{self, Key, Rect, Response, Ui, Vec2, vec2};
+
+use super::{Canvas, View, gestures};
+
+/// A press of an arrow moves the plane so far, points of the screen.
+const STRIDE: f32 = 40.0;
+/// A press of + or - makes it so much larger or smaller.
+const NOTCH: f64 = 1.25;
+/// So many points of the wheel make it e times as large.
+const WHEEL: f64 = 240.0;
+
+/// Moves the view.
+pub(super) fn steer(ui: &Ui, response: &Response, rect: Rect, view: &mut View, canvas: &Canvas<'_>) {
+    if let Some(pointer) = response.hover_pos() {
+        let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta.y, input.zoom_delta()));
+        let factor = f64::from(pinch) * (f64::from(scroll) / WHEEL).exp();
+        if factor != 1.0 {
+            view.zoom(rect, canvas.home, canvas.forward_up, pointer, factor);
+            // What is around does not scroll too.
+            ui.ctx().input_mut(|input| input.smooth_scroll_delta = Vec2::ZERO);
+        }
+    }
+    if response.dragged() && !view.hands.drags() && response.drag_delta() != Vec2::ZERO {
+        view.pan(rect, canvas.home, canvas.forward_up, response.drag_delta());
+    }
+    if !canvas.wants.clicks && response.double_clicked() {
+        view.fit();
+    }
+    if response.has_focus() && !canvas.wants.keys {
+        for event in gestures::keys(ui, response) {
+            if let egui::Event::Key {
+                key, pressed: true, ..
+            } = event
+            {
+                press(key, rect, view, canvas);
+            }
+        }
+    }
+}
+
+fn press(key: Key, rect: Rect, view: &mut View, canvas: &Canvas<'_>) {
+    let pan = |view: &mut View, x: f32, y: f32| {
+        view.pan(rect, canvas.home, canvas.forward_up, vec2(x, y) * STRIDE);
+    };
+    let middle = rect.center();
+    match key {
+        Key::ArrowLeft => pan(view, 1.0, 0.0),
+        Key::ArrowRight => pan(view, -1.0, 0.0),
+        Key::ArrowUp => pan(view, 0.0, 1.0),
+        Key::ArrowDown => pan(view, 0.0, -1.0),
+        Key::Plus | Key::Equals => view.zoom(rect, canvas.home, canvas.forward_up, middle, NOTCH),
+        Key::Minus => view.zoom(rect, canvas.home, canvas.forward_up, middle, 1.0 / NOTCH),
+        Key::Num0 | Key::Home => view.fit(),
+        _ => {}
+    }
+}

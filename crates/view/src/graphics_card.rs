@@ -1,0 +1,94 @@
+//! The graphics card: why there is none that can draw, and what becomes of the windows when it is lost while they are open. Then
+//! they close, with the reason; it is never a panic.
+
+use std::sync::{Arc, OnceLock};
+
+use eframe::egui;
+use eframe::egui_wgpu::{RenderState, WgpuError};
+
+use crate::Error;
+
+/// Why the card draws no more, once it does not.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DeviceLoss(Arc<OnceLock<String>>);
+
+impl DeviceLoss {
+    /// Hears what becomes of a card.
+    pub(crate) fn watch(&self, ctx: &egui::Context, card: &RenderState) {
+        let (lost, again) = (self.clone(), ctx.clone());
+        card.device.set_device_lost_callback(move |reason, words| {
+            // That is what happens at the end of every window.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                lost.note(&again, words);
+            }
+        });
+        let (lost, again) = (self.clone(), ctx.clone());
+        card.device
+            .on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+                lost.note(&again, error.to_string());
+            }));
+    }
+
+    /// The reason, if it is lost.
+    pub(crate) fn reason(&self) -> Option<&str> {
+        self.0.get().map(String::as_str)
+    }
+
+    /// The first reason counts; the others follow from it.
+    fn note(&self, ctx: &egui::Context, words: String) {
+        if self.0.set(words).is_ok() {
+            ctx.request_repaint();
+        }
+    }
+}
+
+/// Why windows cannot be shown.
+pub(crate) fn refused(error: &eframe::Error) -> Error {
+    match error {
+        eframe::Error::Wgpu(
+            WgpuError::RequestAdapterError(_)
+            | WgpuError::CustomNativeAdapterSelectionError(_)
+            | WgpuError::NoSurfaceFormatsAvailable
+            | WgpuError::RequestDeviceError(_)
+            | WgpuError::CreateSurfaceError(_),
+        ) => Error::NoCard(error.to_string()),
+        error => Error::Window(error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui_wgpu::RendererOptions;
+    use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
+
+    use super::*;
+
+    #[test]
+    fn what_the_card_refuses_is_kept_as_the_reason_and_is_no_panic() {
+        let card = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
+        let (ctx, lost) = (egui::Context::default(), DeviceLoss::default());
+        lost.watch(&ctx, &card);
+        assert_eq!(lost.reason(), None);
+        let most = card.device.limits().max_texture_dimension_2d;
+        let texture = |width| {
+            card.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("far too wide"),
+                size: wgpu::Extent3d {
+                    width,
+                    ..wgpu::Extent3d::default()
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba8Unorm,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        texture(2 * most);
+        let reason = lost.reason().expect("it was refused").to_owned();
+        assert!(reason.contains("far too wide"), "{reason}");
+        texture(3 * most);
+        assert_eq!(lost.reason(), Some(reason.as_str()), "the first counts");
+    }
+}

@@ -1,0 +1,64 @@
+//! Values that wait for somebody who wants every one of them. Bounded: of too many, or of too large ones, the newest stay.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use jde_link::Sample;
+
+/// Values that wait at most: at 100 Hz those of 40 s, in which somebody has looked.
+const MOST: usize = 4096;
+/// Bytes that they have at most: of pictures of a camera a second or so.
+const MOST_BYTES: usize = 16 << 20;
+
+/// Them, oldest first.
+#[derive(Debug, Default)]
+pub(super) struct Backlog {
+    samples: VecDeque<Arc<Sample>>,
+    bytes: usize,
+}
+
+impl Backlog {
+    pub(super) fn push(&mut self, sample: Arc<Sample>) {
+        self.bytes += size(&sample);
+        self.samples.push_back(sample);
+        while self.samples.len() > 1 && (self.samples.len() > MOST || self.bytes > MOST_BYTES) {
+            if let Some(oldest) = self.samples.pop_front() {
+                self.bytes -= size(&oldest);
+            }
+        }
+    }
+
+    /// All of them, which wait no more.
+    pub(super) fn take(&mut self) -> Vec<Arc<Sample>> {
+        self.bytes = 0;
+        std::mem::take(&mut self.samples).into()
+    }
+}
+
+fn size(sample: &Sample) -> usize {
+    sample.bytes.as_ref().map_or(0, Vec::len)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::subscriptions::tests::sample;
+    use super::*;
+
+    #[test]
+    fn of_too_many_and_of_too_large_values_the_newest_stay() {
+        let mut backlog = Backlog::default();
+        for number in 0..2 * MOST as u64 {
+            backlog.push(sample(number, 8));
+        }
+        let left = backlog.take();
+        assert_eq!((left.len(), left[0].sequence), (MOST, MOST as u64));
+        assert!(backlog.take().is_empty());
+        for number in 0..100 {
+            backlog.push(sample(number, 1 << 20));
+        }
+        let left = backlog.take();
+        assert_eq!((left.len(), left[15].sequence), (16, 99));
+        backlog.push(sample(1, 2 * MOST_BYTES));
+        assert_eq!(backlog.take().len(), 1, "the newest stays, however large");
+    }
+}

@@ -1,0 +1,90 @@
+//! At which rates something was asked for lately. It knows neither who asked nor what it was.
+
+use std::time::{Duration, Instant};
+
+use jde_link::Rate;
+
+/// What nobody asks for any more is let go after so long.
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+/// And after so many looks: on a slow machine there may be seconds between one frame and the next, and who could not ask yet has
+/// not ceased to want it.
+const LOOKS: u32 = 2;
+
+/// The rates at which it is wanted.
+#[derive(Debug, Default)]
+pub(super) struct Demand(Vec<RateRequest>);
+
+#[derive(Debug)]
+struct RateRequest {
+    rate: Rate,
+    asked: LastRequest,
+}
+
+/// When something was asked for last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LastRequest {
+    at: Instant,
+    /// Looks since.
+    looks: u32,
+}
+
+impl LastRequest {
+    pub(super) fn new(now: Instant) -> Self {
+        Self { at: now, looks: 0 }
+    }
+
+    /// Whether it is wanted still. To be looked at once a frame.
+    pub(super) fn look(&mut self, now: Instant) -> bool {
+        self.looks = self.looks.saturating_add(1);
+        self.looks < LOOKS || now.saturating_duration_since(self.at) < PATIENCE
+    }
+}
+
+impl Demand {
+    /// It is wanted so often.
+    pub(super) fn ask(&mut self, rate: Rate, now: Instant) {
+        let asked = LastRequest::new(now);
+        match self.0.iter_mut().find(|wish| wish.rate == rate) {
+            Some(wish) => wish.asked = asked,
+            None => self.0.push(RateRequest { rate, asked }),
+        }
+    }
+
+    /// Forgets what was not asked for lately; answers with the greatest rate that was. None: nobody wants it any more. To be looked
+    /// at once a frame.
+    pub(super) fn greatest(&mut self, now: Instant) -> Option<Rate> {
+        self.0.retain_mut(|wish| wish.asked.look(now));
+        self.0.iter().map(|wish| wish.rate).max()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_greatest_rate_counts_for_as_long_as_somebody_asks_for_it() {
+        let start = Instant::now();
+        let mut demand = Demand::default();
+        demand.ask(Rate::Hz(5), start);
+        demand.ask(Rate::Hz(50), start);
+        assert_eq!(demand.greatest(start), Some(Rate::Hz(50)));
+        let later = start + PATIENCE;
+        demand.ask(Rate::Hz(5), later);
+        assert_eq!(demand.greatest(later), Some(Rate::Hz(5)));
+        let last = later + PATIENCE;
+        assert_eq!(demand.greatest(last), None);
+    }
+
+    #[test]
+    fn who_asks_in_every_frame_is_not_forgotten_however_rare_frames_are() {
+        let mut now = Instant::now();
+        let mut demand = Demand::default();
+        for _ in 0..5 {
+            demand.ask(Rate::Hz(20), now);
+            now += 10 * PATIENCE;
+            assert_eq!(demand.greatest(now), Some(Rate::Hz(20)));
+        }
+        assert_eq!(demand.greatest(now), None, "not asked for in the frame before");
+    }
+}

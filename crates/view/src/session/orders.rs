@@ -1,0 +1,281 @@
+//! Carries orders to the application and keeps its answers: on threads of its own, in the order in which they were given. To stop
+//! something has a thread for itself, for an order to which no answer comes takes seconds.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use jde_link::Remote;
+use jde_link::message::Action;
+
+use super::client::{Notice, OrderClient, Outcome};
+use super::lock;
+use super::queue::{Next, Order, Queue};
+
+/// What is held and not asked for again for so long is let go.
+pub(super) const PATIENCE: Duration = Duration::from_millis(500);
+/// How soon the application lets go by itself of what a dead viewer held.
+const LEASE: Duration = Duration::from_millis(600);
+/// A lease is renewed this often, and what was refused is asked for again as soon.
+const RENEWED: Duration = Duration::from_millis(150);
+
+pub(super) struct Orders {
+    orders: Arc<OrderInbox>,
+    client: OrderClient,
+}
+
+impl Orders {
+    pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
+        let orders = Arc::new(OrderInbox::default());
+        let client = OrderClient::new(remote, repaint);
+        let worker = Worker {
+            orders: Arc::clone(&orders),
+            client: client.clone(),
+            // A name of its own, so that letting go undoes nothing that this person did elsewhere.
+            holder: format!(
+                "{} (view {:05})",
+                jde_link::operator(),
+                std::process::id() % 100_000
+            ),
+            held: HashMap::new(),
+            refused: HashMap::new(),
+        };
+        let (stops, stopper) = (Arc::clone(&orders), client.clone());
+        // They end when the orders are closed; there is nothing to wait for.
+        for (name, work) in [
+            (
+                "view-hands",
+                Box::new(move || worker.run()) as Box<dyn FnOnce() + Send>,
+            ),
+            ("view-stop", Box::new(move || stop(&stops, &stopper))),
+        ] {
+            if let Err(error) = thread::Builder::new().name(name.to_owned()).spawn(work) {
+                client.note(format!(
+                    "orders cannot be carried, for there is no thread for them: {error}"
+                ));
+            }
+        }
+        Self { orders, client }
+    }
+
+    pub(super) fn act(&self, action: Action) {
+        self.order(action);
+    }
+
+    pub(super) fn order(&self, action: Action) -> Outcome {
+        let outcome = Outcome::default();
+        self.orders.push(Order::Act(action, outcome.clone()));
+        outcome
+    }
+
+    pub(super) fn hold(&self, action: Action) {
+        self.orders.push(Order::Hold(action));
+    }
+
+    pub(super) fn let_go(&self, schema: &str) {
+        self.orders.push(Order::LetGo(schema.to_owned()));
+    }
+
+    pub(super) fn notices(&self) -> Vec<Notice> {
+        self.client.notices()
+    }
+}
+
+impl Drop for Orders {
+    fn drop(&mut self) {
+        self.orders.close();
+    }
+}
+
+/// Orders between those who give and those who carry them.
+#[derive(Default)]
+struct OrderInbox {
+    state: Mutex<InboxState>,
+    news: Condvar,
+}
+
+#[derive(Default)]
+struct InboxState {
+    queue: Queue,
+    /// Nobody gives any more.
+    closed: bool,
+}
+
+impl OrderInbox {
+    fn push(&self, order: Order) {
+        lock(&self.state).queue.push(order, Instant::now());
+        self.news.notify_all();
+    }
+
+    fn close(&self) {
+        lock(&self.state).closed = true;
+        self.news.notify_all();
+    }
+
+    /// The next to be carried, other than to stop; none at `until`, or once all is carried and nobody gives any more.
+    fn next(&self, until: Option<Instant>) -> Received {
+        let mut state = lock(&self.state);
+        loop {
+            let now = Instant::now();
+            let soonest = match state.queue.next(now) {
+                Next::Carry(order, given) => return Received::Carry(order, given),
+                Next::Stale(action, outcome) => return Received::Stale(action, outcome),
+                Next::Wait(soonest) => soonest,
+            };
+            if state.closed && state.queue.is_empty() {
+                return Received::Closed;
+            }
+            if until.is_some_and(|until| until <= now) {
+                return Received::Time;
+            }
+            let end = soonest.into_iter().chain(until).min();
+            state = match end {
+                Some(end) => {
+                    let waited = self.news.wait_timeout(state, end.saturating_duration_since(now));
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
+                None => self.news.wait(state).unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+
+    /// The next order to stop; none once nobody gives any more.
+    fn next_stop(&self) -> Option<(Action, Outcome)> {
+        let mut state = lock(&self.state);
+        loop {
+            if let Some(stop) = state.queue.next_stop() {
+                return Some(stop);
+            }
+            if state.closed {
+                return None;
+            }
+            state = self.news.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn stopped(&self) {
+        lock(&self.state).queue.stopped();
+        self.news.notify_all();
+    }
+}
+
+/// What came of waiting for an order.
+enum Received {
+    Carry(Order, Instant),
+    Stale(Action, Outcome),
+    Time,
+    Closed,
+}
+
+/// Carries orders to stop.
+fn stop(orders: &OrderInbox, client: &OrderClient) {
+    while let Some((stop, outcome)) = orders.next_stop() {
+        client.act(stop, &outcome);
+        orders.stopped();
+    }
+}
+
+/// Carries all other orders.
+struct Worker {
+    orders: Arc<OrderInbox>,
+    client: OrderClient,
+    holder: String,
+    held: HashMap<String, Lease>,
+    /// When a schema refused to be held.
+    refused: HashMap<String, Instant>,
+}
+
+/// What is held at a schema.
+struct Lease {
+    action: Action,
+    /// When a person asked for it last.
+    asked: Instant,
+    /// When the application heard of it last.
+    inbox: Instant,
+}
+
+impl Worker {
+    fn run(mut self) {
+        loop {
+            let end = self.held.values().map(|held| held.asked + PATIENCE).min();
+            match self.orders.next(end) {
+                Received::Carry(Order::Act(action, outcome), _) => self.client.act(action, &outcome),
+                Received::Carry(Order::Hold(action), given) => self.hold(action, given),
+                Received::Carry(Order::LetGo(schema), _) => self.let_go(&schema),
+                Received::Stale(action, outcome) => self.give_up(&action, &outcome),
+                Received::Time => {}
+                Received::Closed => break,
+            }
+            let over: Vec<_> = self
+                .held
+                .iter()
+                .filter(|(_, held)| held.asked.elapsed() >= PATIENCE)
+                .map(|(schema, _)| schema.clone())
+                .collect();
+            over.iter().for_each(|schema| self.let_go(schema));
+        }
+        let rest: Vec<_> = self.held.keys().cloned().collect();
+        rest.iter().for_each(|schema| self.let_go(schema));
+    }
+
+    /// What changed is sent, what stays is renewed; what was refused is not asked for again at once.
+    fn hold(&mut self, action: Action, asked: Instant) {
+        let schema = action.schema().to_owned();
+        self.refused.retain(|_, when| when.elapsed() < RENEWED);
+        if self.refused.contains_key(&schema) {
+            return;
+        }
+        let order = match self.held.get_mut(&schema) {
+            Some(held) if held.action == action => {
+                held.asked = asked;
+                if held.inbox.elapsed() < RENEWED {
+                    return;
+                }
+                match action {
+                    // Written anew, so that its age tells whoever reads it that it is still wanted.
+                    Action::Modulate { .. } => action.clone(),
+                    _ => Action::Renew {
+                        schema: schema.clone(),
+                    },
+                }
+            }
+            Some(_) | None => action.clone(),
+        };
+        let inbox = Instant::now();
+        if self
+            .client
+            .request(self.holder.clone(), order, Some(LEASE))
+            .is_ok()
+        {
+            let held = Lease { action, asked, inbox };
+            self.held.insert(schema, held);
+        } else {
+            self.held.remove(&schema);
+            self.refused.insert(schema, Instant::now());
+        }
+    }
+
+    fn let_go(&mut self, schema: &str) {
+        if self.held.remove(schema).is_some() {
+            let schema = schema.to_owned();
+            // What came of it is among the notices.
+            let _ = self
+                .client
+                .request(self.holder.clone(), Action::LetGo { schema }, None);
+        }
+    }
+
+    /// Says that an order was not carried.
+    fn give_up(&self, action: &Action, outcome: &Outcome) {
+        let what = match action.schema() {
+            "" => "to let everything go on".to_owned(),
+            schema => format!("for {schema}"),
+        };
+        let text =
+            format!("an order {what} was given up: the application was too slow to take it; give it again");
+        outcome.set(Err(text.clone()));
+        self.client.note(text);
+    }
+}

@@ -1,0 +1,273 @@
+//! The variables that are listened to: those that a window asked for lately, each at the highest rate it was asked for lately.
+//!
+//! Listening begins with a question to the application, which a thread of its own asks.
+
+use std::collections::HashMap;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use jde_link::{Rate, Remote, Sample, Watching};
+
+use super::backlog::Backlog;
+use super::demand::{Demand, LastRequest};
+use super::lock;
+
+/// What failed is tried again after so long.
+const AGAIN: Duration = Duration::from_secs(3);
+
+pub(super) struct Subscriptions {
+    questions: Sender<Request>,
+    variables: HashMap<String, Subscription>,
+}
+
+type Request = (String, Rate, Arc<Mutex<Slot>>);
+
+/// A variable that is listened to.
+struct Subscription {
+    rate: Rate,
+    demand: Demand,
+    slot: Arc<Mutex<Slot>>,
+    /// Who wants all values, each with those that came since its last question, and when that was.
+    readers: HashMap<String, (Backlog, LastRequest)>,
+}
+
+/// What the link's threads fill.
+#[derive(Default)]
+struct Slot {
+    newest: Option<Arc<Sample>>,
+    /// Since the last look, while somebody wants all of them.
+    fresh: Option<Backlog>,
+    trouble: Option<(String, Instant)>,
+    watching: Option<Watching>,
+}
+
+impl Subscriptions {
+    pub(super) fn new(remote: Remote, repaint: egui::Context) -> Self {
+        let (questions, asked) = channel::<Request>();
+        let eyes = move || {
+            for (name, rate, slot) in asked {
+                // Nobody wants it any more.
+                if Arc::strong_count(&slot) == 1 {
+                    continue;
+                }
+                let (progress, repaint) = (Arc::downgrade(&slot), repaint.clone());
+                let watching = remote.watch(&name, rate, move |sample| {
+                    let Some(slot) = progress.upgrade() else { return };
+                    lock(&slot).push(Arc::new(sample));
+                    repaint.request_repaint();
+                });
+                let mut slot = lock(&slot);
+                match watching {
+                    Ok(watching) => (slot.watching, slot.trouble) = (Some(watching), None),
+                    Err(error) => slot.trouble = Some((error.to_string(), Instant::now())),
+                }
+            }
+        };
+        if let Err(error) = thread::Builder::new().name("view-eyes".to_owned()).spawn(eyes) {
+            tracing::error!("no thread for questions: {error}");
+        }
+        Self {
+            questions,
+            variables: HashMap::new(),
+        }
+    }
+
+    pub(super) fn newest(&mut self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
+        let slot = Arc::clone(&self.variable(name, rate, Instant::now()).slot);
+        lock(&slot).newest.clone()
+    }
+
+    pub(super) fn since(&mut self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {
+        let now = Instant::now();
+        self.variable(name, rate, now).since(reader, now)
+    }
+
+    pub(super) fn trouble(&self, name: &str) -> Option<String> {
+        let slot = lock(&self.variables.get(name)?.slot);
+        slot.trouble.as_ref().map(|(trouble, _)| trouble.clone())
+    }
+
+    /// Lets go of what nobody asks for any more, listens less often to what is wanted less often, and tries again what failed.
+    pub(super) fn remove_unused(&mut self) {
+        let now = Instant::now();
+        let questions = &self.questions;
+        self.variables.retain(|name, variable| {
+            let Some(rate) = variable.demand.greatest(now) else {
+                return false;
+            };
+            variable.forget_readers(now);
+            if rate < variable.rate {
+                variable.listen(questions, name, rate);
+                return true;
+            }
+            let mut slot = lock(&variable.slot);
+            if let Some((_, since)) = &mut slot.trouble
+                && now.saturating_duration_since(*since) > AGAIN
+            {
+                *since = now;
+                let _ = questions.send((name.clone(), rate, Arc::clone(&variable.slot)));
+            }
+            true
+        });
+    }
+
+    fn variable(&mut self, name: &str, rate: Rate, now: Instant) -> &mut Subscription {
+        let known = self
+            .variables
+            .get(name)
+            .is_some_and(|variable| variable.rate >= rate);
+        if !known {
+            let mut variable = self
+                .variables
+                .remove(name)
+                .unwrap_or_else(|| Subscription::new(rate));
+            variable.listen(&self.questions, name, rate);
+            self.variables.insert(name.to_owned(), variable);
+        }
+        let variable = self
+            .variables
+            .get_mut(name)
+            .expect("it was there or has just been put there");
+        variable.demand.ask(rate, now);
+        variable
+    }
+}
+
+impl Subscription {
+    fn new(rate: Rate) -> Self {
+        Self {
+            rate,
+            demand: Demand::default(),
+            slot: Arc::default(),
+            readers: HashMap::new(),
+        }
+    }
+
+    /// Has it listened to so often. What came before is shown until more comes.
+    fn listen(&mut self, questions: &Sender<Request>, name: &str, rate: Rate) {
+        let slot = {
+            let mut before = lock(&self.slot);
+            Slot {
+                newest: before.newest.take(),
+                fresh: before.fresh.take(),
+                ..Slot::default()
+            }
+        };
+        // The old one hears nothing any more: nobody holds it.
+        self.slot = Arc::new(Mutex::new(slot));
+        self.rate = rate;
+        // Without a thread to ask nothing comes, and the log says why.
+        let _ = questions.send((name.to_owned(), rate, Arc::clone(&self.slot)));
+    }
+
+    /// What came since this reader's last question.
+    fn since(&mut self, reader: &str, now: Instant) -> Vec<Arc<Sample>> {
+        if !self.readers.contains_key(reader) {
+            self.readers
+                .insert(reader.to_owned(), (Backlog::default(), LastRequest::new(now)));
+        }
+        let fresh = lock(&self.slot).fresh.get_or_insert_with(Backlog::default).take();
+        for sample in fresh {
+            for (backlog, _) in self.readers.values_mut() {
+                backlog.push(Arc::clone(&sample));
+            }
+        }
+        self.readers
+            .get_mut(reader)
+            .map(|(backlog, asked)| {
+                *asked = LastRequest::new(now);
+                backlog.take()
+            })
+            .unwrap_or_default()
+    }
+
+    /// Keeps nothing for readers that are gone.
+    fn forget_readers(&mut self, now: Instant) {
+        self.readers.retain(|_, (_, asked)| asked.look(now));
+        if self.readers.is_empty() {
+            lock(&self.slot).fresh = None;
+        }
+    }
+}
+
+impl Slot {
+    fn push(&mut self, sample: Arc<Sample>) {
+        if let Some(fresh) = &mut self.fresh {
+            fresh.push(Arc::clone(&sample));
+        }
+        self.newest = Some(sample);
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use jde_types::Value as _;
+
+    use super::super::demand::PATIENCE;
+    use super::*;
+
+    pub(in super::super) fn sample(sequence: u64, bytes: usize) -> Arc<Sample> {
+        Arc::new(Sample {
+            value_type: Arc::new(f64::describe()),
+            bytes: Some(vec![0; bytes]),
+            sequence,
+            time: sequence,
+            age: 0,
+            valid_until: u64::MAX,
+            writer: String::new(),
+        })
+    }
+
+    #[test]
+    fn a_reader_gets_every_value_once_and_one_that_is_gone_costs_nothing() {
+        let start = Instant::now();
+        let mut variable = Subscription::new(Rate::Hz(50));
+        let hear = |variable: &Subscription, number| lock(&variable.slot).push(sample(number, 8));
+        let numbers = |samples: Vec<Arc<Sample>>| -> Vec<u64> {
+            samples.iter().map(|sample| sample.sequence).collect()
+        };
+        hear(&variable, 1);
+        assert!(lock(&variable.slot).fresh.is_none(), "nobody wants all of them");
+        assert!(numbers(variable.since("one", start)).is_empty());
+        variable.since("other", start);
+        (2..4).for_each(|number| hear(&variable, number));
+        assert_eq!(numbers(variable.since("one", start)), [2, 3]);
+        assert!(numbers(variable.since("one", start)).is_empty());
+        assert_eq!(numbers(variable.since("other", start)), [2, 3]);
+
+        let later = start + PATIENCE / 2;
+        variable.forget_readers(later);
+        variable.since("one", later);
+        hear(&variable, 4);
+        variable.forget_readers(start + PATIENCE);
+        assert_eq!(variable.readers.keys().collect::<Vec<_>>(), ["one"]);
+        assert_eq!(
+            numbers(variable.since("one", later)),
+            [4],
+            "the one that stays misses none"
+        );
+        variable.forget_readers(later + PATIENCE);
+        variable.forget_readers(later + PATIENCE);
+        hear(&variable, 5);
+        assert!(variable.readers.is_empty() && lock(&variable.slot).fresh.is_none());
+    }
+
+    #[test]
+    fn a_change_of_the_rate_loses_neither_the_newest_value_nor_those_that_wait() {
+        let (questions, asked) = channel();
+        let mut variable = Subscription::new(Rate::Hz(5));
+        variable.since("one", Instant::now());
+        lock(&variable.slot).push(sample(1, 8));
+        let before = Arc::downgrade(&variable.slot);
+        variable.listen(&questions, "a.b", Rate::Hz(50));
+        assert!(before.upgrade().is_none(), "the old one hears nothing any more");
+        let (name, rate, slot) = asked.try_recv().expect("it was asked for");
+        assert_eq!((name.as_str(), rate), ("a.b", Rate::Hz(50)));
+        assert!(lock(&slot).newest.is_some());
+        drop(slot);
+        assert_eq!(variable.since("one", Instant::now()).len(), 1);
+    }
+}

@@ -1,0 +1,113 @@
+//! Looks for applications that run and for recordings, on a thread of its own. It opens none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use eframe::egui;
+use jde_link::message::About;
+use jde_link::{Client, Reach};
+
+/// Between two looks at what runs.
+const LOOK: Duration = Duration::from_secs(1);
+/// Recordings that are listed at most, the newest first.
+const MOST: usize = 200;
+
+/// Somebody who looks once a second, until dropped.
+pub(crate) struct Discovery(Arc<Mutex<Discovered>>);
+
+/// What was found last.
+#[derive(Default, PartialEq)]
+pub(crate) struct Discovered {
+    pub(super) looked: bool,
+    pub(crate) running: Vec<About>,
+    pub(super) recordings: Vec<RecordingFile>,
+    pub(super) trouble: Option<String>,
+}
+
+/// A recording.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RecordingFile {
+    pub(super) path: PathBuf,
+    pub(super) bytes: u64,
+    pub(super) written: SystemTime,
+}
+
+impl Discovery {
+    /// Begins to look where applications are looked for, and into folders for recordings.
+    pub(crate) fn new(ctx: &egui::Context, reach: &Reach, folders: &[PathBuf]) -> Self {
+        let seen = Arc::new(Mutex::new(Discovered::default()));
+        let (told, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
+        let repaint = ctx.clone();
+        let style = move || poll(&told, &reach, &folders, &repaint);
+        if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(style) {
+            lock(&seen).trouble = Some(format!("no thread to look: {error}"));
+        }
+        Self(seen)
+    }
+
+    /// What was found last.
+    pub(crate) fn seen(&self) -> MutexGuard<'_, Discovered> {
+        lock(&self.0)
+    }
+}
+
+/// Looks once a second, until nobody wants to know.
+fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
+    loop {
+        let found = Client::connect(reach).and_then(|client| client.applications());
+        let recordings = files(folders);
+        let Some(seen) = told.upgrade() else { return };
+        {
+            let mut seen = lock(&seen);
+            let (running, trouble) = match found {
+                Ok(running) => (running, None),
+                Err(error) => (Vec::new(), Some(error.to_string())),
+            };
+            let now = Discovered {
+                looked: true,
+                running,
+                recordings,
+                trouble,
+            };
+            if *seen != now {
+                *seen = now;
+                repaint.request_repaint();
+            }
+        }
+        drop(seen);
+        thread::sleep(LOOK);
+    }
+}
+
+/// The recordings in folders, the newest first.
+fn files(folders: &[PathBuf]) -> Vec<RecordingFile> {
+    let mut files: Vec<RecordingFile> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
+    files.sort_by_key(|file| std::cmp::Reverse(file.written));
+    files.truncate(MOST);
+    files
+}
+
+fn in_folder(folder: &Path) -> Vec<RecordingFile> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    entries
+        .filter_map(|entry| {
+            let entry = entry.ok()?;
+            let path = entry.path();
+            let about = entry.metadata().ok()?;
+            (path.extension()? == "mcap" && about.is_file()).then(|| RecordingFile {
+                path,
+                bytes: about.len(),
+                written: about.modified().unwrap_or(UNIX_EPOCH),
+            })
+        })
+        .collect()
+}
+
+fn lock(seen: &Mutex<Discovered>) -> MutexGuard<'_, Discovered> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,281 @@
+//! Draws a list: its widgets one below the other, those that stretch sharing what height is left.
+
+use eframe::egui::{self, Align, CollapsingHeader, Layout, RichText, Ui, vec2};
+use jde_panel::{Area, Gesture, Ink, Item, List, Shape, Touch, Wants, Words};
+
+use super::state::PanelState;
+use super::{field, image, plot, table};
+use crate::canvas::{self, Canvas};
+use crate::style::{self, Style};
+
+/// Least height of what stretches.
+const LEAST: f32 = 170.0;
+
+/// A list that is being drawn.
+pub(super) struct ListLayout<'a> {
+    pub(super) style: &'a Style,
+    pub(super) kept: &'a mut PanelState,
+    gestures: Vec<Gesture>,
+    /// Of what stretches.
+    height: f32,
+    /// Somebody hears of what is done.
+    alive: bool,
+    /// What is drawn stands beside others.
+    pub(super) beside: bool,
+}
+
+impl<'a> ListLayout<'a> {
+    pub(super) fn new(style: &'a Style, kept: &'a mut PanelState, alive: bool) -> Self {
+        Self {
+            style,
+            kept,
+            gestures: Vec::new(),
+            height: LEAST,
+            alive,
+            beside: false,
+        }
+    }
+
+    /// Draws it, and answers with what was done to it.
+    pub(super) fn show(mut self, ui: &mut Ui, list: &List) -> Vec<Gesture> {
+        let room = ui.available_height();
+        let large = list.items.iter().filter(|item| stretches(item)).count();
+        if large > 0 {
+            self.height = ((room - self.kept.small) / large as f32).floor().max(LEAST);
+        }
+        let mut small = 0.0;
+        for (place, item) in list.items.iter().enumerate() {
+            let top = ui.cursor().top();
+            ui.push_id(place, |ui| self.item(ui, item));
+            small += if stretches(item) {
+                ui.spacing().item_spacing.y
+            } else {
+                ui.cursor().top() - top
+            };
+        }
+        if (small - self.kept.small).abs() > 0.5 {
+            self.kept.small = small;
+            // How much is left is known only now.
+            ui.ctx().request_discard("the height of a panel's widgets");
+        }
+        self.gestures
+    }
+
+    fn items(&mut self, ui: &mut Ui, items: &[Item]) {
+        for (place, item) in items.iter().enumerate() {
+            ui.push_id(place, |ui| self.item(ui, item));
+        }
+    }
+
+    fn item(&mut self, ui: &mut Ui, item: &Item) {
+        if !self.alive && answers(item) {
+            ui.disable();
+        }
+        match item {
+            Item::Text { text, words } => drop(ui.label(self.words(text, *words))),
+            Item::Value { label, value, unit } => field::value(self, ui, label, *value, unit),
+            Item::Button { id, label, enabled } => {
+                if ui.add_enabled(*enabled, egui::Button::new(label)).clicked() {
+                    self.did(id, Touch::Pressed);
+                }
+            }
+            Item::Toggle { id, label, on } => field::toggle(self, ui, id, label, *on),
+            Item::Slider {
+                id,
+                label,
+                value,
+                least,
+                greatest,
+                unit,
+            } => {
+                let range = field::Range {
+                    least: *least,
+                    greatest: *greatest,
+                    unit,
+                };
+                field::slider(self, ui, id, label, *value, &range);
+            }
+            Item::Choice {
+                id,
+                label,
+                options,
+                chosen,
+            } => field::choice(self, ui, id, label, options, *chosen),
+            Item::Image { .. } => image::show(self, ui, item),
+            Item::Plot {
+                id,
+                label,
+                across,
+                up,
+                traces,
+            } => plot::show(self.style, ui, self.height, id, label, [across, up], traces),
+            Item::Table { id, columns, rows } => {
+                let sorted = self.kept.sorted.entry(id.clone()).or_default();
+                sorted.sort(self.kept.serial, rows);
+                table::show(ui, self.height, id, columns, rows, sorted);
+            }
+            Item::Row { items } => {
+                let around = std::mem::replace(&mut self.beside, true);
+                self.row(ui, items);
+                self.beside = around;
+            }
+            Item::Group {
+                id,
+                label,
+                open,
+                items,
+            } => {
+                CollapsingHeader::new(RichText::new(label).strong())
+                    .id_salt(id)
+                    .default_open(*open)
+                    .show(ui, |ui| self.items(ui, items));
+            }
+            Item::Canvas {
+                id,
+                area,
+                forward_up,
+                shapes,
+                wants,
+            } => self.canvas(ui, id, *area, *forward_up, shapes, *wants),
+            Item::Scene { frame, solids, .. } => {
+                let text = format!(
+                    "{} shapes in space, in the frame {frame}: see the 3D window.",
+                    solids.len()
+                );
+                ui.label(
+                    RichText::new(text)
+                        .color(style::color_of(Ink::Faint, self.style))
+                        .italics(),
+                );
+            }
+        }
+    }
+
+    /// Widgets beside each other: those that stretch share the width.
+    fn row(&mut self, ui: &mut Ui, items: &[Item]) {
+        if !items.iter().any(stretches) {
+            ui.horizontal_wrapped(|ui| self.items(ui, items));
+            return;
+        }
+        let (count, gap) = (items.len() as f32, ui.spacing().item_spacing.x);
+        let width = ((ui.available_width() - gap * (count - 1.0)) / count).floor();
+        ui.horizontal_top(|ui| {
+            for (place, item) in items.iter().enumerate() {
+                let size = vec2(width, self.height);
+                ui.push_id(place, |ui| {
+                    ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
+                        ui.set_width(width);
+                        self.item(ui, item);
+                    });
+                });
+            }
+        });
+    }
+
+    fn canvas(
+        &mut self,
+        ui: &mut Ui,
+        id: &str,
+        area: Option<Area>,
+        forward_up: bool,
+        shapes: &[Shape],
+        wants: Wants,
+    ) {
+        let empty = Area {
+            least: [-1.0, -1.0],
+            greatest: [1.0, 1.0],
+        };
+        let home = area.unwrap_or_else(|| {
+            let drawn = canvas::bounds(shapes).unwrap_or(empty);
+            self.kept.home(id, drawn)
+        });
+        let mut view = self.kept.view(id);
+        let shown = Canvas::new(id, home)
+            .size(vec2(f32::INFINITY, self.height))
+            .forward_up(forward_up)
+            .wants(wants)
+            .show(ui, self.style, &mut view, |draw| {
+                shapes.iter().for_each(|shape| draw.shape(shape));
+            });
+        self.kept.look_at(id, view);
+        if !self.alive {
+            return;
+        }
+        for touch in shown.touches {
+            self.did(id, touch);
+        }
+        if let Some(hint) = hint(wants) {
+            shown.response.on_hover_text_at_pointer(hint);
+        }
+    }
+
+    /// Something was done to a widget.
+    pub(super) fn did(&mut self, id: &str, touch: Touch) {
+        self.gestures.push(Gesture {
+            widget: id.to_owned(),
+            touch,
+        });
+    }
+
+    /// Height of what stretches.
+    pub(super) fn height(&self) -> f32 {
+        self.height
+    }
+
+    fn words(&self, text: &str, words: Words) -> RichText {
+        let color_of = |color| style::color_of(color, self.style);
+        let text = RichText::new(text);
+        match words {
+            Words::Plain => text,
+            Words::Heading => text.heading(),
+            Words::Faint => text.color(color_of(Ink::Faint)),
+            Words::Good => text.color(color_of(Ink::Good)),
+            Words::Warning => text.color(color_of(Ink::Warn)),
+            Words::Error => text.color(color_of(Ink::Bad)).strong(),
+            Words::Code => text.code(),
+        }
+    }
+}
+
+/// Whether a widget takes what height is left.
+fn stretches(item: &Item) -> bool {
+    match item {
+        Item::Canvas { .. } | Item::Plot { .. } | Item::Table { .. } | Item::Image { .. } => true,
+        Item::Row { items } => items.iter().any(stretches),
+        Item::Text { .. }
+        | Item::Value { .. }
+        | Item::Button { .. }
+        | Item::Toggle { .. }
+        | Item::Slider { .. }
+        | Item::Choice { .. }
+        | Item::Group { .. }
+        | Item::Scene { .. } => false,
+    }
+}
+
+/// Whether a widget is nothing without somebody who hears of it; planes and tables can still be looked around in.
+fn answers(item: &Item) -> bool {
+    matches!(
+        item,
+        Item::Button { .. }
+            | Item::Toggle { .. }
+            | Item::Slider { .. }
+            | Item::Choice { .. }
+            | Item::Image { .. }
+    )
+}
+
+/// What can be done on a plane or picture, for who finds no button.
+pub(super) fn hint(wants: Wants) -> Option<String> {
+    let mut does = Vec::new();
+    if wants.clicks {
+        does.push("click");
+    }
+    if wants.drags {
+        does.push("drag (Shift moves the view)");
+    }
+    if wants.keys {
+        does.push("keys, once clicked");
+    }
+    (!does.is_empty()).then(|| format!("This schema listens to: {}.", does.join(", ")))
+}

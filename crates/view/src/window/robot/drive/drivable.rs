@@ -1,0 +1,122 @@
+//! Which schemas a hand drives: those that command the body that is looked at, and never another one's.
+
+use eframe::egui::{self, Ui};
+use jde_link::message::SchemaInfo;
+
+use crate::session::Session;
+
+/// The type of schema that drives a base, and that which turns a head.
+const BASE: &str = "teleop/base";
+const HEAD: &str = "teleop/head";
+
+/// Them.
+pub(super) struct DrivableSchemas<'a> {
+    pub(super) base: Option<&'a SchemaInfo>,
+    pub(super) head: Option<&'a SchemaInfo>,
+}
+
+impl<'a> DrivableSchemas<'a> {
+    /// Of all schemas, those for this of all bodies.
+    pub(super) fn of(all: &'a [SchemaInfo], body: &str, bodies: &[String]) -> Self {
+        let of_type =
+            |type_name: &'static str| all.iter().filter(move |schema| schema.type_name == type_name);
+        let own = |type_name| of_type(type_name).find(|schema| commanded(schema).any(|owner| owner == body));
+        // What it commands may be between it and the body, as a filter of speeds is: of a lone body there is no other.
+        let lone = || of_type(BASE).next().filter(|_| bodies.len() < 2);
+        // A head may be a driver of its own, on nobody knows which body.
+        let apart = || {
+            of_type(HEAD)
+                .find(|schema| !commanded(schema).any(|owner| bodies.iter().any(|body| body == owner)))
+        };
+        Self {
+            base: own(BASE).or_else(lone),
+            head: own(HEAD).or_else(apart),
+        }
+    }
+}
+
+/// The schemas that one commands.
+fn commanded(schema: &SchemaInfo) -> impl Iterator<Item = &str> {
+    let actuators = schema.ports.iter().filter(|port| port.role == "actuator");
+    actuators.filter_map(|port| Some(port.variable.as_deref()?.split_once('.')?.0))
+}
+
+/// How to add what is not there.
+pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
+    if body.is_empty() {
+        ui.weak("nothing in this application drives");
+        return;
+    }
+    let roots = session
+        .schemas()
+        .groups
+        .iter()
+        .find(|group| group.father.is_none());
+    let roots = roots.map_or(&[][..], |group| &group.members);
+    let mut names = vec!["\"teleop\"".to_owned()];
+    names.extend(roots.iter().map(|root| format!("\"{root}\"")));
+    let command = session
+        .variables()
+        .iter()
+        .find(|variable| variable.owner == body && variable.type_name == "geometry_msgs/msg/Twist");
+    let command = command.map_or_else(|| format!("{body}.velocity"), |command| command.name.clone());
+    let lines = format!(
+        "roots = [{}]\n\n[schemas.teleop]\ntype      = \"teleop/base\"\nactuators = {{ base = \"{command}\" }}\n",
+        names.join(", ")
+    );
+    ui.label("Nobody can drive this application by hand. In its file, these lines let one:");
+    ui.add(
+        egui::TextEdit::multiline(&mut lines.as_str())
+            .code_editor()
+            .desired_rows(5)
+            .desired_width(f32::INFINITY),
+    );
+    if ui.button("Copy").on_hover_text("Copy the lines").clicked() {
+        ui.ctx().copy_text(lines);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schema(name: &str, type_name: &str, commands: &str) -> SchemaInfo {
+        let info = serde_json::json!({
+            "name": name, "type": type_name, "kind": "motor", "doc": "", "father": null, "group": null, "period_s": 0.1,
+            "budget_s": 0.01, "children": [],
+            "ports": [{ "name": "base", "role": "actuator", "type": "geometry_msgs/msg/Twist", "doc": "", "unit": "",
+                        "range": {}, "fixed": false, "variable": commands }],
+        });
+        serde_json::from_value(info).expect("it is one")
+    }
+
+    fn found<'a>(all: &'a [SchemaInfo], body: &str, bodies: &[&str]) -> [Option<&'a str>; 2] {
+        let bodies: Vec<_> = bodies.iter().map(|body| (*body).to_owned()).collect();
+        let DrivableSchemas { base, head } = DrivableSchemas::of(all, body, &bodies);
+        [base, head].map(|schema| schema.map(|schema| schema.name.as_str()))
+    }
+
+    #[test]
+    fn of_two_bodies_each_is_driven_by_its_own_schemas_or_by_none() {
+        let both = ["anna", "bert"];
+        let all = [
+            schema("of_anna", BASE, "anna.velocity"),
+            schema("head_of_anna", HEAD, "anna.pan_tilt"),
+        ];
+        assert_eq!(
+            found(&all, "anna", &both),
+            [Some("of_anna"), Some("head_of_anna")]
+        );
+        assert_eq!(found(&all, "bert", &both), [None, None]);
+    }
+
+    #[test]
+    fn a_lone_body_is_driven_through_whatever_is_between_and_a_head_may_stand_apart() {
+        let all = [
+            schema("hand", BASE, "filter.velocity"),
+            schema("gaze", HEAD, "camera_mount.pan_tilt"),
+        ];
+        assert_eq!(found(&all, "anna", &["anna"]), [Some("hand"), Some("gaze")]);
+        assert_eq!(found(&all, "anna", &["anna", "bert"]), [None, Some("gaze")]);
+    }
+}

@@ -1,0 +1,180 @@
+//! Small pieces that the oscilloscope is painted with: words cut to their room, buttons with a drawn sign, colors of lanes.
+
+use std::sync::Arc;
+
+use eframe::egui::text::{LayoutJob, TextWrapping};
+use eframe::egui::{
+    Align2, Color32, FontId, Galley, Id, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke,
+    StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2,
+};
+
+use super::index::Sign;
+use crate::style::{self, Style};
+use jde_panel::Ink;
+
+/// Height of a row, points: a line of text and room for a finger's worth of a button.
+pub(super) const ROW: f32 = 22.0;
+/// Size of its text.
+const TEXT: f32 = 12.5;
+
+pub(super) fn font() -> FontId {
+    FontId::proportional(TEXT)
+}
+
+pub(super) fn small() -> FontId {
+    FontId::proportional(TEXT - 2.0)
+}
+
+pub(super) fn digits() -> FontId {
+    FontId::monospace(TEXT - 1.0)
+}
+
+/// A line cut to a width; what is lost is marked.
+pub(super) fn cut(painter: &Painter, text: &str, font: FontId, color: Color32, width: f32) -> Arc<Galley> {
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), font, color);
+    job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
+    painter.layout_job(job)
+}
+
+/// Writes a line into a rectangle, in the middle of its height; answers with where it ends.
+pub(super) fn write(painter: &Painter, rect: Rect, text: &str, font: FontId, color: Color32) -> f32 {
+    if rect.width() < 4.0 {
+        return rect.left();
+    }
+    let galley = cut(painter, text, font, color, rect.width());
+    let at = pos2(rect.left(), rect.center().y - galley.size().y / 2.0);
+    let end = rect.left() + galley.size().x;
+    painter.galley(at, galley, color);
+    end
+}
+
+/// Writes a number so that it ends at the right edge.
+pub(super) fn write_right(painter: &Painter, rect: Rect, text: &str, color: Color32) {
+    painter.text(rect.right_center(), Align2::RIGHT_CENTER, text, digits(), color);
+}
+
+/// What is drawn on a button.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Icon {
+    Play,
+    Stop,
+    Force,
+    Release,
+    Panel,
+    Fold,
+    Unfold,
+    Remove,
+}
+
+/// A button with a drawn sign; its name is what a test and a screen reader find.
+pub(super) fn button(
+    ui: &Ui,
+    rect: Rect,
+    id: Id,
+    icon: Icon,
+    (name, tip): (&str, &str),
+    (enabled, pressed): (bool, bool),
+) -> Response {
+    let sense = if enabled { Sense::click() } else { Sense::hover() };
+    let response = ui.interact(rect, id, sense);
+    response.widget_info(|| WidgetInfo::selected(Role::Button, enabled, pressed, name));
+    let visuals = ui.style().interact_selectable(&response, pressed);
+    let painter = ui.painter();
+    if enabled && (pressed || response.hovered() || response.has_focus()) {
+        painter.rect(
+            rect.shrink(1.0),
+            3.0,
+            visuals.weak_bg_fill,
+            if response.has_focus() {
+                ui.visuals().selection.stroke
+            } else {
+                Stroke::NONE
+            },
+            StrokeKind::Inside,
+        );
+    }
+    let color = if enabled {
+        visuals.fg_stroke.color
+    } else {
+        ui.visuals().weak_text_color().gamma_multiply(0.5)
+    };
+    paint(painter, rect.center(), icon, color);
+    if response.hovered() {
+        response.clone().on_hover_text(tip);
+    }
+    response
+}
+
+fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
+    let line = Stroke::new(1.4, color);
+    let triangle = |corners: [(f32, f32); 3]| {
+        Shape::convex_polygon(
+            corners.map(|(x, y)| at + vec2(x, y)).to_vec(),
+            color,
+            Stroke::NONE,
+        )
+    };
+    match icon {
+        Icon::Play => {
+            painter.add(triangle([(-3.0, -4.5), (5.0, 0.0), (-3.0, 4.5)]));
+        }
+        Icon::Stop => {
+            painter.rect_filled(Rect::from_center_size(at, Vec2::splat(8.0)), 1.0, color);
+        }
+        Icon::Force => {
+            // A crown: the winner by decree.
+            painter.add(triangle([(-5.5, -3.0), (-1.0, 3.5), (-4.5, 3.5)]));
+            painter.add(triangle([(0.0, -5.0), (3.0, 3.5), (-3.0, 3.5)]));
+            painter.add(triangle([(5.5, -3.0), (4.5, 3.5), (1.0, 3.5)]));
+            painter.line_segment([at + vec2(-4.5, 4.5), at + vec2(4.5, 4.5)], line);
+        }
+        Icon::Release => {
+            // A ring that is open, and the way out of it.
+            let ring = (0..=10).map(|step| {
+                let angle = 0.6 + step as f32 * 0.5;
+                at + 4.5 * vec2(angle.cos(), angle.sin())
+            });
+            painter.line(ring.collect(), line);
+            painter.add(triangle([(1.0, -5.5), (6.5, -4.5), (3.0, 0.0)]));
+        }
+        Icon::Panel => {
+            let frame = Rect::from_center_size(at, vec2(11.0, 9.0));
+            painter.rect_stroke(frame, 1.5, line, StrokeKind::Middle);
+            painter.line_segment(
+                [
+                    frame.left_top() + vec2(0.0, 3.0),
+                    frame.right_top() + vec2(0.0, 3.0),
+                ],
+                line,
+            );
+        }
+        Icon::Fold => {
+            painter.add(triangle([(-4.0, -2.5), (4.0, -2.5), (0.0, 3.0)]));
+        }
+        Icon::Unfold => {
+            painter.add(triangle([(-2.5, -4.0), (3.0, 0.0), (-2.5, 4.0)]));
+        }
+        Icon::Remove => {
+            painter.line_segment([at + vec2(-3.5, -3.5), at + vec2(3.5, 3.5)], line);
+            painter.line_segment([at + vec2(-3.5, 3.5), at + vec2(3.5, -3.5)], line);
+        }
+    }
+}
+
+/// The color of what happened to a schema.
+pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
+    let color = match sign {
+        Sign::Well => Ink::Good,
+        Sign::Operator => Ink::Goal,
+        Sign::Refused => Ink::Seen,
+        Sign::Overrun => Ink::Warn,
+        Sign::Fault => Ink::Bad,
+    };
+    style::color_of(color, style)
+}
+
+/// The color of a lane: told apart by place and name as well.
+pub(super) fn lane(place: usize, style: &Style) -> Color32 {
+    let inks = [Ink::Accent, Ink::Warn, Ink::Good, Ink::Goal, Ink::Seen, Ink::Bad];
+    style::color_of(inks[place % inks.len()], style)
+}

@@ -1,0 +1,287 @@
+//! What there is to draw in one frame: shapes in space in a few large lists, as the graphics card takes them. Emptied and filled
+//! anew each frame, so that no memory is asked for once it has grown.
+//!
+//! Knows no robots and no windows.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use eframe::egui::Color32;
+use glam::{Affine3A, Mat3A, Quat, Vec3};
+
+use crate::picture;
+
+/// A form whose corners lie ready on the card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Mesh {
+    /// A cube with edges of 1, about its middle.
+    Box,
+    /// Diameter and height 1, along z, about its middle.
+    Cylinder,
+    /// Diameter 1.
+    Sphere,
+    /// Its base of diameter 1 at 0, its tip at z = 1.
+    Cone,
+}
+
+/// The forms, in the order of their numbers.
+pub(crate) const FORMS: [Mesh; 4] = [Mesh::Box, Mesh::Cylinder, Mesh::Sphere, Mesh::Cone];
+
+/// A form at its place.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Instance {
+    /// The rows of the matrix that puts it there.
+    pub(crate) rows: [[f32; 4]; 3],
+    pub(crate) color: [u8; 4],
+}
+
+/// A corner of a triangle.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Corner {
+    pub(crate) at: [f32; 3],
+    pub(crate) normal: [f32; 3],
+    pub(crate) color: [u8; 4],
+}
+
+/// A straight line, or a dot if both ends are one.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Stroke {
+    pub(crate) from: [f32; 3],
+    /// In points of the screen.
+    pub(crate) width: f32,
+    pub(crate) to: [f32; 3],
+    pub(crate) color: [u8; 4],
+}
+
+/// Pixels; `stamp` differs when they do.
+#[derive(Clone, Debug)]
+pub(crate) struct Pixels {
+    pub(crate) picture: picture::Picture,
+    pub(crate) stamp: u64,
+}
+
+/// A picture that stands in space.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    /// Of whom: its texture is kept from frame to frame.
+    pub(crate) name: String,
+    pub(crate) pixels: Arc<Pixels>,
+    /// Upper left, upper right, lower right, lower left.
+    pub(crate) corners: [Vec3; 4],
+}
+
+/// A text at a place.
+#[derive(Clone, Debug)]
+pub(crate) struct Label {
+    pub(crate) at: Vec3,
+    pub(crate) text: String,
+    pub(crate) color: Color32,
+}
+
+/// Something with a name that can be pointed at.
+#[derive(Clone, Debug)]
+pub(crate) struct Pickable {
+    pub(crate) name: String,
+    pub(crate) at: Vec3,
+    pub(crate) radius: f32,
+}
+
+/// All there is to draw.
+#[derive(Debug, Default)]
+pub(crate) struct DrawList {
+    /// By form, what nothing is seen through.
+    pub(crate) firm: [Vec<Instance>; FORMS.len()],
+    /// By form, what lets something through.
+    pub(crate) clear: [Vec<Instance>; FORMS.len()],
+    pub(crate) firm_corners: Vec<Corner>,
+    pub(crate) clear_corners: Vec<Corner>,
+    pub(crate) strokes: Vec<Stroke>,
+    pub(crate) dots: Vec<Stroke>,
+    pub(crate) pictures: Vec<Picture>,
+    pub(crate) labels: Vec<Label>,
+    pub(crate) things: Vec<Pickable>,
+}
+
+/// Turned about z (yaw), then y (pitch), then x (roll), and put somewhere.
+pub(crate) fn placed(at: Vec3, [roll, pitch, yaw]: [f32; 3]) -> Affine3A {
+    let turned = Quat::from_rotation_z(yaw) * Quat::from_rotation_y(pitch) * Quat::from_rotation_x(roll);
+    Affine3A::from_rotation_translation(turned, at)
+}
+
+impl DrawList {
+    pub(crate) fn clear(&mut self) {
+        self.firm.iter_mut().for_each(Vec::clear);
+        self.clear.iter_mut().for_each(Vec::clear);
+        self.firm_corners.clear();
+        self.clear_corners.clear();
+        self.strokes.clear();
+        self.dots.clear();
+        self.pictures.clear();
+        self.labels.clear();
+        self.things.clear();
+    }
+
+    /// A form of a size, about its middle.
+    pub(crate) fn form(&mut self, form: Mesh, place: Affine3A, size: Vec3, color: Color32) {
+        let Affine3A { matrix3, translation } = place;
+        let scaled = matrix3 * Mat3A::from_diagonal(size);
+        let row = |row: usize| {
+            let [x, y, z] = scaled.row(row).to_array();
+            [x, y, z, translation[row]]
+        };
+        let instance = Instance {
+            rows: [row(0), row(1), row(2)],
+            color: straight(color),
+        };
+        let list = if instance.color[3] == 255 {
+            &mut self.firm
+        } else {
+            &mut self.clear
+        };
+        list[form as usize].push(instance);
+    }
+
+    /// Upright, with its lowest point in the middle of where `place` is.
+    pub(crate) fn upright(&mut self, form: Mesh, place: Affine3A, at: Vec3, size: Vec3, color: Color32) {
+        let middle = at + Vec3::Z * size.z / 2.0;
+        self.form(form, place * Affine3A::from_translation(middle), size, color);
+    }
+
+    /// A triangle; lit on both sides.
+    pub(crate) fn triangle(&mut self, corners: [Vec3; 3], color: Color32) {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
+        let color = straight(color);
+        let list = if color[3] == 255 {
+            &mut self.firm_corners
+        } else {
+            &mut self.clear_corners
+        };
+        list.extend(corners.map(|at| Corner {
+            at: at.to_array(),
+            normal,
+            color,
+        }));
+    }
+
+    /// From one point to another.
+    pub(crate) fn line(&mut self, from: Vec3, to: Vec3, width: f32, color: Color32) {
+        self.strokes.push(Stroke {
+            from: from.to_array(),
+            width,
+            to: to.to_array(),
+            color: straight(color),
+        });
+    }
+
+    /// Through points in turn.
+    pub(crate) fn lines(&mut self, points: impl IntoIterator<Item = Vec3>, width: f32, color: Color32) {
+        let mut points = points.into_iter();
+        let Some(mut before) = points.next() else { return };
+        for point in points {
+            self.line(before, point, width, color);
+            before = point;
+        }
+    }
+
+    /// A round dot, of a diameter in points of the screen.
+    pub(crate) fn dot(&mut self, at: Vec3, width: f32, color: Color32) {
+        self.dots.push(Stroke {
+            from: at.to_array(),
+            width,
+            to: at.to_array(),
+            color: straight(color),
+        });
+    }
+
+    /// A shaft with a head.
+    pub(crate) fn arrow(&mut self, from: Vec3, to: Vec3, thick: f32, color: Color32) {
+        let along = to - from;
+        let length = along.length();
+        if length < 1e-6 {
+            return;
+        }
+        let turned = Quat::from_rotation_arc(Vec3::Z, along / length);
+        let place = Affine3A::from_rotation_translation(turned, from);
+        let head = (4.5 * thick).min(length / 2.0);
+        let shaft = length - head;
+        self.upright(
+            Mesh::Cylinder,
+            place,
+            Vec3::ZERO,
+            Vec3::new(thick, thick, shaft),
+            color,
+        );
+        let tip = place * Affine3A::from_translation(Vec3::Z * shaft);
+        let wide = 0.6 * head;
+        self.form(Mesh::Cone, tip, Vec3::new(wide, wide, head), color);
+    }
+
+    /// A circle parallel to the floor.
+    pub(crate) fn ring(&mut self, middle: Vec3, radius: f32, width: f32, color: Color32) {
+        const PARTS: usize = 40;
+        let point = |part: usize| {
+            let (sin, cos) = (part as f32 / PARTS as f32 * std::f32::consts::TAU).sin_cos();
+            middle + Vec3::new(cos, sin, 0.0) * radius
+        };
+        self.lines((0..=PARTS).map(point), width, color);
+    }
+
+    pub(crate) fn label(&mut self, at: Vec3, text: impl Into<String>, color: Color32) {
+        self.labels.push(Label {
+            at,
+            text: text.into(),
+            color,
+        });
+    }
+
+    pub(crate) fn thing(&mut self, name: impl Into<String>, at: Vec3, radius: f32) {
+        self.things.push(Pickable {
+            name: name.into(),
+            at,
+            radius,
+        });
+    }
+
+    /// Leaves out the pictures that are larger than a card takes; answers with why, in words.
+    pub(crate) fn leave_out_pictures(&mut self, most: usize) -> Vec<String> {
+        let mut reasons = Vec::new();
+        self.pictures
+            .retain(|shown| match picture::fits(shown.pixels.picture.size, most) {
+                Ok(()) => true,
+                Err(reason) => {
+                    reasons.push(format!("{}: {reason}", shown.name));
+                    false
+                }
+            });
+        reasons
+    }
+
+    /// Differs, but for accidents that nobody meets, when what the card draws does.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        for list in self.firm.iter().chain(&self.clear) {
+            bytemuck::cast_slice::<_, u8>(list).hash(&mut hasher);
+        }
+        for list in [&self.firm_corners, &self.clear_corners] {
+            bytemuck::cast_slice::<_, u8>(list).hash(&mut hasher);
+        }
+        for list in [&self.strokes, &self.dots] {
+            bytemuck::cast_slice::<_, u8>(list).hash(&mut hasher);
+        }
+        for picture in &self.pictures {
+            (&picture.name, picture.pixels.stamp).hash(&mut hasher);
+            bytemuck::bytes_of(&picture.corners.map(|corner| corner.to_array())).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+}
+
+/// As the shaders take it: not multiplied by how opaque it is.
+pub(crate) fn straight(color: Color32) -> [u8; 4] {
+    color.to_srgba_unmultiplied()
+}

@@ -1,0 +1,74 @@
+//! Who of an application has what there is to be seen in space. It reads no values.
+
+use jde_types::{
+    Image, LaserScan, Mission, Movers, Odometry, PanTilt, Path, RangeRing, Route, Scenery, Target, Truth,
+    Value, WheelEncoders,
+};
+
+use crate::session::Session;
+
+/// Who has what: full names, and owners. Made anew when the application's variables change.
+#[derive(Default)]
+pub(super) struct Entities {
+    /// Of how many variables it was made.
+    pub(super) made_of: usize,
+    pub(super) robots: Vec<[String; 2]>,
+    pub(super) lasers: Vec<[String; 2]>,
+    pub(super) sonars: Vec<[String; 2]>,
+    pub(super) heads: Vec<[String; 2]>,
+    pub(super) wheels: Vec<[String; 2]>,
+    pub(super) images: Vec<[String; 2]>,
+    pub(super) missions: Vec<[String; 2]>,
+    pub(super) targets: Vec<[String; 2]>,
+    pub(super) routes: Vec<[String; 2]>,
+    pub(super) paths: Vec<[String; 2]>,
+    pub(super) scenery: Option<[String; 2]>,
+    pub(super) movers: Option<String>,
+    pub(super) truth: Option<String>,
+}
+
+impl Entities {
+    /// Of an application as it is now.
+    pub(super) fn of(session: &Session) -> Self {
+        fn exports<T: Value>(session: &Session) -> Vec<[String; 2]> {
+            let names = session.exports::<T>();
+            names.map(|it| [it.name.clone(), it.owner.clone()]).collect()
+        }
+        fn inputs<T: Value>(session: &Session) -> Vec<[String; 2]> {
+            let name = T::describe().name;
+            let fits = session.variables().iter().filter(|it| it.type_name == name);
+            fits.map(|it| [it.name.clone(), it.owner.clone()]).collect()
+        }
+        let scenery = exports::<Scenery>(session).into_iter().next();
+        let of_world = |all: Vec<[String; 2]>| {
+            let [_, world] = scenery.as_ref()?;
+            all.into_iter()
+                .find(|[_, owner]| owner == world)
+                .map(|[name, _]| name)
+        };
+        Self {
+            made_of: session.variables().len(),
+            robots: exports::<Odometry>(session),
+            lasers: exports::<LaserScan>(session),
+            sonars: exports::<RangeRing>(session),
+            heads: exports::<PanTilt>(session),
+            wheels: exports::<WheelEncoders>(session),
+            images: exports::<Image>(session),
+            missions: exports::<Mission>(session),
+            targets: inputs::<Target>(session),
+            routes: inputs::<Route>(session),
+            paths: exports::<Path>(session),
+            movers: of_world(exports::<Movers>(session)),
+            truth: of_world(exports::<Truth>(session)),
+            scenery,
+        }
+    }
+
+    /// The robot that something belongs to: its owner, or the first.
+    pub(super) fn robot(&self, owner: &str) -> usize {
+        self.robots
+            .iter()
+            .position(|[_, robot]| robot == owner)
+            .unwrap_or(0)
+    }
+}

@@ -1,0 +1,198 @@
+//! What hands do to the scenes of panels, handed back to the schemas that draw them: a click on a shape or on the ground, a drag
+//! that begins on a shape, and keys once a scene was touched.
+
+use eframe::egui::{Pos2, Response, Ui};
+use glam::{Affine3A, Vec2, Vec3};
+use jde_panel::{Gesture, Item, Solid, Wants};
+
+use super::hit;
+use super::orbit::Eye;
+use super::scene_data::SceneData;
+use crate::canvas::Gestures;
+
+/// A drag ends at the horizon, which is so many times as far away as what is looked at.
+const FAR: f32 = 4.0;
+
+/// What is under way, from frame to frame.
+#[derive(Default)]
+pub(crate) struct SceneGestures {
+    hands: Gestures,
+    held: Option<TouchedScene>,
+}
+
+/// The scene that a hand touched last.
+struct TouchedScene {
+    schema: String,
+    scene: String,
+    /// Where, in the frame of the odometry.
+    at: Vec3,
+    /// A shape, and not the ground.
+    shape: bool,
+}
+
+/// A scene that wants to hear of hands.
+struct Scene<'a> {
+    schema: &'a str,
+    id: &'a str,
+    frame: Affine3A,
+    solids: &'a [Solid],
+    wants: Wants,
+}
+
+impl SceneGestures {
+    /// A drag is handed back: the eye stays.
+    pub(crate) fn drags(&self) -> bool {
+        self.hands.drags()
+    }
+
+    /// Keys are handed back.
+    pub(crate) fn types(&self, seen: &SceneData) -> bool {
+        self.scene(&scenes(seen)).is_some_and(|scene| scene.wants.keys)
+    }
+
+    /// What was done in this frame, each with the schema that it is for.
+    pub(crate) fn gestures(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        eye: &Eye,
+        seen: &SceneData,
+    ) -> Vec<(String, Gesture)> {
+        let scenes = scenes(seen);
+        let at = if response.clicked() || response.secondary_clicked() || response.middle_clicked() {
+            response.interact_pointer_pos()
+        } else if response.drag_started() {
+            ui.input(|input| input.pointer.press_origin())
+        } else {
+            None
+        };
+        let mut gestures = Vec::new();
+        if let Some(at) = at {
+            let held = found(eye, screen(response, at), &scenes);
+            let same = |before: &TouchedScene| {
+                let now = held.as_ref().map(|held| (&held.schema, &held.scene));
+                now == Some((&before.schema, &before.scene))
+            };
+            if !self.held.as_ref().is_some_and(same) {
+                // The keys that are down there come up.
+                self.hand_back(ui, response, eye, &scenes, Wants::default(), &mut gestures);
+                self.hands = Gestures::default();
+            }
+            self.held = held;
+        }
+        let wants = match (self.scene(&scenes), &self.held) {
+            (Some(scene), Some(held)) => Wants {
+                // The ground is what the eye is turned by.
+                drags: scene.wants.drags && held.shape,
+                ..scene.wants
+            },
+            _ => {
+                // Nobody is there any more to whom the end of a drag could be told.
+                self.hands = Gestures::default();
+                return gestures;
+            }
+        };
+        self.hand_back(ui, response, eye, &scenes, wants, &mut gestures);
+        gestures
+    }
+
+    /// Adds what was done to the scene that is held.
+    fn hand_back(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        eye: &Eye,
+        scenes: &[Scene<'_>],
+        wants: Wants,
+        gestures: &mut Vec<(String, Gesture)>,
+    ) {
+        let Some((scene, held)) = self.scene(scenes).zip(self.held.as_ref()) else {
+            return;
+        };
+        let back = scene.frame.inverse();
+        let place = |at: Pos2| {
+            let at = level(eye, screen(response, at), held.at).unwrap_or(held.at);
+            let at = back.transform_point3(at);
+            [at.x, at.y, at.z].map(f64::from)
+        };
+        for touch in self.hands.touches(ui, response, wants, place) {
+            let widget = scene.id.to_owned();
+            gestures.push((scene.schema.to_owned(), Gesture { widget, touch }));
+        }
+    }
+
+    fn scene<'a, 's>(&self, scenes: &'s [Scene<'a>]) -> Option<&'s Scene<'a>> {
+        let held = self.held.as_ref()?;
+        scenes
+            .iter()
+            .find(|scene| scene.schema == held.schema && scene.id == held.scene)
+    }
+}
+
+fn screen(response: &Response, at: Pos2) -> Vec2 {
+    let at = at - response.rect.min;
+    Vec2::new(at.x, at.y)
+}
+
+/// The scenes that want anything, where their frames are known.
+fn scenes(seen: &SceneData) -> Vec<Scene<'_>> {
+    let mut scenes = Vec::new();
+    for (schema, list) in &seen.panels {
+        collect(&mut scenes, seen, schema, &list.items);
+    }
+    scenes
+}
+
+fn collect<'a>(into: &mut Vec<Scene<'a>>, seen: &SceneData, schema: &'a str, items: &'a [Item]) {
+    for item in items {
+        if let Item::Row { items } | Item::Group { items, .. } = item {
+            collect(into, seen, schema, items);
+        }
+        if let Item::Scene {
+            id,
+            frame,
+            solids,
+            wants,
+        } = item
+            && *wants != Wants::default()
+            && let Some(frame) = seen.frame(frame)
+        {
+            into.push(Scene {
+                schema,
+                id,
+                frame,
+                solids,
+                wants: *wants,
+            });
+        }
+    }
+}
+
+/// What a hand touches: the nearest shape; else the ground, if there is one scene alone that wants clicks on it.
+fn found(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScene> {
+    let held = |scene: &Scene<'_>, at: Vec3, shape: bool| TouchedScene {
+        schema: scene.schema.to_owned(),
+        scene: scene.id.to_owned(),
+        at,
+        shape,
+    };
+    let met = scenes.iter().flat_map(|scene| {
+        let solids = scene.solids.iter();
+        solids.filter_map(move |solid| Some((scene, hit::meet(eye, screen, scene.frame, solid)?)))
+    });
+    if let Some((scene, (_, at))) = met.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0)) {
+        return Some(held(scene, at, true));
+    }
+    let mut clicked = scenes.iter().filter(|scene| scene.wants.clicks);
+    let (Some(alone), None) = (clicked.next(), clicked.next()) else {
+        return None;
+    };
+    Some(held(alone, eye.ray(screen).floor()?, false))
+}
+
+/// The place at a point of the screen that is as high as another.
+fn level(eye: &Eye, screen: Vec2, as_high_as: Vec3) -> Option<Vec3> {
+    let ray = eye.ray(screen);
+    let way = (as_high_as.z - ray.from.z) / ray.along.z;
+    (way.is_finite() && way > 0.0 && way < FAR * eye.distance).then(|| ray.from + ray.along * way)
+}

@@ -1,0 +1,111 @@
+//! The corners of the forms that are drawn again and again.
+
+use std::f32::consts::TAU;
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::super::draw_list::{Corner, FORMS, Mesh};
+
+/// Sides of what is round: smooth at the size of a robot on a screen.
+const SIDES: usize = 28;
+/// Rings of a sphere from pole to pole.
+const RINGS: usize = 14;
+
+/// The corners of all forms, and which are whose.
+pub(super) fn corners() -> (Vec<Corner>, [Range<u32>; FORMS.len()]) {
+    let mut all = Vec::new();
+    let ranges = FORMS.map(|form| {
+        let from = all.len() as u32;
+        match form {
+            Mesh::Box => cube(&mut all),
+            Mesh::Cylinder => turned(&mut all, |side| {
+                let (out, low, high) = (round(side), -0.5, 0.5);
+                [(out * 0.5).with_z(low), (out * 0.5).with_z(high)]
+            }),
+            Mesh::Sphere => sphere(&mut all),
+            Mesh::Cone => turned(&mut all, |side| [round(side) * 0.5, Vec3::Z]),
+        }
+        from..all.len() as u32
+    });
+    (all, ranges)
+}
+
+fn cube(all: &mut Vec<Corner>) {
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let mut normal = Vec3::ZERO;
+            normal[axis] = sign;
+            let (u, v) = (Vec3::AXES[(axis + 1) % 3], Vec3::AXES[(axis + 2) % 3] * sign);
+            let corner = |a: f32, b: f32| (normal + u * a + v * b) * 0.5;
+            let [a, b, c, d] = [
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ];
+            for at in [a, b, c, a, c, d] {
+                push(all, at, normal);
+            }
+        }
+    }
+}
+
+/// A wall around z, from the lower to the upper end of each side, closed by discs.
+fn turned(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
+    for side in 0..SIDES {
+        let [low, high] = ends(side);
+        let [next_low, next_high] = ends(side + 1);
+        let normal = |side: usize| {
+            let [low, high] = ends(side);
+            let along = high - low;
+            let out = round(side);
+            (out - along * (out.dot(along) / along.length_squared())).normalize()
+        };
+        let (here, next) = (normal(side), normal(side + 1));
+        for (at, normal) in [
+            (low, here),
+            (next_low, next),
+            (next_high, next),
+            (low, here),
+            (next_high, next),
+            (high, here),
+        ] {
+            push(all, at, normal);
+        }
+        for (a, b, normal) in [(next_low, low, Vec3::NEG_Z), (high, next_high, Vec3::Z)] {
+            for at in [Vec3::Z * a.z, a, b] {
+                push(all, at, normal);
+            }
+        }
+    }
+}
+
+fn sphere(all: &mut Vec<Corner>) {
+    let point = |side: usize, ring: usize| {
+        let (sin, cos) = (ring as f32 / RINGS as f32 * TAU / 2.0).sin_cos();
+        (round(side) * sin).with_z(cos)
+    };
+    for side in 0..SIDES {
+        for ring in 0..RINGS {
+            let (a, b) = (point(side, ring), point(side + 1, ring));
+            let (c, d) = (point(side + 1, ring + 1), point(side, ring + 1));
+            for normal in [a, d, c, a, c, b] {
+                push(all, normal * 0.5, normal);
+            }
+        }
+    }
+}
+
+fn round(side: usize) -> Vec3 {
+    let (sin, cos) = (side as f32 / SIDES as f32 * TAU).sin_cos();
+    Vec3::new(cos, sin, 0.0)
+}
+
+fn push(all: &mut Vec<Corner>, at: Vec3, normal: Vec3) {
+    all.push(Corner {
+        at: at.to_array(),
+        normal: normal.to_array(),
+        color: [255; 4],
+    });
+}

@@ -1,0 +1,206 @@
+//! What things look like: the robot, people, what stands in a simulated world. The cameras of a simulated world see figures of their
+//! own (`camera/figure.rs` of `crates/sim`), which are simpler, and of which nothing here depends.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+use eframe::egui::Color32;
+use glam::{Affine3A, Vec3};
+use jde_types::Thing;
+
+use super::draw_list::{DrawList, Mesh, placed};
+
+/// Where the rays of a laser on a Pioneer's plate leave it, above the floor, m.
+pub(crate) const LASER_HEIGHT: f32 = 0.277;
+/// Where its sonars sit, m.
+pub(crate) const SONAR_HEIGHT: f32 = 0.165;
+/// Where the axes of its pan-tilt head cross, m: ahead, to the left, up.
+pub(crate) const HEAD: Vec3 = Vec3::new(0.05, 0.0, 0.35);
+/// Where its laser sits, m ahead of its middle.
+pub(crate) const LASER_AHEAD: f32 = 0.018;
+
+const SHELL: Color32 = Color32::from_rgb(196, 38, 32);
+const PLATE: Color32 = Color32::from_rgb(42, 44, 49);
+const TYRE: Color32 = Color32::from_rgb(30, 31, 34);
+const RIM: Color32 = Color32::from_rgb(176, 180, 186);
+const LASER: Color32 = Color32::from_rgb(62, 96, 168);
+const WINDOW: Color32 = Color32::from_rgb(18, 20, 26);
+const SONAR: Color32 = Color32::from_rgb(202, 168, 84);
+const HEAD_SHELL: Color32 = Color32::from_rgb(206, 208, 212);
+const SKIN: Color32 = Color32::from_rgb(222, 178, 146);
+const HAIR: Color32 = Color32::from_rgb(66, 48, 38);
+const TROUSERS: Color32 = Color32::from_rgb(58, 62, 76);
+/// How much lower than it is a thing is drawn when all are cut off, m: above the robot, below most that would hide it.
+pub(crate) const CUT: f32 = 0.5;
+
+/// What a robot carries.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Payload {
+    pub(crate) laser: bool,
+    pub(crate) sonars: bool,
+    /// Pan and tilt, if there is a head.
+    pub(crate) head: Option<[f32; 2]>,
+    /// Angles of both wheels, rad.
+    pub(crate) wheels: [f32; 2],
+}
+
+/// A Pioneer: a red body between two wheels under a dark plate.
+pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, carried: &Payload) {
+    let body = |draw_list: &mut DrawList, ahead: f32, size: [f32; 3], up: f32, color| {
+        let size = Vec3::from_array(size);
+        draw_list.upright(Mesh::Box, place, Vec3::new(ahead, 0.0, up), size, color);
+    };
+    // The body narrows where the wheels are, and is round ahead and behind.
+    body(draw_list, -0.045, [0.31, 0.26, 0.165], 0.055, SHELL);
+    body(draw_list, -0.02, [0.24, 0.29, 0.10], 0.115, SHELL);
+    for (ahead, wide) in [(0.075, 0.27), (-0.165, 0.25)] {
+        draw_list.upright(
+            Mesh::Cylinder,
+            place,
+            Vec3::new(ahead, 0.0, 0.06),
+            Vec3::new(0.2, wide, 0.16),
+            SHELL,
+        );
+    }
+    // The plate.
+    body(draw_list, -0.03, [0.3, 0.36, 0.012], 0.222, PLATE);
+    for ahead in [0.09, -0.16] {
+        draw_list.upright(
+            Mesh::Cylinder,
+            place,
+            Vec3::new(ahead, 0.0, 0.222),
+            Vec3::new(0.2, 0.36, 0.012),
+            PLATE,
+        );
+    }
+    for (side, angle) in [(1.0, carried.wheels[0]), (-1.0, carried.wheels[1])] {
+        wheel(draw_list, place, Vec3::new(0.0, side * 0.165, 0.0975), angle);
+    }
+    // The castor.
+    let castor = place * placed(Vec3::new(-0.2, 0.0, 0.0375), [FRAC_PI_2, 0.0, 0.0]);
+    draw_list.form(Mesh::Cylinder, castor, Vec3::new(0.075, 0.075, 0.03), TYRE);
+    if carried.sonars {
+        // Eight ahead and eight behind, as they sit on a P3-DX.
+        for degrees in [90.0_f32, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0] {
+            for (middle, turned) in [(0.05, 0.0), (-0.14, 180.0)] {
+                let heading = (degrees + turned).to_radians();
+                let (sin, cos) = heading.sin_cos();
+                let at = Vec3::new(middle + 0.125 * cos, 0.138 * sin, SONAR_HEIGHT);
+                let facing = place * placed(at, [0.0, FRAC_PI_2, heading]);
+                draw_list.form(Mesh::Cylinder, facing, Vec3::new(0.034, 0.034, 0.02), SONAR);
+            }
+        }
+    }
+    if carried.laser {
+        laser(draw_list, place);
+    }
+    if let Some([pan, tilt]) = carried.head {
+        let foot = if carried.laser { 0.308 } else { 0.234 };
+        let neck = Vec3::new(HEAD.x, 0.0, foot);
+        let size = Vec3::new(0.09, 0.09, HEAD.z - foot);
+        draw_list.upright(Mesh::Cylinder, place, neck, size, PLATE);
+        let head = place * placed(HEAD, [0.0, tilt, pan]);
+        draw_list.form(Mesh::Box, head, Vec3::new(0.1, 0.09, 0.07), HEAD_SHELL);
+        let lens = head * placed(Vec3::new(0.055, 0.0, 0.0), [0.0, FRAC_PI_2, 0.0]);
+        draw_list.form(Mesh::Cylinder, lens, Vec3::new(0.045, 0.045, 0.03), WINDOW);
+    }
+}
+
+fn wheel(draw_list: &mut DrawList, place: Affine3A, at: Vec3, angle: f32) {
+    // Its axle is its own z.
+    let wheel = place * placed(at, [FRAC_PI_2, 0.0, 0.0]) * Affine3A::from_rotation_z(-angle);
+    draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.195, 0.195, 0.045), TYRE);
+    draw_list.form(Mesh::Cylinder, wheel, Vec3::new(0.115, 0.115, 0.05), RIM);
+    for spoke in 0..5 {
+        let turned = wheel * Affine3A::from_rotation_z(spoke as f32 / 5.0 * TAU);
+        let spoke = turned * Affine3A::from_translation(Vec3::new(0.032, 0.0, 0.0));
+        draw_list.form(Mesh::Box, spoke, Vec3::new(0.042, 0.012, 0.054), TYRE);
+    }
+}
+
+/// A scanner with its head above its dark window.
+fn laser(draw_list: &mut DrawList, place: Affine3A) {
+    let at = |up: f32| Vec3::new(LASER_AHEAD, 0.0, up);
+    draw_list.upright(Mesh::Box, place, at(0.234), Vec3::new(0.14, 0.145, 0.026), LASER);
+    draw_list.upright(
+        Mesh::Cylinder,
+        place,
+        at(0.26),
+        Vec3::new(0.125, 0.125, 0.034),
+        WINDOW,
+    );
+    draw_list.upright(Mesh::Box, place, at(0.294), Vec3::new(0.14, 0.145, 0.014), LASER);
+}
+
+/// A thing of a simulated world, in the frame that it is told in; cut off at a height, if so.
+pub(crate) fn thing(
+    draw_list: &mut DrawList,
+    frame: Affine3A,
+    thing: &Thing,
+    cut: Option<f32>,
+    edge: Color32,
+) {
+    let sizes = [thing.length, thing.width, thing.height];
+    let pose = [thing.pose.x, thing.pose.y, thing.pose.theta].map(|number| number as f32);
+    if !sizes.iter().chain(&pose).all(|number| number.is_finite()) {
+        return;
+    }
+    let place = frame * placed(Vec3::new(pose[0], pose[1], 0.0), [0.0, 0.0, pose[2]]);
+    let color = Color32::from_rgb(thing.red, thing.green, thing.blue);
+    let height = cut.map_or(thing.height, |cut| thing.height.min(cut));
+    let size = Vec3::new(thing.length, thing.width.max(0.04), height);
+    match thing.form {
+        Thing::CYLINDER => draw_list.upright(Mesh::Cylinder, place, Vec3::ZERO, size, color),
+        Thing::BALL => {
+            let middle = place * Affine3A::from_translation(Vec3::Z * thing.length / 2.0);
+            draw_list.form(Mesh::Sphere, middle, Vec3::splat(thing.length), color);
+        }
+        Thing::PERSON => person(draw_list, place, thing.length / 2.0, thing.height, color),
+        Thing::ROBOT => {
+            let scaled = place * Affine3A::from_scale(Vec3::splat(thing.length / 0.5));
+            let carried = Payload {
+                laser: true,
+                sonars: true,
+                ..Payload::default()
+            };
+            robot(draw_list, scaled, &carried);
+        }
+        // A box, or something of a later day.
+        _ => {
+            draw_list.upright(Mesh::Box, place, Vec3::ZERO, size, color);
+            outline(draw_list, place, size, edge);
+        }
+    }
+}
+
+/// The upper edges of a box, which tell what is what where everything is lit alike.
+fn outline(draw_list: &mut DrawList, place: Affine3A, size: Vec3, edge: Color32) {
+    let half = size / 2.0;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    let point = |[x, y]: [f32; 2]| place.transform_point3(Vec3::new(x * half.x, y * half.y, size.z));
+    draw_list.lines(corners.map(point), 1.0, edge);
+}
+
+fn person(draw_list: &mut DrawList, place: Affine3A, radius: f32, height: f32, color: Color32) {
+    let (hip, shoulder) = (0.48 * height, 0.83 * height);
+    let mut part = |ahead: f32, left: f32, wide: f32, [low, high]: [f32; 2], color| {
+        let size = Vec3::new(wide, wide, high - low);
+        draw_list.upright(Mesh::Cylinder, place, Vec3::new(ahead, left, low), size, color);
+    };
+    for side in [1.0, -1.0] {
+        part(0.0, side * 0.4 * radius, 0.5 * radius, [0.0, hip], TROUSERS);
+        part(
+            0.0,
+            side * 0.8 * radius,
+            0.38 * radius,
+            [0.46 * height, 0.81 * height],
+            color,
+        );
+    }
+    part(0.0, 0.0, 1.24 * radius, [hip, shoulder], color);
+    part(0.0, 0.0, 0.44 * radius, [shoulder, 0.88 * height], SKIN);
+    let skull = 0.132 * height;
+    for (ahead, up, wide, color) in [(0.0, 0.0, skull, SKIN), (-0.015, 0.02, 0.98 * skull, HAIR)] {
+        let at = place * Affine3A::from_translation(Vec3::new(ahead, 0.0, 0.93 * height + up));
+        draw_list.form(Mesh::Sphere, at, Vec3::splat(wide), color);
+    }
+}

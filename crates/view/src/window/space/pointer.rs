@@ -1,0 +1,170 @@
+//! What a person's hand does to the view: drags, wheel and keys move the eye; a click points at something.
+
+use eframe::egui::{self, Key, Modifiers, PointerButton, Response, Ui};
+use glam::{Vec2, Vec3};
+
+use super::draw_list::Pickable;
+use super::orbit::{Eye, Orbit};
+
+/// Parts of the picture's height that a key moves.
+const KEY: f32 = 0.06;
+/// By how much a key goes nearer.
+const KEY_ZOOM: f32 = 0.85;
+/// A full turn of the wheel is about 100 points.
+const WHEEL: f32 = 0.0022;
+
+/// What a person asked for besides moving the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ViewAction {
+    /// Follow the robot, or stop following it.
+    Follow,
+    /// Look from above.
+    Top,
+    /// As at the beginning.
+    Reset,
+}
+
+/// What of a hand is not for the eye.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PointerInput {
+    /// The drag that is under way.
+    pub(crate) drag: bool,
+    /// Keys.
+    pub(crate) keys: bool,
+}
+
+/// What a person points at.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pointed {
+    /// What it is, if it has a name.
+    pub(crate) name: Option<String>,
+    /// Where, in the frame of the odometry.
+    pub(crate) at: Vec3,
+}
+
+/// Moves the eye as the hand does; answers with what else is wanted, and whether the hand moved the target away.
+///
+/// Drags or keys that are somebody else's, `taken`, do not move it.
+pub(crate) fn steer(
+    ui: &Ui,
+    response: &Response,
+    orbit: &mut Orbit,
+    follows: bool,
+    taken: PointerInput,
+) -> (Option<ViewAction>, bool) {
+    let mut away = false;
+    let height = response.rect.height().max(1.0);
+    let shift = ui.input(|input| input.modifiers.shift);
+    let moved = response.drag_delta() / height;
+    let moved = Vec2::new(moved.x, moved.y);
+    let pans = response.dragged_by(PointerButton::Middle)
+        || response.dragged_by(PointerButton::Secondary)
+        || (response.dragged_by(PointerButton::Primary) && shift);
+    if taken.drag {
+        // The eye stays.
+    } else if pans && moved != Vec2::ZERO {
+        orbit.pan(moved);
+        away = true;
+    } else if response.dragged_by(PointerButton::Primary) {
+        orbit.turn(moved);
+    }
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    if let Some(pointer) = response.hover_pos() {
+        let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+        let factor = (-wheel * WHEEL).exp() / pinch.max(0.01);
+        if factor != 1.0 {
+            // Followed, the robot stays where it is on the screen; else what is under the pointer does.
+            let eye = eye(orbit, response);
+            let at = pointer - response.rect.min;
+            let fixed = eye.ray(Vec2::new(at.x, at.y)).floor();
+            let near = fixed.filter(|at| !follows && at.distance(eye.place) < 4.0 * orbit.distance);
+            orbit.zoom(factor, near);
+        }
+    }
+    let mut wish = None;
+    if response.has_focus() && !taken.keys {
+        ui.memory_mut(|memory| {
+            let keeps = egui::EventFilter {
+                horizontal_arrows: true,
+                vertical_arrows: true,
+                ..egui::EventFilter::default()
+            };
+            memory.set_focus_lock_filter(response.id, keeps);
+        });
+        away |= keys(ui, orbit);
+        wish = wishes(ui);
+    }
+    (wish, away)
+}
+
+fn keys(ui: &Ui, orbit: &mut Orbit) -> bool {
+    let pressed =
+        |modifiers: Modifiers, key: Key| ui.input_mut(|input| input.count_and_consume_key(modifiers, key));
+    let mut away = false;
+    for (key, by) in [
+        (Key::ArrowLeft, Vec2::new(KEY, 0.0)),
+        (Key::ArrowRight, Vec2::new(-KEY, 0.0)),
+        (Key::ArrowUp, Vec2::new(0.0, KEY)),
+        (Key::ArrowDown, Vec2::new(0.0, -KEY)),
+    ] {
+        let (slides, turns) = (pressed(Modifiers::SHIFT, key), pressed(Modifiers::NONE, key));
+        if slides > 0 {
+            orbit.pan(by * slides as f32);
+            away = true;
+        }
+        if turns > 0 {
+            orbit.turn(by * turns as f32);
+        }
+    }
+    for (keys, factor) in [
+        ([Key::Plus, Key::Equals], KEY_ZOOM),
+        ([Key::Minus, Key::PageDown], 1.0 / KEY_ZOOM),
+    ] {
+        for key in keys {
+            let times = pressed(Modifiers::NONE, key) + pressed(Modifiers::SHIFT, key);
+            if times > 0 {
+                orbit.zoom(factor.powi(times as i32), None);
+            }
+        }
+    }
+    away
+}
+
+fn wishes(ui: &Ui) -> Option<ViewAction> {
+    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    if pressed(Key::F) {
+        Some(ViewAction::Follow)
+    } else if pressed(Key::T) {
+        Some(ViewAction::Top)
+    } else if pressed(Key::R) {
+        Some(ViewAction::Reset)
+    } else {
+        None
+    }
+}
+
+/// What is at a point of the picture: the nearest thing with a name, else the floor.
+pub(crate) fn point(eye: &Eye, things: &[Pickable], at: Vec2) -> Option<Pointed> {
+    let ray = eye.ray(at);
+    let hits = things.iter().filter_map(|thing| {
+        // Nothing is too small for a hand: six points of the screen at least.
+        let radius = thing.radius.max(6.0 / eye.scale(thing.at));
+        Some((ray.ball(thing.at, radius)?, thing))
+    });
+    let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+    match nearest {
+        Some((_, thing)) => Some(Pointed {
+            name: Some(thing.name.clone()),
+            at: thing.at,
+        }),
+        None => ray.floor().map(|at| Pointed { name: None, at }),
+    }
+}
+
+/// The eye of an orbit in a picture.
+pub(crate) fn eye(orbit: &Orbit, response: &Response) -> Eye {
+    let size = response.rect.size();
+    orbit.eye(Vec2::new(size.x, size.y))
+}

@@ -1,0 +1,297 @@
+//! Asks the session for what is to be seen, and for nothing that nobody looks at.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Arc;
+
+use glam::Vec3;
+use jde_link::Rate;
+use jde_panel::Item;
+use jde_types::{
+    Flag, LaserScan, Mission, Movers, Odometry, PanTilt, Path, Pose2D, RangeRing, Route, Scenery, Target,
+    Text, Truth, Value, WheelEncoders,
+};
+
+use super::draw_list::Pixels;
+use super::entities::Entities;
+use super::items::Items;
+use super::scene_data::{Camera, RobotData, RouteData, SceneData, frame};
+use crate::picture::Picture;
+use crate::session::Session;
+
+/// What moves with a robot is asked for so often: people see it flow.
+const FLOWING: Rate = Rate::Hz(20);
+/// Pictures are large.
+const PICTURES: Rate = Rate::Hz(10);
+/// What changes now and then.
+const SELDOM: Rate = Rate::Hz(5);
+/// The angle of a camera that does not tell: that of a Canon VC-C4.
+const FIELD: f64 = 0.829;
+/// Poses that wait for what is true at their time.
+const POSES: usize = 40;
+
+/// What is remembered from frame to frame.
+#[derive(Default)]
+pub(crate) struct Sampler {
+    entities: Entities,
+    poses: VecDeque<(u64, Pose2D)>,
+    pixels: HashMap<String, Arc<Pixels>>,
+    /// Schemas whose panels have had scenes in them.
+    scenes: HashSet<String>,
+}
+
+impl Sampler {
+    /// Brings `seen` up to now, as far as people want to see it.
+    pub(crate) fn update(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+        if self.entities.made_of != session.variables().len() {
+            self.entities = Entities::of(session);
+            *seen = SceneData::default();
+        }
+        self.robots(seen, session, items);
+        self.goals(seen, session, items);
+        self.cameras(seen, session, items);
+        self.world(seen, session, items);
+        self.panels(seen, session, items);
+    }
+
+    fn robots(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+        seen.robots
+            .resize_with(self.entities.robots.len(), RobotData::default);
+        for (number, (robot, [odometry, owner])) in
+            seen.robots.iter_mut().zip(&self.entities.robots).enumerate()
+        {
+            robot.name.clone_from(owner);
+            robot.lasers.clear();
+            robot.sonars.clear();
+            robot.carries.laser = false;
+            robot.carries.sonars = false;
+            for sample in session.values(odometry, FLOWING, "space") {
+                let Some(told) = sample.bytes.as_deref().and_then(Odometry::from_bytes) else {
+                    continue;
+                };
+                let pose = told.pose2d();
+                robot.trail.add(sample.time, [pose.x, pose.y]);
+                if number == 0 {
+                    self.poses.push_back((sample.time, pose));
+                    let surplus = self.poses.len().saturating_sub(POSES);
+                    self.poses.drain(..surplus);
+                }
+            }
+            robot.pose = session
+                .read::<Odometry>(odometry, FLOWING)
+                .map(|(told, _)| told.pose2d());
+        }
+        let entities = &self.entities;
+        for [name, owner] in &entities.lasers {
+            let Some(robot) = seen.robots.get_mut(entities.robot(owner)) else {
+                continue;
+            };
+            robot.carries.laser = true;
+            if items.laser
+                && let Some((scan, _)) = session.read::<LaserScan>(name, FLOWING)
+            {
+                robot.lasers.push((name.clone(), Box::new(scan)));
+            }
+        }
+        for [name, owner] in &entities.sonars {
+            let Some(robot) = seen.robots.get_mut(entities.robot(owner)) else {
+                continue;
+            };
+            robot.carries.sonars = true;
+            if items.sonars
+                && let Some((ring, _)) = session.read::<RangeRing>(name, FLOWING)
+            {
+                robot.sonars.push((name.clone(), Box::new(ring)));
+            }
+        }
+        for [name, owner] in &entities.heads {
+            if let Some(robot) = seen.robots.get_mut(entities.robot(owner)) {
+                let head = session.read::<PanTilt>(name, FLOWING);
+                let angles = head.map(|(head, _)| [head.pan, head.tilt].map(|angle| angle as f32));
+                robot.carries.head = angles.filter(|angles| angles.iter().all(|angle| angle.is_finite()));
+            }
+        }
+        for [name, owner] in &entities.wheels {
+            if let Some(robot) = seen.robots.get_mut(entities.robot(owner))
+                && let Some((encoders, _)) = session.read::<WheelEncoders>(name, FLOWING)
+            {
+                robot.roll(&encoders);
+            }
+        }
+    }
+
+    fn goals(&self, seen: &mut SceneData, session: &Session, items: &Items) {
+        seen.targets.clear();
+        seen.missions.clear();
+        seen.routes.clear();
+        if !items.targets {
+            return;
+        }
+        let entities = &self.entities;
+        for [name, owner] in &entities.missions {
+            if let Some((mission, _)) = session.read::<Mission>(name, SELDOM) {
+                seen.missions.push((owner.clone(), mission));
+            }
+        }
+        for [name, owner] in &entities.targets {
+            if let Some((target, _)) = session.read::<Target>(name, SELDOM) {
+                seen.targets.push((owner.clone(), target));
+            }
+        }
+        for [name, owner] in &entities.routes {
+            if let Some((route, _)) = session.read::<Route>(name, Rate::Hz(1)) {
+                let mission = seen.missions.iter().find(|(whose, _)| whose == owner);
+                let reached = mission.map_or(0, |(_, mission)| mission.reached as usize);
+                seen.routes.push(RouteData::route(name, &route, reached));
+            }
+        }
+        for [name, _] in &entities.paths {
+            if let Some((path, _)) = session.read::<Path>(name, SELDOM) {
+                seen.routes.push(RouteData::path(name, &path));
+            }
+        }
+    }
+
+    fn cameras(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+        seen.cameras.clear();
+        seen.troubles.clear();
+        if !items.cameras {
+            self.pixels.clear();
+            return;
+        }
+        for [name, owner] in &self.entities.images {
+            let Some(sample) = session.value(name, PICTURES) else {
+                continue;
+            };
+            let known = self
+                .pixels
+                .get(name)
+                .filter(|known| known.stamp == sample.sequence);
+            let pixels = match known {
+                Some(known) => Arc::clone(known),
+                None => {
+                    self.pixels.remove(name);
+                    // None at all is nothing to complain of: the camera may sleep.
+                    if sample.bytes.is_none() {
+                        continue;
+                    }
+                    let picture = match Picture::read(&sample) {
+                        Ok(picture) => picture,
+                        Err(reason) => {
+                            seen.troubles.push(format!("{name}: {reason}"));
+                            continue;
+                        }
+                    };
+                    let stamp = sample.sequence;
+                    let pixels = Arc::new(Pixels { picture, stamp });
+                    self.pixels.insert(name.clone(), Arc::clone(&pixels));
+                    pixels
+                }
+            };
+            let number = |what: &str| told::<f64>(session, owner, what);
+            let robot = told::<Text<60>>(session, owner, "robot");
+            let robot = self
+                .entities
+                .robot(robot.as_ref().map_or(owner.as_str(), Text::as_str));
+            let on_head = told::<Flag>(session, owner, "on_head").map_or_else(
+                || {
+                    seen.robots
+                        .get(robot)
+                        .is_some_and(|robot| robot.carries.head.is_some())
+                },
+                Flag::get,
+            );
+            let at = [number("x"), number("y"), number("z")].map(|part| part.unwrap_or(0.0) as f32);
+            seen.cameras.push(Camera {
+                name: name.clone(),
+                robot,
+                on_head,
+                at: Vec3::from_array(at),
+                yaw: number("yaw").unwrap_or(0.0) as f32,
+                field: number("field_of_view").unwrap_or(FIELD).clamp(0.01, 3.0) as f32,
+                pixels,
+            });
+        }
+    }
+
+    /// Panels that never had a scene are looked at once a second only: their schemas draw for whoever looks.
+    fn panels(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+        seen.panels.clear();
+        if !items.panels {
+            return;
+        }
+        let all = session.schemas().schemas.iter().filter(|schema| schema.panel);
+        for schema in all {
+            let rate = if self.scenes.contains(&schema.name) {
+                PICTURES
+            } else {
+                Rate::Hz(1)
+            };
+            if let Some(Ok(list)) = session.panel(&schema.name, rate)
+                && has_scene(&list.items)
+            {
+                self.scenes.insert(schema.name.clone());
+                seen.panels.push((schema.name.clone(), list));
+            }
+        }
+    }
+
+    fn world(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+        let entities = &self.entities;
+        (seen.world.scenery, seen.world.movers) = (None, None);
+        if !items.walls && !items.movers {
+            return;
+        }
+        if let Some([name, _]) = &entities.scenery
+            && items.walls
+        {
+            seen.world.scenery = session
+                .read::<Scenery>(name, Rate::Hz(1))
+                .map(|(scenery, _)| Box::new(scenery));
+        }
+        if let Some(name) = &entities.movers
+            && items.movers
+        {
+            seen.world.movers = session
+                .read::<Movers>(name, FLOWING)
+                .map(|(movers, _)| Box::new(movers));
+        }
+        if let Some(name) = &entities.truth
+            && let Some((truth, sample)) = session.read::<Truth>(name, FLOWING)
+        {
+            // Only what is of one instant tells by how much the wheels are wrong.
+            let same = self.poses.iter().find(|(time, _)| *time == sample.time);
+            if let Some((_, pose)) = same {
+                seen.world.frame = frame(*pose) * frame(truth.pose).inverse();
+            }
+        }
+    }
+}
+
+/// Whether there is anything to show in space.
+fn has_scene(items: &[Item]) -> bool {
+    items.iter().any(|item| match item {
+        Item::Scene { .. } => true,
+        Item::Row { items } | Item::Group { items, .. } => has_scene(items),
+        Item::Text { .. }
+        | Item::Value { .. }
+        | Item::Button { .. }
+        | Item::Toggle { .. }
+        | Item::Slider { .. }
+        | Item::Choice { .. }
+        | Item::Image { .. }
+        | Item::Plot { .. }
+        | Item::Table { .. }
+        | Item::Canvas { .. } => false,
+    })
+}
+
+/// A modulation of a schema, if it has it.
+fn told<T: Value>(session: &Session, owner: &str, what: &str) -> Option<T> {
+    let schema = session.schema(owner)?;
+    schema
+        .ports
+        .iter()
+        .any(|port| port.name == what && port.role == "modulation")
+        .then(|| session.read::<T>(&format!("{owner}.{what}"), Rate::Hz(1)))?
+        .map(|(value, _)| value)
+}

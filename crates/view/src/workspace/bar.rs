@@ -1,0 +1,171 @@
+//! The bar above the windows: which application, how it stands, and how to stop everything.
+
+use std::time::Duration;
+
+use eframe::egui;
+use jde_core::Health;
+use jde_link::message::{Action, Network};
+
+use super::menu::look_menu;
+use super::{Navigation, Workspace};
+use crate::settings::Settings;
+use crate::start::Discovery;
+
+/// How long what came of an order is shown.
+const SHOWN: Duration = Duration::from_secs(8);
+/// An application that says nothing for so long is said to be silent.
+const SILENT: Duration = Duration::from_secs(1);
+
+impl Workspace {
+    /// Draws it; answers whether the person wants to leave, and where to.
+    pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
+        let mut leave = None;
+        egui::MenuBar::new().ui(ui, |ui| {
+            let away = ui
+                .button("Applications")
+                .on_hover_text("Back to what runs and what was recorded. The robot goes on.");
+            leave = away.clicked().then_some(Navigation::Away);
+            ui.separator();
+            self.title(ui);
+            leave = self.again(ui).or(leave.take());
+            ui.separator();
+            ui.menu_button("Windows", |ui| self.windows_menu(ui));
+            ui.menu_button("Panels", |ui| self.panels_menu(ui));
+            ui.menu_button("Look", |ui| look_menu(ui, settings));
+            ui.separator();
+            self.notice(ui);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                self.stop_all(ui)
+            });
+        });
+        leave
+    }
+
+    fn title(&self, ui: &mut egui::Ui) {
+        let about = self.session.about();
+        let file = std::path::Path::new(&about.file);
+        if self.session.is_recording() {
+            let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+            ui.strong(&about.application);
+            ui.label(format!("recorded in {name}")).on_hover_text(&about.file);
+        } else {
+            let name = if about.name == about.application {
+                about.name.clone()
+            } else {
+                format!("{} ({})", about.name, about.application)
+            };
+            ui.strong(name).on_hover_text(format!(
+                "{} on {}, process {}\n{}",
+                about.user, about.host, about.pid, about.file
+            ));
+        }
+        if self.session.is_gone() {
+            let text = egui::RichText::new("gone")
+                .color(ui.visuals().error_fg_color)
+                .strong();
+            ui.label(text).on_hover_text(
+                "It ended, was killed, or the network to it is cut. What is shown is how it was last.",
+            );
+            return;
+        }
+        ui.label(format!("{:.1} s", self.session.now()))
+            .on_hover_text("Time of the application since its start.");
+        let silent = self.session.silent();
+        if silent > SILENT {
+            let text = format!("no news for {} s", silent.as_secs());
+            ui.colored_label(ui.visuals().error_fg_color, text).on_hover_text(
+                "It hangs, was suspended, or the network to it is cut. What is shown is how it was then.",
+            );
+        }
+        // Silence is no news, so nobody else has this drawn.
+        ui.ctx().request_repaint_after(SILENT / 2);
+        let troubled = self
+            .session
+            .snapshot()
+            .schemas
+            .iter()
+            .filter(|schema| schema.health != Health::Ok);
+        match troubled.count() {
+            0 => {}
+            1 => drop(ui.colored_label(ui.visuals().warn_fg_color, "1 schema in trouble")),
+            count => {
+                drop(ui.colored_label(ui.visuals().warn_fg_color, format!("{count} schemas in trouble")))
+            }
+        }
+        if about.network == Network::Read {
+            ui.weak("read only")
+                .on_hover_text("Clients from the network may look here, and not operate.");
+        }
+    }
+
+    /// Offers an application that is gone and runs again; what is shown of how it was stays until then.
+    fn again(&mut self, ui: &mut egui::Ui) -> Option<Navigation> {
+        if !self.session.is_gone() || self.session.is_recording() {
+            return None;
+        }
+        let lookout = self
+            .lookout
+            .get_or_insert_with(|| Discovery::new(ui.ctx(), &self.reach, &[]));
+        let gone = self.session.about();
+        let seen = lookout.seen();
+        let again = seen
+            .running
+            .iter()
+            .find(|about| about.name == gone.name && about.id != gone.id)?;
+        // Buttons of a menu have no ground of their own.
+        let open = egui::Button::new("It runs again: open it").fill(ui.visuals().selection.bg_fill);
+        let open = ui.add(open);
+        open.on_hover_text("Windows on the new run, laid out as these are.")
+            .clicked()
+            .then(|| Navigation::For(Box::new(again.clone())))
+    }
+
+    /// Why the last order came to nothing, for a while.
+    fn notice(&self, ui: &mut egui::Ui) {
+        let notices = self.session.notices();
+        let Some(notice) = notices.last() else { return };
+        let left = SHOWN.saturating_sub(notice.at.elapsed());
+        if left.is_zero() {
+            return;
+        }
+        ui.ctx().request_repaint_after(left);
+        let color = ui.visuals().error_fg_color;
+        ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(color)).truncate())
+            .on_hover_text(&notice.text);
+    }
+
+    /// The one thing that must be found at once.
+    fn stop_all(&self, ui: &mut egui::Ui) {
+        if self.session.is_recording() || self.session.is_gone() {
+            return;
+        }
+        // In text fields too, and whatever window has the focus.
+        if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
+            self.session.act(Action::StopAll);
+        }
+        let held = self.session.roots().all(|root| self.session.is_stopped(root))
+            && self.session.is_everything_stopped();
+        let stop = egui::RichText::new("Stop everything").strong();
+        if held {
+            let go = ui.button("Let it go on");
+            if go
+                .on_hover_text("The hierarchy decides again. What was stopped by itself stays so.")
+                .clicked()
+            {
+                self.session.act(Action::ReleaseAll);
+            }
+            ui.colored_label(ui.visuals().warn_fg_color, "stopped");
+        } else if ui
+            .add(
+                egui::Button::new(stop.color(egui::Color32::WHITE))
+                    .fill(egui::Color32::from_rgb(176, 32, 32)),
+            )
+            .on_hover_text(
+                "Ctrl+Space. Puts every root to sleep, and with it all that acts; the actuators brake. Nothing is lost.",
+            )
+            .clicked()
+        {
+            self.session.act(Action::StopAll);
+        }
+    }
+}

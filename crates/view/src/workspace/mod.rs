@@ -1,0 +1,229 @@
+//! The windows on one application: docked tiles under a bar that says what it is and how it stands. Saved for each application,
+//! and laid out the same way at the next start.
+
+mod bar;
+mod menu;
+mod seek_bar;
+mod tiles;
+
+pub(crate) use menu::look_menu;
+
+use std::collections::HashMap;
+
+use eframe::egui;
+use egui_tiles::{Tile, TileId, Tiles, Tree};
+use jde_link::Reach;
+use jde_link::message::About;
+use serde::{Deserialize, Serialize};
+
+use crate::player::Player;
+use crate::session::Session;
+use crate::settings::{Settings, SettingsStore};
+use crate::start::Discovery;
+use crate::style::Style;
+use crate::window::{Kind, Window};
+
+/// The windows on an application.
+pub(crate) struct Workspace {
+    session: Session,
+    tree: Tree<Kind>,
+    windows: HashMap<Kind, Box<dyn Window>>,
+    kept: HashMap<String, serde_json::Value>,
+    store: SettingsStore,
+    /// What was written last, so that nothing is written where nothing changed.
+    saved: Option<String>,
+    looked: f64,
+    /// The recording that plays for these windows; it ends with them.
+    _player: Option<Player>,
+    slider: seek_bar::SeekBar,
+    reach: Reach,
+    /// Looks whether an application that is gone runs again.
+    lookout: Option<Discovery>,
+}
+
+/// What a person wants instead of these windows.
+pub(crate) enum Navigation {
+    /// To see what else there is.
+    Away,
+    /// Windows on this application.
+    For(Box<About>),
+}
+
+/// A desk as it is kept.
+#[derive(Serialize, Deserialize)]
+struct SavedLayout {
+    tree: Tree<Kind>,
+    windows: HashMap<String, serde_json::Value>,
+}
+
+impl Workspace {
+    /// On an application, as its windows were left.
+    pub(crate) fn open(session: Session, store: SettingsStore, player: Option<Player>, reach: Reach) -> Self {
+        let left: Option<SavedLayout> = store.take(&layout_name(&session));
+        let (tree, kept) = match left {
+            // Somebody may have closed all of them.
+            Some(left) if left.tree.root().is_some() => (left.tree, left.windows),
+            Some(_) | None => (usual(&session), HashMap::new()),
+        };
+        Self {
+            session,
+            tree,
+            windows: HashMap::new(),
+            kept,
+            store,
+            saved: None,
+            looked: 0.0,
+            _player: player,
+            slider: seek_bar::SeekBar::default(),
+            reach,
+            lookout: None,
+        }
+    }
+
+    /// Draws all of it; answers whether the person wants to leave, and where to.
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        style: &Style,
+        settings: &mut Settings,
+    ) -> Option<Navigation> {
+        self.session.begin_frame();
+        let mut leave = None;
+        egui::Panel::top("bar").show(ui, |ui| leave = self.bar(ui, settings));
+        if self.session.is_recording() {
+            egui::Panel::bottom("replay").show(ui, |ui| self.slider.show(ui, &self.session));
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            let mut shown = tiles::Tiling {
+                session: &self.session,
+                windows: &mut self.windows,
+                kept: &self.kept,
+                style,
+            };
+            self.tree.ui(&mut shown, ui);
+        });
+        for kind in self.session.openings() {
+            self.show_window(kind);
+        }
+        let now = ui.input(|input| input.time);
+        if now - self.looked > 2.0 {
+            self.looked = now;
+            self.save();
+        }
+        leave
+    }
+
+    /// Whether a window is on the desk.
+    fn has(&self, kind: &Kind) -> bool {
+        self.place(kind).is_some()
+    }
+
+    fn place(&self, kind: &Kind) -> Option<TileId> {
+        self.tree
+            .tiles
+            .iter()
+            .find_map(|(id, tile)| matches!(tile, Tile::Pane(pane) if pane == kind).then_some(*id))
+    }
+
+    /// Puts a window on the desk, or its tab in front.
+    fn show_window(&mut self, kind: Kind) {
+        if self.place(&kind).is_none() {
+            let pane = self.tree.tiles.insert_pane(kind.clone());
+            match self.tree.root() {
+                None => {
+                    self.tree = Tree::new(
+                        egui::Id::unique("desk"),
+                        pane,
+                        std::mem::take(&mut self.tree.tiles),
+                    )
+                }
+                Some(root) => self.dock(root, pane),
+            }
+        }
+        let wanted = kind;
+        self.tree
+            .make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == wanted));
+    }
+
+    /// Panels come together beside the others.
+    fn dock(&mut self, root: TileId, pane: TileId) {
+        let beside = self
+            .tree
+            .tiles
+            .iter()
+            .find_map(|(id, tile)| (*id != pane && matches!(tile, Tile::Pane(Kind::Panel(_)))).then_some(*id))
+            .and_then(|panel| self.tree.tiles.parent_of(panel));
+        let place = beside.unwrap_or(root);
+        match self.tree.tiles.get_mut(place) {
+            Some(Tile::Container(container)) => container.add_child(pane),
+            Some(Tile::Pane(_)) | None => {
+                let root = self.tree.tiles.insert_horizontal_tile(vec![root, pane]);
+                self.tree.root = Some(root);
+            }
+        }
+    }
+
+    fn hide_window(&mut self, kind: &Kind) {
+        if let Some(place) = self.place(kind) {
+            self.tree.remove_recursively(place);
+            self.windows.remove(kind);
+        }
+    }
+
+    /// Puts every window where it is usually.
+    fn tidy(&mut self) {
+        self.tree = usual(&self.session);
+    }
+
+    fn save(&mut self) {
+        for (kind, window) in &self.windows {
+            self.kept.insert(kind.title(), window.keep());
+        }
+        let left = SavedLayout {
+            tree: self.tree.clone(),
+            windows: self.kept.clone(),
+        };
+        let Ok(text) = serde_json::to_string(&left) else {
+            return;
+        };
+        if self.saved.as_ref() != Some(&text) {
+            self.store.keep(&layout_name(&self.session), &left);
+            self.saved = Some(text);
+        }
+    }
+}
+
+impl Drop for Workspace {
+    fn drop(&mut self) {
+        self.save();
+    }
+}
+
+/// A recording's windows are those of its application.
+fn layout_name(session: &Session) -> String {
+    format!("desk-{}", session.about().application)
+}
+
+/// The windows of whoever has not moved any.
+fn usual(session: &Session) -> Tree<Kind> {
+    let mut tiles = Tiles::default();
+    let mut tab = |kinds: Vec<Kind>| {
+        let panes = kinds.into_iter().map(|kind| tiles.insert_pane(kind)).collect();
+        tiles.insert_tab_tile(panes)
+    };
+    let scope = tab(vec![Kind::Oscilloscope, Kind::Values]);
+    let father = session.panels().find(|schema| {
+        let father = session.schema(schema).and_then(|schema| schema.father.as_ref());
+        father.is_none()
+    });
+    let mut senses = vec![Kind::Robot];
+    senses.extend(father.map(|schema| Kind::Panel(schema.to_owned())));
+    let robot = tab(senses);
+    let space = tab(vec![Kind::Space]);
+    let right = tiles.insert_vertical_tile(vec![robot, space]);
+    let root = tiles.insert_horizontal_tile(vec![scope, right]);
+    if let Some(Tile::Container(egui_tiles::Container::Linear(row))) = tiles.get_mut(root) {
+        row.shares.set_share(scope, 1.3);
+    }
+    Tree::new(egui::Id::unique("desk"), root, tiles)
+}

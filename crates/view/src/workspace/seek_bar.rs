@@ -1,0 +1,148 @@
+//! The bar below the windows of a recording: where it is, and how it goes on. It writes the modulations of the schema `replay`, by
+//! which every recording that plays is steered.
+
+use eframe::egui;
+use jde_link::Rate;
+use jde_link::message::Action;
+use jde_types::{Flag, Text};
+use serde_json::json;
+
+use crate::session::{Outcome, STEERING, Session};
+use crate::tap::tap;
+
+const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+
+/// What a person does to the slider.
+#[derive(Default)]
+pub(super) struct SeekBar {
+    /// Where it was moved to, until the recording is there.
+    sought: Option<Seek>,
+}
+
+/// A place that the recording was sent to.
+struct Seek {
+    /// s.
+    place: f64,
+    outcome: Outcome,
+    /// The newest position when the recording had taken the order: what comes later is of after it.
+    taken: Option<u64>,
+}
+
+impl Seek {
+    /// Whether the recording is there, or will not come, at the newest of its positions.
+    fn is_over(&mut self, newest: u64) -> bool {
+        match self.outcome.get() {
+            None => false,
+            Some(Err(_)) => true,
+            Some(Ok(())) => *self.taken.get_or_insert(newest) != newest,
+        }
+    }
+}
+
+impl SeekBar {
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let number = |name: &str| {
+            session
+                .read::<f64>(&of(name), Rate::Hz(20))
+                .map(|(number, _)| number)
+        };
+        let flag = |name: &str| {
+            session
+                .read::<Flag>(&of(name), Rate::Hz(20))
+                .map(|(flag, _)| flag.get())
+        };
+        let position = session.read::<f64>(&of("position"), Rate::Hz(20));
+        let (position, newest) = position.map_or((0.0, 0), |(place, sample)| (place, sample.sequence));
+        let paused = flag("paused").unwrap_or_default();
+        let looping = flag("loop").unwrap_or_default();
+        let speed = number("speed").unwrap_or(1.0);
+        let range = session
+            .variables()
+            .iter()
+            .find(|variable| variable.name == of("position"))
+            .and_then(|variable| variable.range.least.zip(variable.range.greatest));
+        ui.horizontal(|ui| {
+            let play = if paused { "Play" } else { "Pause" };
+            let pressed = ui.button(play).on_hover_text("Space").clicked();
+            if pressed || space(ui) {
+                set(session, "paused", json!(!paused));
+            }
+            let step = ui.button("Next takeover");
+            if step
+                .on_hover_text("Goes on to the next change of winner, and stands there.")
+                .clicked()
+            {
+                set(session, "step", json!(true));
+            }
+            egui::ComboBox::from_id_salt("speed")
+                .selected_text(format!("{speed} x"))
+                .width(64.0)
+                .show_ui(ui, |ui| {
+                    for choice in SPEEDS {
+                        if ui
+                            .selectable_label(speed == choice, format!("{choice} x"))
+                            .clicked()
+                        {
+                            set(session, "speed", json!(choice));
+                        }
+                    }
+                })
+                .response
+                .on_hover_text("Seconds of the recording in a second.");
+            let mut again = looping;
+            if ui.checkbox(&mut again, "Loop").changed() {
+                set(session, "loop", json!(again));
+            }
+            ui.label(format!("{position:.2} s"));
+            if let Some((damage, _)) = session.read::<Text<256>>(&of("damage"), Rate::Hz(1))
+                && !damage.is_empty()
+            {
+                ui.colored_label(ui.visuals().warn_fg_color, "cut off")
+                    .on_hover_text(format!("{}; what is before is played", damage.as_str()));
+            }
+            let Some((begin, end)) = range else { return };
+            ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
+            let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);
+            let slider = egui::Slider::new(&mut place, begin..=end).show_value(false);
+            let slider = ui.add(slider).on_hover_text("Where the recording is.");
+            slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Place in the recording"));
+            let tapped = tap(ui, &slider).filter(|_| !slider.changed());
+            if let Some(at) = tapped {
+                let (left, right) = (slider.rect.left(), slider.rect.right());
+                place = egui::remap_clamp(f64::from(at.x), f64::from(left)..=f64::from(right), begin..=end);
+            }
+            if slider.changed() || tapped.is_some() {
+                self.sought = Some(Seek {
+                    place,
+                    outcome: session.order(order("position", json!(place))),
+                    taken: None,
+                });
+            } else if !slider.dragged() && self.sought.as_mut().is_some_and(|sought| sought.is_over(newest)) {
+                self.sought = None;
+            }
+            ui.label(format!("{end:.1} s"));
+        });
+    }
+}
+
+/// Space plays and pauses, where nothing else has the keyboard; then it does nothing else.
+fn space(ui: &egui::Ui) -> bool {
+    ui.memory(|memory| memory.focused().is_none())
+        && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Space))
+}
+
+fn of(name: &str) -> String {
+    format!("{STEERING}.{name}")
+}
+
+fn set(session: &Session, name: &str, value: serde_json::Value) {
+    session.act(order(name, value));
+}
+
+fn order(name: &str, value: serde_json::Value) -> Action {
+    Action::Modulate {
+        schema: STEERING.to_owned(),
+        variable: name.to_owned(),
+        value,
+    }
+}

@@ -1,0 +1,58 @@
+//! How a tile is drawn: its window, and a tab that can be closed.
+
+use std::collections::HashMap;
+
+use eframe::egui;
+use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, UiResponse};
+
+use crate::session::Session;
+use crate::style::Style;
+use crate::window::{Kind, Window};
+
+/// What draws tiles, for one frame.
+pub(super) struct Tiling<'a> {
+    pub(super) session: &'a Session,
+    pub(super) windows: &'a mut HashMap<Kind, Box<dyn Window>>,
+    pub(super) kept: &'a HashMap<String, serde_json::Value>,
+    pub(super) style: &'a Style,
+}
+
+impl Behavior<Kind> for Tiling<'_> {
+    fn tab_title_for_pane(&mut self, pane: &Kind) -> egui::WidgetText {
+        pane.title().into()
+    }
+
+    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Kind) -> UiResponse {
+        let kept = &self.kept;
+        let window = self.windows.entry(pane.clone()).or_insert_with(|| {
+            let kept = kept.get(&pane.title()).unwrap_or(&serde_json::Value::Null);
+            pane.open(kept)
+        });
+        let id = ui.scope_id().with(&*pane);
+        // The ground is there already: a program that draws in a card's place pays for every pixel that is drawn over.
+        egui::Frame::new().inner_margin(4).show(ui, |ui| {
+            ui.push_id(id, |ui| window.show(ui, self.session, self.style));
+            ui.allocate_space(ui.available_size());
+        });
+        UiResponse::None
+    }
+
+    fn is_tab_closable(&self, _tiles: &Tiles<Kind>, _tile: TileId) -> bool {
+        true
+    }
+
+    fn on_tab_close(&mut self, tiles: &mut Tiles<Kind>, tile: TileId) -> bool {
+        if let Some(Tile::Pane(kind)) = tiles.get(tile) {
+            self.windows.remove(kind);
+        }
+        true
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        // Every window keeps its tab: it is what a person drags it by.
+        SimplificationOptions {
+            all_panes_must_have_tabs: true,
+            ..SimplificationOptions::default()
+        }
+    }
+}
