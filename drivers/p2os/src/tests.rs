@@ -1,193 +1,21 @@
 //! The driver over TCP and over a pseudo-terminal, against a scripted robot that speaks with the library's other end.
 
+mod robot;
+
 use core::f64::consts::FRAC_PI_2;
-use std::fs::File;
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::os::fd::AsFd;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::net::TcpListener;
+use std::thread;
 use std::time::Instant;
 
 use jde_p2os::*;
-use jde_port::Pty;
 use jde_schema::bench::Bench;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::Pioneer;
 use jde_schema::prelude::{
     BatteryState, Bumpers as Pressed, Connection, LaserScan, Odometry, PanTilt, Pose2D, RangeRing, Text,
     Twist, WheelEncoders,
 };
-
-/// What the robot is told to say, and what it heard.
-struct Script {
-    names: Names,
-    sip: Sip,
-    heard: Vec<Command>,
-    laser: bool,
-    mute: bool,
-    hang_up: bool,
-    /// How often it has told its state.
-    said: u32,
-}
-
-/// A robot on a thread of its own; dropped, it is gone.
-struct Robot {
-    script: Arc<Mutex<Script>>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Robot {
-    fn script(subclass: &str) -> Arc<Mutex<Script>> {
-        let names = Names {
-            name: "AMRISim".into(),
-            class: "Pioneer".into(),
-            subclass: subclass.into(),
-        };
-        let sip = Sip {
-            battery_tenths: Some(124),
-            gripper: Some(0),
-            analog_port: Some(0),
-            analog: Some(0),
-            digital_in: Some(0),
-            digital_out: Some(0),
-            ..Sip::default()
-        };
-        Arc::new(Mutex::new(Script {
-            names,
-            sip,
-            heard: Vec::new(),
-            laser: false,
-            mute: false,
-            hang_up: false,
-            said: 0,
-        }))
-    }
-
-    /// Behind TCP, where it takes one client after another; its address.
-    fn at_tcp(subclass: &str) -> (Self, String) {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-        let address = format!("tcp:{}", listener.local_addr().expect("it is bound"));
-        let robot = Self::run(Self::script(subclass), move |script, stop| {
-            while !stop.load(Ordering::Relaxed) {
-                if ready(&listener)
-                    && let Ok((stream, _)) = listener.accept()
-                {
-                    let halves: (&TcpStream, &TcpStream) = (&stream, &stream);
-                    serve(halves.0, halves.1, script, stop);
-                }
-            }
-        });
-        (robot, address)
-    }
-
-    /// At a serial line.
-    fn at_line(subclass: &str) -> (Self, String) {
-        let pty = Pty::open().expect("a pseudo-terminal");
-        let address = format!("serial:{}@9600", pty.path().display());
-        let robot = Self::run(Self::script(subclass), move |script, stop| {
-            while !stop.load(Ordering::Relaxed) {
-                let halves: (&File, &File) = (pty.master(), pty.master());
-                serve(halves.0, halves.1, script, stop);
-            }
-        });
-        (robot, address)
-    }
-
-    fn run(
-        script: Arc<Mutex<Script>>,
-        serve: impl FnOnce(&Mutex<Script>, &AtomicBool) + Send + 'static,
-    ) -> Self {
-        let stop = Arc::new(AtomicBool::new(false));
-        let (shared, told) = (script.clone(), stop.clone());
-        let thread = Some(thread::spawn(move || serve(&shared, &told)));
-        Self { script, stop, thread }
-    }
-
-    fn with<T>(&self, look: impl FnOnce(&mut Script) -> T) -> T {
-        look(&mut self.script.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-impl Drop for Robot {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let ended = self.thread.take().map(JoinHandle::join);
-        assert!(thread::panicking() || matches!(ended, Some(Ok(()))));
-    }
-}
-
-/// Whether something can be read, within some milliseconds.
-fn ready(source: impl AsFd) -> bool {
-    let soon = Timespec {
-        tv_sec: 0,
-        tv_nsec: 5_000_000,
-    };
-    poll(&mut [PollFd::new(&source, PollFlags::IN)], Some(&soon)).is_ok_and(|count| count > 0)
-}
-
-/// Plays the robot until the client is gone.
-fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Script>, stop: &AtomicBool) {
-    let (mut receiver, start) = (Receiver::new(), Instant::now());
-    let (mut open, mut said) = (false, start);
-    while !stop.load(Ordering::Relaxed) {
-        let mut room = [0; 512];
-        let count = if ready(&source) {
-            source.read(&mut room)
-        } else {
-            Ok(usize::MAX)
-        };
-        let bytes = match count {
-            Ok(usize::MAX) => &[],
-            Ok(0) | Err(_) => return,
-            Ok(count) => &room[..count],
-        };
-        let mut script = script.lock().unwrap_or_else(PoisonError::into_inner);
-        if core::mem::take(&mut script.hang_up) {
-            return;
-        }
-        let mut packets = Vec::new();
-        receiver.receive(bytes, start.elapsed(), |packet| packets.push(packet));
-        let mut answers = Vec::new();
-        for packet in packets {
-            let command = Command::from_packet(&packet);
-            match (&command, Sync::from_packet(&packet)) {
-                (_, Some(Sync::Two)) => answers.push(script.names.to_packet().unwrap()),
-                (_, Some(sync)) => answers.push(sync.to_packet()),
-                (Command::Open(_), _) => open = true,
-                (Command::Close(_), _) => open = false,
-                (Command::Config(_), _) => answers.push(Config::default().to_packet().unwrap()),
-                (Command::Enable(on), _) => script.sip.flags = u16::from(*on),
-                (Command::LaserOn35(_), _) => script.laser = true,
-                _ => {}
-            }
-            script.heard.push(command);
-        }
-        if open && !script.mute && said.elapsed().as_millis() >= 20 {
-            said = Instant::now();
-            script.said += 1;
-            answers.push(script.sip.to_packet().unwrap());
-            answers.push(Encoders { left: 5, right: -7 }.to_packet());
-            if script.laser {
-                let form = LaserForm::Extended { device: 0, flags: 0 };
-                let reading = |beam: u16| Reading {
-                    range: 1000 + 50 * beam,
-                    reflectance: 0,
-                };
-                let sweep: Vec<_> = (0..180).map(reading).collect();
-                answers.extend(LaserPacket::sweep(form, &sweep).map(|part| part.to_packet().unwrap()));
-            }
-        }
-        drop(script);
-        let bytes: Vec<u8> = answers.iter().flat_map(Packet::to_bytes).collect();
-        if sink.write_all(&bytes).is_err() {
-            return;
-        }
-    }
-}
+use robot::{Robot, Script};
 
 /// The driver, and the time since it was made.
 struct Driver {

@@ -5,6 +5,7 @@
 
 pub(crate) mod c;
 mod easel;
+mod io;
 mod rig;
 mod schemas;
 mod stage;
@@ -12,9 +13,11 @@ mod stage;
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use easel::Easel;
 #[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use io::{Call, Io};
+#[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use rig::{Executor, Rig, TEST, plugins, plugins_along, text};
 #[allow(unused_imports, reason = "each test file uses its part")]
-pub(crate) use schemas::{Call, Io, LIVE, Motor};
+pub(crate) use schemas::{LIVE, Motor};
 pub(crate) use stage::Stage;
 
 pub(crate) const MS: u64 = 1_000_000;

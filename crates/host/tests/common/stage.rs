@@ -9,7 +9,7 @@ use jde_host::event::Event;
 use jde_schema::{Context, Pen, Result};
 
 use super::easel::{Brush, Easel};
-use super::schemas::{Call, Io};
+use super::io::{Call, Io};
 
 /// What an instance does when it is called.
 pub(crate) type Part = Box<dyn FnMut(Call, &mut Io<'_>) -> Result + Send>;

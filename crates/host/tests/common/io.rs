@@ -1,0 +1,192 @@
+//! What a test can do during a call of one of its schemas.
+
+use std::sync::Arc;
+
+use jde_schema::prelude::*;
+
+use super::schemas::Motor;
+use super::stage::{Stage, lock};
+
+/// A call of a schema, as its part sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Call {
+    Awake,
+    Check,
+    Iterate,
+    Sleep,
+    Arbitrate,
+    Drop,
+}
+
+/// What a part can do during a call.
+pub(crate) struct Io<'a> {
+    pub(crate) stage: &'a Arc<Stage>,
+    pub(crate) name: &'a str,
+    /// Calls of this instance before this one: 0 again in a fresh one.
+    pub(crate) memory: u64,
+    /// None while it is dropped.
+    inner: Option<Inner<'a>>,
+    pub(super) answer: Precondition,
+    pub(super) verdict: Option<Verdict>,
+    then: Option<Then>,
+}
+
+/// What is done when the part has been played.
+type Then = Box<dyn FnOnce(&mut Io<'_>)>;
+
+pub(super) struct Inner<'a> {
+    pub(super) cx: &'a Context<'a>,
+    pub(super) motor: Option<&'a Motor>,
+    pub(super) perceptive: Option<&'a mut Export<f64>>,
+    pub(super) level: Option<&'a Level<'a>>,
+}
+
+impl<'a> Io<'a> {
+    pub(super) fn new(stage: &'a Arc<Stage>, name: &'a str, memory: u64, inner: Option<Inner<'a>>) -> Self {
+        Self {
+            stage,
+            name,
+            memory,
+            inner,
+            answer: false.into(),
+            verdict: None,
+            then: None,
+        }
+    }
+
+    pub(super) fn perform(&mut self, call: Call) -> Result {
+        match call {
+            Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate => {
+                self.say(format!("{call:?}").to_lowercase());
+            }
+            Call::Check | Call::Drop => {}
+        }
+        let (stage, name) = (self.stage, self.name);
+        let result = match stage.part(name) {
+            Some(part) => stage.within(name, call, || lock(&part)(call, self)),
+            None => Ok(()),
+        };
+        if let Some(then) = self.then.take() {
+            then(self);
+        }
+        result
+    }
+
+    /// Does something more in this call, while other instances can play the part: for those who hang.
+    pub(crate) fn then(&mut self, then: impl FnOnce(&mut Io<'_>) + 'static) {
+        self.then = Some(Box::new(then));
+    }
+
+    fn inner(&self) -> &Inner<'a> {
+        self.inner.as_ref().expect("nothing can be done while dropped")
+    }
+
+    fn motor(&self) -> &'a Motor {
+        self.inner().motor.expect("a motor schema")
+    }
+
+    /// The present call.
+    pub(crate) fn cx(&self) -> &'a Context<'a> {
+        self.inner().cx
+    }
+
+    /// Notes what it does.
+    pub(crate) fn say(&self, what: impl AsRef<str>) {
+        self.stage.note(|| format!("{} {}", self.name, what.as_ref()));
+    }
+
+    /// The answer of a check.
+    pub(crate) fn ready(&mut self, ready: impl Into<Precondition>) {
+        self.answer = ready.into();
+    }
+
+    /// The answer of an arbitration.
+    pub(crate) fn choose(&mut self, role: &str) {
+        self.verdict = Some(Verdict::choose(
+            self.child(role),
+            format!("{} chose {role}", self.name),
+        ));
+    }
+
+    /// What is to be arbitrated.
+    pub(crate) fn level(&self) -> &'a Level<'a> {
+        self.inner().level.expect("it arbitrates")
+    }
+
+    /// ns since the start.
+    pub(crate) fn now(&self) -> u64 {
+        self.cx().now().as_nanos() as u64
+    }
+
+    /// Commands a speed of the base.
+    pub(crate) fn command(&self, speed: f64) -> Outcome {
+        self.motor().base.command(self.cx(), Twist::planar(speed, 0.0))
+    }
+
+    /// Commands a speed of the arm.
+    pub(crate) fn reach(&self, speed: f64) -> Outcome {
+        self.motor().arm.command(self.cx(), Twist::planar(speed, 0.0))
+    }
+
+    /// What a motor schema looks at, with the number of the value.
+    pub(crate) fn input(&self) -> Option<(f64, u64)> {
+        let sample = self.motor().input.get(self.cx())?;
+        Some((*sample, sample.sequence()))
+    }
+
+    /// The other that it looks at.
+    pub(crate) fn other(&self) -> Option<f64> {
+        self.motor().other.get(self.cx()).map(|sample| *sample)
+    }
+
+    /// Its modulation.
+    pub(crate) fn gain(&self) -> f64 {
+        self.motor().gain.get(self.cx())
+    }
+
+    /// Its modulation that is fixed.
+    pub(crate) fn grip(&self) -> f64 {
+        self.motor().grip.get(self.cx())
+    }
+
+    /// A child by its role.
+    pub(crate) fn child(&self, role: &str) -> &'a Child {
+        let motor = self.motor();
+        match role {
+            "a" => &motor.a,
+            "b" => &motor.b,
+            "c" => &motor.c,
+            "helper" => &motor.helper,
+            other => panic!("there is no role {other}"),
+        }
+    }
+
+    /// Wakes a child.
+    pub(crate) fn wake(&self, role: &str) -> Outcome {
+        self.child(role).wake(self.cx())
+    }
+
+    /// Writes the modulation of a.
+    pub(crate) fn modulate_a(&self, gain: f64) -> Outcome {
+        self.motor().gain_of_a.set(self.cx(), gain)
+    }
+
+    /// Writes the period of a, seconds.
+    pub(crate) fn retime_a(&self, period: f64) -> Outcome {
+        self.motor().period_of_a.set(self.cx(), period)
+    }
+
+    /// Publishes what an eye sees.
+    pub(crate) fn publish(&mut self, value: f64) {
+        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
+        let out = inner.perceptive.as_mut().expect("an eye");
+        out.write(inner.cx, value);
+    }
+
+    /// Takes back what an eye saw.
+    pub(crate) fn retract(&mut self) {
+        let inner = self.inner.as_mut().expect("nothing can be done while dropped");
+        let out = inner.perceptive.as_mut().expect("an eye");
+        out.retract(inner.cx);
+    }
+}
