@@ -1,6 +1,6 @@
 //! The checks that the targets run: those of the ordinary tests, and no others.
 
-#[path = "../../crates/p2os/tests/common/checks.rs"]
+#[path = "../../crates/p2os/tests/it/checks.rs"]
 mod checks;
 #[path = "../../crates/panel/tests/common/checks.rs"]
 mod panel;

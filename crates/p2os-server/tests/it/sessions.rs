@@ -1,8 +1,6 @@
 //! Clients that come, go, fall silent, send garbage or flood: the robot is never left driving, and the others never notice.
 
-mod common;
-
-use common::{Client, ROOM, Served, pose};
+use crate::common::{Client, ROOM, Served, pose};
 use jde_p2os::{Command, Form, Packet, Sync, Wheels};
 use jde_p2os_server::{Options, Server, ServerError, What};
 use jde_sim::World;

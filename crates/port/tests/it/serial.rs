@@ -1,14 +1,12 @@
 //! Real pseudo-terminals: lines that come, go, change their speed and belong to one program at a time.
 
-mod common;
-
 use core::time::Duration;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use common::{connected, port, read, read_until_lost, reason, until};
+use crate::common::{connected, port, read, read_until_lost, reason, until};
 use jde_port::{Link, Port, Pty};
 
 fn at(pty: &Pty, line: &str) -> Port {

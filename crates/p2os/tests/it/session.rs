@@ -1,13 +1,10 @@
 //! The client's session against a scripted robot: hello, driving within limits, silence, goodbye; laser, encoders and head.
 
-#[path = "common/robot.rs"]
-mod robot;
-
 use core::f64::consts::PI;
 use core::time::Duration;
 
+use crate::robot::{Robot, Talk, wish};
 use jde_p2os::*;
-use robot::{Robot, Talk, wish};
 
 fn p3dx() -> Robot {
     Robot::new("Emma", "p3dx")

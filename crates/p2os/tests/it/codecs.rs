@@ -1,16 +1,14 @@
 //! Packets of both ends against bytes written down by hand, and against what independent programs said to each other.
 
-mod common;
-
 use core::time::Duration;
 use std::fs;
 use std::path::Path;
 
-use common::{again, again_command, hex, vectors};
+use crate::common::{again, again_command, hex, vectors};
 use jde_p2os::*;
 
-const COMMANDS: &str = include_str!("vectors/commands.txt");
-const ANSWERS: &str = include_str!("vectors/answers.txt");
+const COMMANDS: &str = include_str!("../vectors/commands.txt");
+const ANSWERS: &str = include_str!("../vectors/answers.txt");
 
 fn packet(bytes: &[u8]) -> Packet {
     let mut found = Vec::new();

@@ -1,7 +1,6 @@
 //! The corpus for fuzzing, mutations of it and noise, through the checks that fuzzing uses.
 
-#[path = "common/checks.rs"]
-mod checks;
+use crate::checks;
 
 use std::fs;
 use std::path::Path;

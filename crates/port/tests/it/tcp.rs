@@ -1,13 +1,11 @@
 //! Real connections on the loopback: peers that vanish, come back, refuse, flood and do not listen.
 
-mod common;
-
 use core::time::Duration;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread;
 
-use common::{connected, port, read, read_until_lost, reason, until};
+use crate::common::{connected, port, read, read_until_lost, reason, until};
 use jde_port::{Address, Backoff, Link, Port};
 
 fn listen() -> (TcpListener, String) {

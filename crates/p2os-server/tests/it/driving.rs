@@ -1,10 +1,8 @@
 //! A client drives a robot: what it asks for happens, and what it is told is so.
 
-mod common;
-
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use common::{Client, ROOM, Served, near, pose};
+use crate::common::{Client, ROOM, Served, near, pose};
 use jde_p2os::{
     Assembler, Command, Config, Encoders, ForLaser, Form, HeadAnswer, HeadCommand, HeadFrame, LaserPacket,
     SerialAux, SimPose, SimState, Sip, Wheels,

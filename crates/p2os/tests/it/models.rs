@@ -26,7 +26,7 @@ fn every_model_that_comes_along_is_whole() {
 
 #[test]
 fn what_is_wrong_in_a_file_is_said_with_file_line_and_key() {
-    let text = include_str!("../models/p3dx.toml");
+    let text = include_str!("../../models/p3dx.toml");
     let said = |from: &str, to: &str| {
         Model::parse(&text.replacen(from, to, 1), "mine.toml")
             .unwrap_err()

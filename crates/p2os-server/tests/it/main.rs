@@ -1,0 +1,5 @@
+//! A served world, driven by a client that knows the protocol alone.
+
+mod common;
+mod driving;
+mod sessions;

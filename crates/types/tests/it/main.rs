@@ -1,0 +1,4 @@
+//! Shared types: their layout, and the geometry of poses.
+
+mod geometry;
+mod layout;
