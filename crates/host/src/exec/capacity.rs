@@ -15,6 +15,8 @@ const LINGER: Nanos = 1_000_000_000;
 pub(super) struct Capacity {
     /// How many there are at the start, and later at least.
     start: usize,
+    /// How many there are at most: one for each schema, and one that is free.
+    most: usize,
     workers: usize,
     /// Those in no turn, also those who are not there yet.
     free: usize,
@@ -28,9 +30,10 @@ pub(super) struct Capacity {
 }
 
 impl Capacity {
-    pub(super) fn new(workers: usize) -> Self {
+    pub(super) fn new(workers: usize, schemas: usize) -> Self {
         Self {
             start: workers,
+            most: schemas + 1,
             workers,
             free: workers,
             brief: 0,
@@ -52,7 +55,8 @@ impl Capacity {
             (1, 0) => 1,
             (1, _) => self.workers,
             _ => 0,
-        };
+        }
+        .min(self.most.saturating_sub(self.workers));
         self.free -= 1;
         self.fewest = self.fewest.min(self.free);
         if brief {
@@ -103,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_last_takes_nothing_while_somebody_is_about_to_come_back() {
-        let mut capacity = Capacity::new(2);
+        let mut capacity = Capacity::new(2, 100);
         assert_eq!(capacity.leaves_it(7), None, "there are two");
         assert_eq!(capacity.begin(7, true), 0);
         assert_eq!(capacity.leaves_it(7), Some(7 + GRACE));
@@ -115,7 +119,7 @@ mod tests {
 
     #[test]
     fn somebody_is_free_however_many_are_in_turns() {
-        let mut capacity = Capacity::new(2);
+        let mut capacity = Capacity::new(2, 100);
         for turn in 0..100 {
             assert_eq!(capacity.begin(0, false), usize::from(turn > 0));
         }
@@ -123,8 +127,15 @@ mod tests {
     }
 
     #[test]
+    fn there_are_never_more_than_schemas_and_one() {
+        let mut capacity = Capacity::new(2, 5);
+        (0..5).for_each(|turn| _ = capacity.begin(turn * 2 * GRACE, true));
+        assert_eq!((capacity.workers, capacity.free), (6, 1));
+    }
+
+    #[test]
     fn of_many_that_stay_away_unexpectedly_few_are_waited_for() {
-        let mut capacity = Capacity::new(2);
+        let mut capacity = Capacity::new(2, 100);
         let (mut now, mut waited) = (0, 0);
         for _ in 0..100 {
             if let Some(back) = capacity.leaves_it(now) {
@@ -137,7 +148,7 @@ mod tests {
 
     #[test]
     fn those_who_were_not_needed_for_long_go() {
-        let mut capacity = Capacity::new(2);
+        let mut capacity = Capacity::new(2, 100);
         (0..5).for_each(|_| _ = capacity.begin(0, false));
         (0..5).for_each(|_| capacity.end(false));
         assert_eq!((capacity.workers, capacity.free), (6, 6));

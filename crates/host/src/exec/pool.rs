@@ -122,7 +122,7 @@ impl Pool {
             turns: vec![Turns::default(); count],
             keeper: None,
             deputy: None,
-            capacity: Capacity::new(workers),
+            capacity: Capacity::new(workers, count),
             settling: 0,
             leave: false,
         };
@@ -406,7 +406,7 @@ mod tests {
             turns: vec![Turns::default()],
             keeper: None,
             deputy: None,
-            capacity: Capacity::new(2),
+            capacity: Capacity::new(2, 1),
             settling: 0,
             leave: false,
         }
