@@ -14,6 +14,7 @@ use jde_host::plugin::{MOST_BUILDS, PluginError, Plugins};
 use jde_host::reload::{Became, How, Refused, Reloader};
 use jde_host::{Options, Running};
 use jde_types::Twist;
+use jde_watchdog::Watchdog;
 use tempfile::TempDir;
 
 use common::{Executor, Stage};
@@ -65,6 +66,7 @@ struct Site {
     stage: Arc<Stage>,
     plugins: Arc<Plugins>,
     running: Running,
+    _watchdog: Watchdog,
 }
 
 impl Site {
@@ -92,6 +94,7 @@ impl Site {
             stage,
             plugins: Arc::new(plugins),
             running,
+            _watchdog: Watchdog::of_a_test(),
         }
     }
 

@@ -138,6 +138,7 @@ mod tests {
 
     use jde_port::Pty;
     use jde_schema::bench::Bench;
+    use jde_watchdog::Watchdog;
 
     use super::*;
 
@@ -149,6 +150,7 @@ mod tests {
 
     /// Why a device is no camera.
     fn lost(device: &str) -> String {
+        let _watchdog = Watchdog::of_a_test();
         let mut bench = bench(device);
         bench.awake().expect("it is rightly configured");
         loop {

@@ -3,6 +3,8 @@
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
 
+use jde_watchdog::Watchdog;
+
 use super::*;
 use crate::format::Format;
 
@@ -80,6 +82,7 @@ fn found(finds: &Finds) -> Sender<Result<Vec<u8>, String>> {
 }
 
 fn until(feed: &mut Feed, now: Duration, good: fn(&State) -> bool) {
+    let _watchdog = Watchdog::of_a_test();
     while !good(feed.state()) {
         assert_eq!(feed.step(now), None);
         thread::yield_now();

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
+use jde_watchdog::Watchdog;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample as Heard;
@@ -23,6 +24,7 @@ use crate::scan::Sweep;
 struct Trial<S: Schema> {
     bench: Bench<S>,
     start: Instant,
+    _watchdog: Watchdog,
 }
 
 impl<S: Schema> Trial<S> {
@@ -34,6 +36,7 @@ impl<S: Schema> Trial<S> {
         Self {
             bench,
             start: Instant::now(),
+            _watchdog: Watchdog::of_a_test(),
         }
     }
 
@@ -50,7 +53,7 @@ impl<S: Schema> Trial<S> {
         thread::yield_now();
     }
 
-    /// Iterates until something is so; a driver that never gets there hangs, and the runner says so.
+    /// Iterates until something is so.
     fn until(&mut self, mut good: impl FnMut(&mut Bench<S>) -> bool) {
         while !good(&mut self.bench) {
             self.step();

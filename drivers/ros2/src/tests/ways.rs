@@ -168,6 +168,7 @@ fn a_configuration_of_zenoh_says_where_to_go() {
     bench.set("config", Text::<1024>::new(file.to_str().unwrap()));
     bench.set("domain", 3_i32);
     let mut trial = Trial {
+        _watchdog: Watchdog::of_a_test(),
         bench,
         start: Instant::now(),
     }
