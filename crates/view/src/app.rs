@@ -1,4 +1,5 @@
-//! The window's frame: the start page, or the windows on one application. It owns no robot: it may be closed at any time.
+//! The main window: the start page, or the windows on one application. It owns no robot: it may be closed at
+//! any time.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use crate::window::space::{self, Quality};
 use crate::workspace::{Navigation, Workspace};
 use crate::{Error, Opening};
 
-/// The name of the file with the settings.
+/// The name of the settings file.
 const SETTINGS: &str = "settings";
 
 pub(crate) fn run(opening: Opening) -> Result<(), Error> {
@@ -57,11 +58,11 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
     }
 }
 
-/// What the window shows.
+/// The main window's content.
 pub(crate) struct App {
     opening: Opening,
     settings: Settings,
-    /// As they were written last.
+    /// The settings as last written.
     saved: Settings,
     store: SettingsStore,
     page: Page,
@@ -69,9 +70,9 @@ pub(crate) struct App {
 }
 
 enum Page {
-    /// What runs, and what was recorded.
+    /// Running applications and recordings.
     Start(StartPage),
-    /// Looks for an application and connects.
+    /// Searches for an application and connects to it.
     Connecting {
         name: String,
         opened: Receiver<Opened>,
@@ -81,7 +82,7 @@ enum Page {
     Open(Box<Workspace>),
 }
 
-/// Tells whoever looks for an application that nobody waits for it any more, once it is dropped.
+/// Cancels the search for an application when dropped.
 #[derive(Default)]
 struct Cancel(Arc<AtomicBool>);
 
@@ -91,7 +92,7 @@ impl Drop for Cancel {
     }
 }
 
-/// What came of looking for an application.
+/// The result of opening an application.
 type Opened = Result<(Session, Option<Player>), String>;
 
 impl App {
@@ -116,7 +117,7 @@ impl App {
         app
     }
 
-    /// One frame.
+    /// Draws one frame.
     pub(crate) fn frame(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
         if self.lost.reason().is_some() {
@@ -211,11 +212,11 @@ impl App {
         let (repaint, cancel) = (ctx.clone(), Cancel::default());
         let cancelled = Arc::clone(&cancel.0);
         let worker = move || {
-            // Nobody may wait for it any more.
+            // The receiver may be gone: the user cancelled.
             let _ = done.send(find(&cancelled));
             repaint.request_repaint();
         };
-        // Without a thread its end is dropped, and the page says so.
+        // Without a thread, `done` is dropped, and the page shows that nothing was opened.
         if let Err(error) = thread::Builder::new()
             .name("view-connect".to_owned())
             .spawn(worker)
@@ -230,7 +231,7 @@ impl App {
     }
 }
 
-/// Draws the wait; answers whether the person does not want to wait any more.
+/// Draws the progress page. Returns whether the user cancelled.
 fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
     egui::CentralPanel::default()
         .show(ui, |ui| {
@@ -245,7 +246,7 @@ fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
         .inner
 }
 
-/// What comes after the present page.
+/// The page that replaces the current one.
 enum Next {
     Chosen(Selection),
     Desk(Box<(Session, Option<Player>)>),
@@ -257,7 +258,7 @@ impl eframe::App for App {
         self.frame(ui);
     }
 
-    /// The ground of all that is drawn.
+    /// The background of the window.
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
         visuals.panel_fill.to_normalized_gamma_f32()
     }

@@ -1,5 +1,5 @@
-//! The graphics card: why there is none that can draw, and what becomes of the windows when it is lost while they are open. Then
-//! they close, with the reason; it is never a panic.
+//! Errors of the graphics card: why none can draw, and its loss while windows are open. The windows then
+//! close, with the reason, and never panic.
 
 use std::sync::{Arc, OnceLock};
 
@@ -8,16 +8,16 @@ use eframe::egui_wgpu::{RenderState, WgpuError};
 
 use crate::Error;
 
-/// Why the card draws no more, once it does not.
+/// Why the graphics card was lost; empty while it draws.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DeviceLoss(Arc<OnceLock<String>>);
 
 impl DeviceLoss {
-    /// Hears what becomes of a card.
+    /// Registers for the loss and the errors of a card.
     pub(crate) fn watch(&self, ctx: &egui::Context, card: &RenderState) {
         let (lost, again) = (self.clone(), ctx.clone());
         card.device.set_device_lost_callback(move |reason, words| {
-            // That is what happens at the end of every window.
+            // `Destroyed` occurs when any window closes.
             if reason != wgpu::DeviceLostReason::Destroyed {
                 lost.note(&again, words);
             }
@@ -29,12 +29,12 @@ impl DeviceLoss {
             }));
     }
 
-    /// The reason, if it is lost.
+    /// The reason, if the card was lost.
     pub(crate) fn reason(&self) -> Option<&str> {
         self.0.get().map(String::as_str)
     }
 
-    /// The first reason counts; the others follow from it.
+    /// Keeps the first reason; later ones follow from it.
     fn note(&self, ctx: &egui::Context, words: String) {
         if self.0.set(words).is_ok() {
             ctx.request_repaint();
@@ -42,7 +42,7 @@ impl DeviceLoss {
     }
 }
 
-/// Why windows cannot be shown.
+/// Classifies why windows cannot be shown.
 pub(crate) fn refused(error: &eframe::Error) -> Error {
     match error {
         eframe::Error::Wgpu(

@@ -1,7 +1,9 @@
-//! Windows on running applications: the hierarchy oscilloscope, sensors and motors, a 3D view, each schema's own panel. All of
-//! it is a client of the link: it sees what a tool across the room sees, and closing it touches nothing.
+//! Windows on running applications: the hierarchy oscilloscope, sensors and motors, a 3D view, and the panel
+//! of each schema. Every window is a client of the link: it sees what a remote tool sees, and closing it
+//! changes nothing in the application.
 //!
-//! It refuses to control: what a person does here becomes an operator's request (R14), and who is asked decides.
+//! It refuses to control: each input of the user becomes an operator's request (R14), and the application
+//! decides whether to accept it.
 
 mod app;
 mod canvas;
@@ -25,54 +27,54 @@ use std::path::PathBuf;
 
 use jde_link::Reach;
 
-/// What to show first.
+/// What [`run`] opens first.
 #[derive(Clone, Debug)]
 pub struct Opening {
-    /// Where applications are looked for.
+    /// Where to search for applications.
     pub reach: Reach,
-    /// The application to begin with, by name; nothing: the only one that runs, or the start page.
+    /// The name of the application to open. `None` opens the only running one, or the start page.
     pub application: Option<String>,
-    /// A recording to begin with.
+    /// The recording to open. It takes precedence over `application`.
     pub recording: Option<PathBuf>,
-    /// How a recording is played: the program and its arguments before `--name NAME FILE`, in a process of its own, which ends at
-    /// the end of its standard input.
+    /// How to play a recording: the program and its arguments before `--name NAME FILE`. It runs as a
+    /// separate process, which must end at the end of its standard input.
     pub player: Vec<OsString>,
-    /// Where recordings are looked for.
+    /// Folders to search for recordings.
     pub recordings: Vec<PathBuf>,
 }
 
-/// Why no window can be shown.
+/// Why windows cannot be shown, or why they closed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// There is no screen.
+    /// There is no display.
     #[error("there is no screen here: neither WAYLAND_DISPLAY nor DISPLAY is set")]
     NoScreen,
-    /// Nothing here draws.
+    /// No graphics adapter can draw windows.
     #[error(
         "no graphics card here can draw windows: {0}; install its driver, or Mesa's, which does without one (apt install \
          mesa-vulkan-drivers)"
     )]
     NoCard(String),
-    /// The card was lost, or refused what it cannot do without.
+    /// The graphics device was lost, or reported an error.
     #[error("the graphics card draws no more: {0}; open the windows again, they are as they were left")]
     Lost(String),
-    /// The screen, or the window on it, went away.
+    /// The display, or the window on it, disappeared.
     #[error("the screen is gone, or took the window away; open it again, it is as it was left ({0})")]
     Taken(String),
-    /// The screen refused.
+    /// The display refused to open a window.
     #[error("cannot open a window: {0}")]
     Window(String),
 }
 
-/// Opens the window and stays until it is closed. To be called from the main thread.
+/// Opens the window and blocks until it is closed. Must be called from the main thread.
 ///
 /// # Errors
-/// [`Error`]; whatever goes wrong later is shown in the window.
+/// [`Error`]. Problems of applications and recordings are shown in the window instead.
 pub fn run(opening: Opening) -> Result<(), Error> {
     app::run(opening)
 }
 
-/// Whether there is a screen to open windows on, as far as the environment tells.
+/// Whether the environment names a display: `WAYLAND_DISPLAY`, `WAYLAND_SOCKET` or `DISPLAY` is set.
 #[must_use]
 pub fn has_screen() -> bool {
     let names = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];

@@ -1,24 +1,25 @@
-//! Images of cameras as pixels that can be shown. What is no picture, or larger than a graphics card takes, is refused in words.
+//! Camera images as pixels. A value that is not an image, or that exceeds the graphics card's limits, is
+//! refused with a message.
 
 use eframe::egui;
 use jde_abi::describe::{Field, Form, Type};
 use jde_link::Sample;
 
-/// A picture, rows from the top.
+/// An image, with rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Picture {
-    /// Width and height.
+    /// Width and height, in pixels.
     pub(crate) size: [usize; 2],
-    /// Red, green, blue and how opaque, of each pixel.
+    /// Red, green, blue and alpha of each pixel, 0 to 255.
     pub(crate) rgba: Vec<u8>,
 }
 
 impl Picture {
-    /// The picture of a sample, whose value is too large to be copied through a stack: its fields are read in place, where its
-    /// description says that they are.
+    /// Decodes the image of a sample. The value is too large to be copied through a stack, so its fields are
+    /// read in place, at the offsets of its description.
     ///
     /// # Errors
-    /// Why it is none that can be shown.
+    /// Why the sample is not an image that can be shown.
     pub(crate) fn read(sample: &Sample) -> Result<Self, String> {
         let bytes = sample.bytes.as_deref().ok_or("there is none")?;
         let fields = Fields(&sample.value_type, bytes);
@@ -36,7 +37,7 @@ impl Picture {
             }
         };
         let row = width.checked_mul(depth).ok_or("it is no picture")?;
-        // After the last row there need be no room between rows.
+        // The last row needs no padding.
         let whole = step
             .checked_mul(height.saturating_sub(1))
             .and_then(|rows| rows.checked_add(row))
@@ -62,16 +63,16 @@ impl Picture {
         })
     }
 
-    /// As egui takes it.
+    /// The image as an egui color image.
     pub(crate) fn image(&self) -> egui::ColorImage {
         egui::ColorImage::from_rgba_premultiplied(self.size, &self.rgba)
     }
 }
 
-/// Whether a picture fits on a graphics card that takes so many pixels in a row.
+/// Checks that an image fits on a graphics card with at most `most` pixels per side.
 ///
 /// # Errors
-/// That it does not, in words.
+/// A message with both sizes.
 pub(crate) fn fits([width, height]: [usize; 2], most: usize) -> Result<(), String> {
     if width.max(height) <= most {
         return Ok(());
@@ -81,7 +82,7 @@ pub(crate) fn fits([width, height]: [usize; 2], most: usize) -> Result<(), Strin
     ))
 }
 
-/// The fields of a value.
+/// The fields of a value: its type and its bytes.
 struct Fields<'a>(&'a Type, &'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -125,7 +126,7 @@ mod tests {
 
     use super::*;
 
-    /// An image of these bytes, put together in place: a whole one is too large for the stack of a test.
+    /// An image of these bytes, composed in place: a whole `Image` is too large for the stack of a test.
     fn sample(size: [u32; 2], step: u32, encoding: &str, data: &[u8]) -> Sample {
         let of = Image::describe();
         let mut bytes = vec![0; size_of::<Image>()];

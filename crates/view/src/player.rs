@@ -1,5 +1,5 @@
-//! A recording that plays for these windows: a process of its own, which serves it over the link as if its application ran. It
-//! ends with the windows, however they end.
+//! Plays a recording for these windows, in a separate process that serves it over the link as if its
+//! application ran. The process ends with the windows, however they end.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -12,33 +12,35 @@ use std::time::{Duration, Instant};
 
 use jde_link::{Client, Folders, Reach, Remote};
 
-/// How long a recording may take until it can be looked into; long ones are read whole first.
+/// Longest time until a client can connect to a recording. The player reads a long recording completely
+/// first.
 const BEGIN: Duration = Duration::from_secs(600);
-/// Between two looks whether it can be.
+/// Pause between two attempts to connect.
 const LOOK: Duration = Duration::from_millis(100);
-/// Lines of what it said that are kept.
+/// How many of the last lines of the player's standard error are kept.
 const LAST: usize = 20;
 
 /// A recording that plays.
 pub(crate) struct Player {
-    /// It ends at the end of its standard input, which is open for as long as this process lives.
+    /// Ends at the end of its standard input, which stays open for as long as this process lives.
     child: Child,
-    /// Hears what it says, so that it never waits for that; answers with the last of it.
+    /// Reads its standard error, so that the player never blocks on a full pipe. Returns the last lines.
     words: Option<JoinHandle<String>>,
     file: PathBuf,
 }
 
 impl Player {
-    /// Starts it, and waits until it can be looked into or nobody wants that any more: not for the window's thread.
+    /// Starts the player and waits until a client can connect to it or `cancelled` is set. Blocks: not for
+    /// the window's thread.
     ///
     /// # Errors
-    /// Why it cannot be played, in words of the program that plays it.
+    /// Why the recording cannot be played: the player's own error message if it ended.
     pub(crate) fn start(
         program: &[OsString],
         file: &Path,
         cancelled: &AtomicBool,
     ) -> Result<(Self, Remote), String> {
-        // Of this process each has a name of its own.
+        // Gives each player of this process a unique name.
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let [program, arguments @ ..] = program else {
             return Err("nothing here plays recordings".to_owned());
@@ -83,12 +85,12 @@ impl Player {
         ))
     }
 
-    /// The recording.
+    /// The path of the recording.
     pub(crate) fn file(&self) -> &Path {
         &self.file
     }
 
-    /// Its last words, if it has ended.
+    /// Its last lines of standard error, or its exit status if it wrote none. `None` while it runs.
     fn ended(&mut self) -> Option<String> {
         let status = self.child.try_wait().ok()??;
         let words = self.words.take().and_then(|words| words.join().ok());
@@ -101,13 +103,13 @@ impl Player {
 
 impl Drop for Player {
     fn drop(&mut self) {
-        // It drives nothing, so nothing has to be ended in order.
+        // The player drives no hardware, so it needs no orderly shutdown.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Reads to the end; answers with the last lines.
+/// Reads to the end of the stream. Returns the last [`LAST`] lines.
 fn last_words(said: ChildStderr) -> String {
     let mut last = VecDeque::new();
     for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
@@ -129,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_last_words_of_one_that_says_much_and_fails_are_told() {
-        // More than a pipe holds: if nobody read it, this would not end.
+        // More than a pipe holds: the player would block if its standard error were not read.
         let program = shell("seq 100000 >&2; echo 'it is no recording' >&2; exit 2");
         let came = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(false));
         let words = came.err().expect("it does not play");
@@ -143,7 +145,7 @@ mod tests {
     fn one_that_nobody_waits_for_any_more_is_ended() {
         let folder = tempfile::tempdir().expect("a folder");
         let ended = folder.path().join("ended");
-        // `cat` ends with its input, and by nothing else.
+        // `cat` ends only with its input.
         let program = shell(&format!("cat; touch {}", ended.display()));
         let came = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(true));
         assert!(came.is_err_and(|words| words == "x.mcap was not opened"));

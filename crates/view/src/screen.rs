@@ -1,15 +1,15 @@
-//! The screen: what becomes of the windows when somebody takes one of them, or all of it, away while they are open. The library
-//! below panics over that; here it is the end of the windows, with the reason, as the loss of the card is. It swallows no other panic.
+//! Loss of the display: the display, or one of its windows, can disappear while windows are open. winit
+//! panics then. [`hold`] turns that panic into an error with its reason. It catches no other panic.
 
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::path::{Component, Path};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 
-/// Shows windows until they are closed.
+/// Runs `show`, which shows windows until they are closed.
 ///
 /// # Errors
-/// What the library of windows panicked over. Panics of others go on.
+/// The message of a panic in winit on this thread. Other panics continue.
 pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
     let reason = Arc::new(OnceLock::new());
     let (told, ours) = (Arc::clone(&reason), thread::current().id());
@@ -18,7 +18,7 @@ pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
     panic::set_hook(Box::new(move |info| {
         let of_screen = info.location().is_some_and(|place| is_of_screen(place.file()));
         if of_screen && thread::current().id() == ours {
-            // The first counts; the others follow from it.
+            // The first panic has the cause; later ones follow from it.
             let _ = told.set(words(info));
         } else {
             others(info);
@@ -32,7 +32,7 @@ pub(crate) fn hold<T>(show: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
-/// Whether a source file is of the library of windows.
+/// Whether a source file belongs to winit.
 fn is_of_screen(file: &str) -> bool {
     let parts = Path::new(file).components();
     parts.into_iter().any(|part| match part {

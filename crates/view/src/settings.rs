@@ -1,6 +1,8 @@
-//! What a person chose for all applications, and how each one's windows were left: files in the user's configuration folder.
+//! The user's settings for all applications, and the saved layout of each: files in the user's configuration
+//! folder.
 //!
-//! A file that cannot be read is put aside under another name and said; one that cannot be written costs nothing but its memory.
+//! An unreadable file is renamed and logged. A file that cannot be written is logged, and its content is not
+//! saved.
 
 use std::fs;
 use std::io;
@@ -13,15 +15,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::style::Units;
 
-/// What a person chose for all applications.
+/// The user's settings for all applications.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 pub(crate) struct Settings {
-    /// Units of numbers.
+    /// Units of displayed numbers.
     pub(crate) units: Units,
     /// Dark, light, or as the desktop.
     pub(crate) theme: egui::ThemePreference,
-    /// How large everything is.
+    /// The zoom factor of the user interface.
     pub(crate) zoom: f32,
 }
 
@@ -36,14 +38,15 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Makes a context look as chosen before its first frame.
+    /// Applies the settings to a context before its first frame.
     pub(crate) fn begin(&self, ctx: &egui::Context) {
         ctx.set_theme(self.theme);
-        // A zoom that changes takes the screen's size along, and before the first frame that is a guess no card can draw.
+        // A change of the zoom also scales the screen's size, which before the first frame is only a guess
+        // and may exceed what a card can draw.
         ctx.options_mut(|options| options.zoom_factor = self.zoom());
     }
 
-    /// Makes a context look as chosen from the next frame on.
+    /// Applies the settings to a context from the next frame on.
     pub(crate) fn apply(&self, ctx: &egui::Context) {
         ctx.set_theme(self.theme);
         ctx.set_zoom_factor(self.zoom());
@@ -58,14 +61,14 @@ impl Settings {
     }
 }
 
-/// Where choices are kept.
+/// A folder of settings files.
 #[derive(Clone, Debug)]
 pub(crate) struct SettingsStore {
     folder: Option<PathBuf>,
 }
 
 impl SettingsStore {
-    /// The user's: `jde/view` in the folder for configuration.
+    /// The user's store: `jde/view` in the configuration folder.
     pub(crate) fn of_user() -> Self {
         let folder = etcetera::choose_base_strategy()
             .ok()
@@ -73,13 +76,14 @@ impl SettingsStore {
         Self { folder }
     }
 
-    /// Another one, or none.
+    /// A store in `folder`, or one that saves nothing.
     #[cfg(test)]
     pub(crate) fn at(folder: Option<PathBuf>) -> Self {
         Self { folder }
     }
 
-    /// What is kept under a name; nothing if there is none, or if it cannot be read: then it is put aside, and said.
+    /// Reads the value saved under a name. Returns `None` if there is none or if it cannot be read. An
+    /// unreadable file is renamed to `*.unreadable` and logged.
     pub(crate) fn take<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
         let path = self.path(name)?;
         let text = fs::read_to_string(&path).ok()?;
@@ -98,7 +102,7 @@ impl SettingsStore {
         }
     }
 
-    /// Keeps something under a name, whole or not at all.
+    /// Saves a value under a name, atomically. A failure is logged.
     pub(crate) fn keep<T: Serialize>(&self, name: &str, value: &T) {
         let Some(path) = self.path(name) else { return };
         if let Err(error) = write(&path, value) {
@@ -164,7 +168,7 @@ mod tests {
         let mut drawn = ctx.run_ui(input, |ui| {
             seen = Some((ui.ctx().content_rect().size(), ui.ctx().zoom_factor()));
         });
-        // Nobody shows them.
+        // No renderer takes the textures.
         drawn.textures_delta.clear();
         assert_eq!(seen, Some((size, 2.0)));
     }

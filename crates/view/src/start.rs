@@ -1,4 +1,4 @@
-//! The start page: what runs here or where the user pointed, and recordings at hand. A click opens either.
+//! The start page: running applications, local or where the user pointed, and recordings. A click opens one.
 
 mod discovery;
 
@@ -15,26 +15,26 @@ use crate::workspace::look_menu;
 use discovery::Discovered;
 pub(crate) use discovery::Discovery;
 
-/// What was chosen.
+/// The user's choice.
 pub(crate) enum Selection {
-    /// An application that runs.
+    /// A running application.
     Application(Box<About>),
     /// A recording.
     Recording(PathBuf),
 }
 
-/// The page.
+/// The start page.
 pub(crate) struct StartPage {
-    /// Why the last choice came to nothing.
+    /// Why the last choice could not be opened.
     pub(crate) trouble: Option<String>,
-    /// Nobody has chosen anything yet: if only one application runs, it is that.
+    /// Nothing has been chosen yet: if exactly one application runs, it is opened.
     pub(crate) eager: bool,
     lookout: Discovery,
     typed: String,
 }
 
 impl StartPage {
-    /// Begins to look, again each second until the page is gone.
+    /// Starts to search, once a second until the page is dropped.
     pub(crate) fn new(ctx: &egui::Context, opening: &Opening) -> Self {
         Self {
             trouble: None,
@@ -44,7 +44,7 @@ impl StartPage {
         }
     }
 
-    /// Draws it; answers with what was chosen.
+    /// Draws the page. Returns the user's choice.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Selection> {
         let mut chosen = None;
         egui::Panel::top("start-bar").show(ui, |ui| {
@@ -67,7 +67,7 @@ impl StartPage {
                     chosen = Some(Selection::Application(Box::new(only.clone())));
                 }
                 if !seen.running.is_empty() || !seen.recordings.is_empty() {
-                    // Of what there is it says how old it is.
+                    // The page shows ages, which change each second.
                     ui.ctx().request_repaint_after(Duration::from_secs(1));
                 }
                 ui.heading("Applications that run");

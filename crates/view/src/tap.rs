@@ -1,8 +1,9 @@
-//! Taps: what is over within a frame, as on a trackpad or on a busy machine, is no drag for a widget that senses those alone.
+//! Taps: a press and release within one frame, as on a trackpad or a slow machine. A widget that senses only
+//! drags does not report these.
 
 use eframe::egui::{Pos2, Response, Ui};
 
-/// Where a widget was pressed and let go of within this frame, if it was.
+/// Where a widget was pressed and released within this frame.
 pub(crate) fn tap(ui: &Ui, response: &Response) -> Option<Pos2> {
     let at = ui.input(|input| {
         let pointer = &input.pointer;

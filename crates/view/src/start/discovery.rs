@@ -1,4 +1,4 @@
-//! Looks for applications that run and for recordings, on a thread of its own. It opens none.
+//! Searches for running applications and for recordings, on its own thread. It opens none.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,15 @@ use eframe::egui;
 use jde_link::message::About;
 use jde_link::{Client, Reach};
 
-/// Between two looks at what runs.
+/// Pause between two searches.
 const LOOK: Duration = Duration::from_secs(1);
-/// Recordings that are listed at most, the newest first.
+/// Maximum number of recordings listed, the newest first.
 const MOST: usize = 200;
 
-/// Somebody who looks once a second, until dropped.
+/// A search that repeats once a second until dropped.
 pub(crate) struct Discovery(Arc<Mutex<Discovered>>);
 
-/// What was found last.
+/// The result of the last search.
 #[derive(Default, PartialEq)]
 pub(crate) struct Discovered {
     pub(super) looked: bool,
@@ -36,7 +36,7 @@ pub(crate) struct RecordingFile {
 }
 
 impl Discovery {
-    /// Begins to look where applications are looked for, and into folders for recordings.
+    /// Starts to search for applications within `reach`, and for recordings in `folders`.
     pub(crate) fn new(ctx: &egui::Context, reach: &Reach, folders: &[PathBuf]) -> Self {
         let seen = Arc::new(Mutex::new(Discovered::default()));
         let (told, reach, folders) = (Arc::downgrade(&seen), reach.clone(), folders.to_vec());
@@ -48,13 +48,13 @@ impl Discovery {
         Self(seen)
     }
 
-    /// What was found last.
+    /// The result of the last search. The search thread waits for the lock while it is held.
     pub(crate) fn seen(&self) -> MutexGuard<'_, Discovered> {
         lock(&self.0)
     }
 }
 
-/// Looks once a second, until nobody wants to know.
+/// Searches once a second until the result is no longer held.
 fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
     loop {
         let found = Client::connect(reach).and_then(|client| client.applications());
@@ -82,7 +82,7 @@ fn poll(told: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repa
     }
 }
 
-/// The recordings in folders, the newest first.
+/// The recordings in `folders`, the newest first, at most [`MOST`].
 fn files(folders: &[PathBuf]) -> Vec<RecordingFile> {
     let mut files: Vec<RecordingFile> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
     files.sort_by_key(|file| std::cmp::Reverse(file.written));

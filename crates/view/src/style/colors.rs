@@ -1,4 +1,5 @@
-//! Colors by their meaning, readable on light and on dark grounds; states never differ in hue alone, but in brightness too.
+//! Colors by meaning, readable on light and on dark backgrounds. States differ in brightness as well as in
+//! hue.
 
 use eframe::egui::Color32;
 use jde_core::State;

@@ -1,4 +1,4 @@
-//! How things look everywhere: colors of states and meanings in light and dark, and the units that people like.
+//! The common style of all windows: colors of states and meanings in light and dark, and the user's units.
 
 mod colors;
 pub(crate) mod time;
@@ -9,17 +9,17 @@ use eframe::egui;
 pub(crate) use colors::{color_of, exact, state};
 pub(crate) use units::{Angle, Length, Units};
 
-/// What all windows of a frame share.
+/// The style that all windows of a frame share.
 #[derive(Clone, Debug)]
 pub(crate) struct Style {
-    /// Dark or light.
+    /// Whether the theme is dark.
     pub(crate) dark: bool,
-    /// The units in which numbers are shown.
+    /// Units of displayed numbers.
     pub(crate) units: Units,
 }
 
 impl Style {
-    /// As the context is now.
+    /// The style of the context's current theme.
     pub(crate) fn of(ctx: &egui::Context, units: Units) -> Self {
         Self {
             dark: ctx.global_style().visuals.dark_mode,

@@ -1,23 +1,23 @@
-//! Times of seconds as the windows tell and read them: those of [`jde_host::period`], which all tools share.
+//! Formats and parses times in s. The notation is that of [`jde_host::period`], which all tools share.
 
 use jde_core::Nanos;
 use jde_host::period;
 
-/// A time of s, in its own unit with three digits: "75.0 ms".
+/// Formats a time in s in a suitable unit with three digits: "75.0 ms".
 pub(crate) fn span(seconds: f64) -> String {
     let sign = if seconds < 0.0 { "-" } else { "" };
     format!("{sign}{}", period::span(nanos(seconds.abs())))
 }
 
-/// A time that somebody chose, with no more digits than it needs: "75 ms", "82.5 ms".
+/// Formats a time that a user set, with no more digits than it needs: "75 ms", "82.5 ms".
 pub(crate) fn setting(seconds: f64) -> String {
     period::setting(nanos(seconds))
 }
 
-/// Reads a period in s.
+/// Parses a period. Returns s.
 ///
 /// # Errors
-/// What is wrong and what could be written, in words for the person who typed it.
+/// What is wrong and what is accepted, as a message for the user.
 pub(crate) fn period(typed: &str) -> Result<f64, String> {
     Ok(period::read(typed)? as f64 / 1e9)
 }

@@ -1,18 +1,18 @@
-//! Numbers in the units that people like. Inside everything is SI.
+//! Conversion of numbers to the user's units. All other code uses SI units.
 
 use serde::{Deserialize, Serialize};
 
-/// The units in which numbers are shown.
+/// Units of displayed numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 pub(crate) struct Units {
-    /// Of angles.
+    /// Unit of angles.
     pub(crate) angle: Angle,
-    /// Of lengths.
+    /// Unit of lengths.
     pub(crate) length: Length,
 }
 
-/// Of angles, and of turn rates.
+/// Unit of angles and turn rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Angle {
@@ -23,19 +23,19 @@ pub(crate) enum Angle {
     Radians,
 }
 
-/// Of lengths, and of speeds.
+/// Unit of lengths and speeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Length {
     /// Metres.
     #[default]
     Metres,
-    /// Millimetres, as in 2007.
+    /// Millimetres, as in jde-neoc (2007).
     Millimetres,
 }
 
 impl Units {
-    /// A number in a unit of SI, as shown: "0.40 m/s", "50.0 deg/s".
+    /// Formats a number of an SI unit, in the user's unit: "0.400 m/s", "50.0 deg/s".
     pub(crate) fn show(self, number: f64, unit: &str) -> String {
         let (number, unit) = self.convert(number, unit);
         let size = number.abs();
@@ -52,7 +52,7 @@ impl Units {
         }
     }
 
-    /// A number of SI in the unit it is shown in, and that unit.
+    /// Converts a number of an SI unit. Returns the number in the user's unit, and that unit.
     pub(crate) fn convert(self, number: f64, unit: &str) -> (f64, String) {
         let (head, tail) = unit
             .split_once('/')

@@ -1,4 +1,4 @@
-//! The kinds of windows on an application, each in a folder of its own, and what they have in common.
+//! The kinds of windows on an application, each in its own folder, and their common interface.
 
 pub(crate) mod panel;
 pub(crate) mod robot;
@@ -13,18 +13,18 @@ use serde::{Deserialize, Serialize};
 use crate::session::Session;
 use crate::style::Style;
 
-/// A window on an application. It keeps what a person chose in it, and draws anew each frame from the session.
+/// A window on an application. It keeps the user's choices in it, and draws each frame from the session.
 pub(crate) trait Window {
-    /// Draws it, and asks the session for what the person wants.
+    /// Draws the window, and passes the user's requests to the session.
     fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style);
 
-    /// What it keeps from one start to the next, as JSON; null for nothing.
+    /// The state to save for the next start, as JSON. Null saves nothing.
     fn keep(&self) -> serde_json::Value {
         serde_json::Value::Null
     }
 }
 
-/// What kind of window: as saved with the layout.
+/// The kind of a window, as saved with the layout.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
@@ -32,7 +32,7 @@ pub(crate) enum Kind {
     Oscilloscope,
     /// Sensors and motors.
     Robot,
-    /// Space.
+    /// The 3D view.
     Space,
     /// Variables and modulations.
     Values,
@@ -41,7 +41,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// What stands on its tab.
+    /// The title on its tab.
     pub(crate) fn title(&self) -> String {
         match self {
             Self::Oscilloscope => "Oscilloscope".to_owned(),
@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// A window of this kind, with what one kept before.
+    /// Creates a window of this kind from the state that an earlier one saved.
     pub(crate) fn open(&self, kept: &serde_json::Value) -> Box<dyn Window> {
         match self {
             Self::Oscilloscope => Box::new(scope::Scope::open(kept)),

@@ -1,4 +1,4 @@
-//! The bar above the windows: which application, how it stands, and how to stop everything.
+//! The bar above the windows: the application, its status, and the button that stops everything.
 
 use std::time::Duration;
 
@@ -11,13 +11,13 @@ use super::{Navigation, Workspace};
 use crate::settings::Settings;
 use crate::start::Discovery;
 
-/// How long what came of an order is shown.
+/// How long a notice is shown.
 const SHOWN: Duration = Duration::from_secs(8);
-/// An application that says nothing for so long is said to be silent.
+/// After this time without a snapshot, the application is shown as silent.
 const SILENT: Duration = Duration::from_secs(1);
 
 impl Workspace {
-    /// Draws it; answers whether the person wants to leave, and where to.
+    /// Draws the bar. Returns where the user navigates to, if so.
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
         let mut leave = None;
         egui::MenuBar::new().ui(ui, |ui| {
@@ -77,7 +77,7 @@ impl Workspace {
                 "It hangs, was suspended, or the network to it is cut. What is shown is how it was then.",
             );
         }
-        // Silence is no news, so nobody else has this drawn.
+        // During silence no snapshot triggers a repaint, so this one is scheduled.
         ui.ctx().request_repaint_after(SILENT / 2);
         let troubled = self
             .session
@@ -98,7 +98,8 @@ impl Workspace {
         }
     }
 
-    /// Offers an application that is gone and runs again; what is shown of how it was stays until then.
+    /// Offers to open the new run of an application that is gone. The last state of the old run stays visible
+    /// until then.
     fn again(&mut self, ui: &mut egui::Ui) -> Option<Navigation> {
         if !self.session.is_gone() || self.session.is_recording() {
             return None;
@@ -112,7 +113,7 @@ impl Workspace {
             .running
             .iter()
             .find(|about| about.name == gone.name && about.id != gone.id)?;
-        // Buttons of a menu have no ground of their own.
+        // Buttons of a menu bar have no background by default.
         let open = egui::Button::new("It runs again: open it").fill(ui.visuals().selection.bg_fill);
         let open = ui.add(open);
         open.on_hover_text("Windows on the new run, laid out as these are.")
@@ -120,7 +121,7 @@ impl Workspace {
             .then(|| Navigation::For(Box::new(again.clone())))
     }
 
-    /// Why the last order came to nothing, for a while.
+    /// The newest notice, for [`SHOWN`] after it occurred.
     fn notice(&self, ui: &mut egui::Ui) {
         let notices = self.session.notices();
         let Some(notice) = notices.last() else { return };
@@ -134,12 +135,13 @@ impl Workspace {
             .on_hover_text(&notice.text);
     }
 
-    /// The one thing that must be found at once.
+    /// The button that stops everything, or that releases everything once all is stopped. It must be easy to
+    /// find.
     fn stop_all(&self, ui: &mut egui::Ui) {
         if self.session.is_recording() || self.session.is_gone() {
             return;
         }
-        // In text fields too, and whatever window has the focus.
+        // Works in text fields too, and in every window.
         if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
             self.session.act(Action::StopAll);
         }

@@ -1,4 +1,4 @@
-//! The menus of the bar: which windows and panels there are, and how everything looks.
+//! The menus of the bar: the windows and panels, and the style.
 
 use eframe::egui;
 
@@ -40,7 +40,7 @@ impl Workspace {
     }
 }
 
-/// Theme, size and units.
+/// The menu of theme, size and units.
 pub(crate) fn look_menu(ui: &mut egui::Ui, settings: &mut Settings) {
     let before = settings.clone();
     ui.label("Theme");

@@ -1,5 +1,5 @@
-//! The windows on one application: docked tiles under a bar that says what it is and how it stands. Saved for each application,
-//! and laid out the same way at the next start.
+//! The windows on one application: docked tiles under a bar with its name and status. The layout is saved for
+//! each application and restored at the next start.
 
 mod bar;
 mod menu;
@@ -30,26 +30,26 @@ pub(crate) struct Workspace {
     windows: HashMap<Kind, Box<dyn Window>>,
     kept: HashMap<String, serde_json::Value>,
     store: SettingsStore,
-    /// What was written last, so that nothing is written where nothing changed.
+    /// The layout as last written. An unchanged layout is not written again.
     saved: Option<String>,
     looked: f64,
-    /// The recording that plays for these windows; it ends with them.
+    /// The process that plays the recording for these windows. It ends with them.
     _player: Option<Player>,
     slider: seek_bar::SeekBar,
     reach: Reach,
-    /// Looks whether an application that is gone runs again.
+    /// Searches for a new run of an application that is gone.
     lookout: Option<Discovery>,
 }
 
-/// What a person wants instead of these windows.
+/// What the user wants instead of these windows.
 pub(crate) enum Navigation {
-    /// To see what else there is.
+    /// The start page.
     Away,
-    /// Windows on this application.
+    /// The windows on this application.
     For(Box<About>),
 }
 
-/// A desk as it is kept.
+/// The layout as saved.
 #[derive(Serialize, Deserialize)]
 struct SavedLayout {
     tree: Tree<Kind>,
@@ -57,11 +57,11 @@ struct SavedLayout {
 }
 
 impl Workspace {
-    /// On an application, as its windows were left.
+    /// Opens the windows on an application, in its saved layout.
     pub(crate) fn open(session: Session, store: SettingsStore, player: Option<Player>, reach: Reach) -> Self {
         let left: Option<SavedLayout> = store.take(&layout_name(&session));
         let (tree, kept) = match left {
-            // Somebody may have closed all of them.
+            // The user may have closed all windows; then the default layout is used.
             Some(left) if left.tree.root().is_some() => (left.tree, left.windows),
             Some(_) | None => (usual(&session), HashMap::new()),
         };
@@ -80,7 +80,7 @@ impl Workspace {
         }
     }
 
-    /// Draws all of it; answers whether the person wants to leave, and where to.
+    /// Draws all windows. Returns where the user navigates to, if so.
     pub(crate) fn show(
         &mut self,
         ui: &mut egui::Ui,
@@ -113,7 +113,7 @@ impl Workspace {
         leave
     }
 
-    /// Whether a window is on the desk.
+    /// Whether the workspace has this window.
     fn has(&self, kind: &Kind) -> bool {
         self.place(kind).is_some()
     }
@@ -125,7 +125,7 @@ impl Workspace {
             .find_map(|(id, tile)| matches!(tile, Tile::Pane(pane) if pane == kind).then_some(*id))
     }
 
-    /// Puts a window on the desk, or its tab in front.
+    /// Adds a window to the workspace, or brings its tab to the front.
     fn show_window(&mut self, kind: Kind) {
         if self.place(&kind).is_none() {
             let pane = self.tree.tiles.insert_pane(kind.clone());
@@ -145,7 +145,7 @@ impl Workspace {
             .make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == wanted));
     }
 
-    /// Panels come together beside the others.
+    /// Docks a new window. It joins the existing panels if there are any, or else the root.
     fn dock(&mut self, root: TileId, pane: TileId) {
         let beside = self
             .tree
@@ -170,7 +170,7 @@ impl Workspace {
         }
     }
 
-    /// Puts every window where it is usually.
+    /// Restores the default layout.
     fn tidy(&mut self) {
         self.tree = usual(&self.session);
     }
@@ -199,12 +199,12 @@ impl Drop for Workspace {
     }
 }
 
-/// A recording's windows are those of its application.
+/// The name under which the layout is saved. A recording shares the layout of its application.
 fn layout_name(session: &Session) -> String {
     format!("desk-{}", session.about().application)
 }
 
-/// The windows of whoever has not moved any.
+/// The default layout.
 fn usual(session: &Session) -> Tree<Kind> {
     let mut tiles = Tiles::default();
     let mut tab = |kinds: Vec<Kind>| {

@@ -1,5 +1,5 @@
-//! The bar below the windows of a recording: where it is, and how it goes on. It writes the modulations of the schema `replay`, by
-//! which every recording that plays is steered.
+//! The bar below the windows of a recording: its position, and its controls. It writes the modulations of the
+//! schema `replay`, which controls the playback of each recording.
 
 use eframe::egui;
 use jde_link::Rate;
@@ -12,24 +12,26 @@ use crate::tap::tap;
 
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 
-/// What a person does to the slider.
+/// The state of the bar.
 #[derive(Default)]
 pub(super) struct SeekBar {
-    /// Where it was moved to, until the recording is there.
+    /// The position that the user chose, until the recording reaches it.
     sought: Option<Seek>,
 }
 
-/// A place that the recording was sent to.
+/// A jump that was ordered.
 struct Seek {
-    /// s.
+    /// In s.
     place: f64,
     outcome: Outcome,
-    /// The newest position when the recording had taken the order: what comes later is of after it.
+    /// The sequence number of the newest position when the order was accepted. Later positions follow the
+    /// jump.
     taken: Option<u64>,
 }
 
 impl Seek {
-    /// Whether the recording is there, or will not come, at the newest of its positions.
+    /// Whether the recording has jumped or refused to. `newest` is the sequence number of its newest
+    /// position.
     fn is_over(&mut self, newest: u64) -> bool {
         match self.outcome.get() {
             None => false,
@@ -125,7 +127,7 @@ impl SeekBar {
     }
 }
 
-/// Space plays and pauses, where nothing else has the keyboard; then it does nothing else.
+/// Consumes the space key, which plays and pauses, unless a widget has the keyboard focus.
 fn space(ui: &egui::Ui) -> bool {
     ui.memory(|memory| memory.focused().is_none())
         && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Space))

@@ -9,7 +9,7 @@ use crate::session::Session;
 use crate::style::Style;
 use crate::window::{Kind, Window};
 
-/// What draws tiles, for one frame.
+/// Draws the tiles of one frame.
 pub(super) struct Tiling<'a> {
     pub(super) session: &'a Session,
     pub(super) windows: &'a mut HashMap<Kind, Box<dyn Window>>,
@@ -29,7 +29,7 @@ impl Behavior<Kind> for Tiling<'_> {
             pane.open(kept)
         });
         let id = ui.scope_id().with(&*pane);
-        // The ground is there already: a program that draws in a card's place pays for every pixel that is drawn over.
+        // The background is already drawn: a software renderer pays for every pixel that is drawn twice.
         egui::Frame::new().inner_margin(4).show(ui, |ui| {
             ui.push_id(id, |ui| window.show(ui, self.session, self.style));
             ui.allocate_space(ui.available_size());
@@ -49,7 +49,7 @@ impl Behavior<Kind> for Tiling<'_> {
     }
 
     fn simplification_options(&self) -> SimplificationOptions {
-        // Every window keeps its tab: it is what a person drags it by.
+        // Every window keeps its tab, by which the user drags it.
         SimplificationOptions {
             all_panes_must_have_tabs: true,
             ..SimplificationOptions::default()
