@@ -1,34 +1,35 @@
 //! The worst takeover time of every group, computed before the start (R17).
 //!
-//! It only adds up what the specification declares; whether a run keeps to it is measured elsewhere. What the machine adds, by
-//! waking a thread late or having too few processors, is in no sum.
+//! It refuses to measure: it only adds up what the specification declares. Delays of the machine (a thread
+//! that wakes late, too few processors) are not included.
 
 use std::fmt;
 
 use crate::spec::{GroupId, GroupSpec, Nanos, Policy, SchemaId, Spec};
 
-/// The longest times from a situation to the first iteration of the member that answers it, for one group.
+/// The longest times from a situation to the first iteration of the member that responds to it, for one
+/// group.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct GroupContract {
     /// The group.
     pub group: GroupId,
     /// Its name.
     pub name: String,
-    /// A check finds a precondition changed, which leads to a selection at once.
+    /// A check finds that a precondition changed. A selection follows at once.
     pub by_check: Promise,
-    /// A check finds another urgency, or whatever else only the policy looks at: the next selection is that after the winner's
-    /// iteration (R2). Only where the policy looks at more than readiness.
+    /// A check finds another urgency, or something else that only the policy uses changed. The next selection
+    /// follows the winner's iteration (R2). `None` if the policy uses readiness only.
     pub by_winner: Option<Promise>,
 }
 
 /// A sum of times.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Promise {
-    /// Who takes over, the slowest in that.
+    /// The member with the longest takeover.
     pub slowest: SchemaId,
     /// Its name.
     pub slowest_name: String,
-    /// What adds up to the worst case, in the order in which it happens.
+    /// The summands of the worst case, in the order in which they occur.
     pub terms: Vec<Term>,
 }
 
@@ -37,13 +38,14 @@ pub struct Promise {
 pub struct Term {
     /// What takes the time.
     pub what: String,
-    /// How long at most.
+    /// The longest time that it takes.
     pub nanos: Nanos,
-    /// Whether the policy makes the others wait so long: what follows is a selection of its own, with a cause of its own (R15).
+    /// Whether this is a wait that the policy imposes. The selection after it has a cause of its own (R15),
+    /// so the wait is not part of the measured time.
     pub waits: bool,
 }
 
-/// Computes the contract of every group of a valid specification; a group without known members has none.
+/// Computes the contract of every group of a valid specification. A group without known members has none.
 #[must_use]
 pub fn contract(spec: &Spec) -> Vec<GroupContract> {
     let mut own = vec![0; spec.schemas.len()];
@@ -62,8 +64,9 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
         .collect()
 }
 
-/// How long a takeover in a group may take from its cause, as it is measured (R15): less what a policy makes others wait. It
-/// allocates nothing. `own` answers how long the arbitrations of a schema's own groups may take.
+/// Returns how long a takeover in a group may take from its cause, as it is measured (R15): without the waits
+/// of the policy. It does not allocate. `own` returns how long the arbitrations of a schema's own groups may
+/// take in total.
 pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
     let sums = Sums { spec, own };
     let group = spec.groups.get(id.index())?;
@@ -71,7 +74,7 @@ pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos)
     Some(add(sums.looks(looks)).saturating_add(sums.hands_over(group, acts)))
 }
 
-/// How long the father of a group may think.
+/// How long the father of a group may take to arbitrate.
 pub(crate) fn arbitration(group: &GroupSpec) -> Nanos {
     if group.policy == Policy::Father {
         group.budget
@@ -81,14 +84,15 @@ pub(crate) fn arbitration(group: &GroupSpec) -> Nanos {
 }
 
 impl GroupContract {
-    /// The longer of its two sums: from the situation to the first iteration.
+    /// Returns the longer of the two sums: from the situation to the first iteration.
     #[must_use]
     pub fn total(&self) -> Nanos {
         let paced = self.by_winner.as_ref().map_or(0, Promise::total);
         self.by_check.total().max(paced)
     }
 
-    /// How long a takeover may take from its cause, as it is measured (R15): less what the policy makes others wait.
+    /// Returns how long a takeover may take from its cause, as it is measured (R15): without the waits of the
+    /// policy.
     #[must_use]
     pub fn allowed(&self) -> Nanos {
         let measured = self.by_check.terms.iter().filter(|term| !term.waits);
@@ -104,7 +108,7 @@ impl Promise {
     }
 }
 
-/// A line for each sum.
+/// One line for each sum.
 impl fmt::Display for GroupContract {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.by_check)?;
@@ -144,7 +148,7 @@ fn add(nanos: impl IntoIterator<Item = Nanos>) -> Nanos {
     nanos.into_iter().fold(0, Nanos::saturating_add)
 }
 
-/// The arithmetic, over one specification.
+/// The arithmetic over one specification.
 struct Sums<'s> {
     spec: &'s Spec,
     own: &'s dyn Fn(SchemaId) -> Nanos,
@@ -186,7 +190,8 @@ impl Sums<'_> {
         })
     }
 
-    /// Who may take longest to notice that somebody else is to win, itself or by letting go, and who may take longest to act.
+    /// Returns the member that may take longest to report a change of readiness (its own rise or fall), and
+    /// the member that may take longest to start its first iteration.
     fn slowest(&self, group: &GroupSpec) -> Option<(SchemaId, SchemaId)> {
         let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
         let members = || group.members.iter().filter(known).rev();
@@ -195,9 +200,10 @@ impl Sums<'_> {
         Some((*looks, *acts))
     }
 
-    /// From the situation to the end of the check that sees it: whole periods, until the check before has ended; what may be under
-    /// way when the turn is due or the value comes, which is a turn, a drawing, a gesture and an arbitration and another that awaits
-    /// it; the check.
+    /// From the situation to the end of the check that reports it. First come whole periods, until the
+    /// previous check has ended (for a triggered schema, a turn under way). Then comes what may be under way
+    /// when the turn is due or the value arrives: a drawing, a gesture, an arbitration and another that waits
+    /// for it. The check itself is last.
     fn looks(&self, id: SchemaId) -> [Nanos; 4] {
         let schema = &self.spec.schemas[id.index()];
         let before = if schema.triggered {
@@ -230,8 +236,9 @@ impl Sums<'_> {
         self::terms(words, self.looks(id))
     }
 
-    /// From the decision to the first iteration: the father thinks, once more if it was thinking already; the loser ends its
-    /// iteration; the winner ends its drawing, a gesture, its arbitration and another that awaits it, and looks again before it acts (R8).
+    /// From the decision to the first iteration. The father arbitrates, twice if an arbitration is under way.
+    /// The loser ends its iteration, or its patience ends. The winner ends its drawing, a gesture, its
+    /// arbitration and another that waits for it, and checks again before it acts (R8).
     fn hands_over(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
         let father = arbitration(group).saturating_mul(2);
         father
@@ -264,7 +271,7 @@ impl Sums<'_> {
         ]
     }
 
-    /// How long a policy may make a ready one wait before it is chosen.
+    /// How long a policy may make a READY member wait before it is chosen.
     fn policy_wait(&self, group: &GroupSpec) -> Option<Term> {
         let others = group.members.len().saturating_sub(1) as Nanos;
         let (what, nanos) = match group.policy {
@@ -280,7 +287,8 @@ impl Sums<'_> {
         .filter(|term| term.nanos > 0)
     }
 
-    /// The longest from any moment to the end of a winner's next iteration: it goes on at its period also if it is triggered.
+    /// The longest time from any moment to the end of a winner's next iteration. A winner iterates at its
+    /// period even if it is triggered.
     fn pace(&self, group: &GroupSpec) -> Vec<Term> {
         let sums = |id: SchemaId| {
             let own = (self.own)(id).saturating_mul(2);
@@ -313,14 +321,14 @@ impl Sums<'_> {
         terms
     }
 
-    /// From one turn that is due to the next: whole periods, as many as it takes until the first has ended (R11).
+    /// From one due turn to the next: whole periods, as many as an iteration takes at most (R11).
     fn between_turns(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
         let skipped = schema.budget.checked_div(schema.period).unwrap_or(0);
         schema.period.saturating_mul(skipped.saturating_add(1))
     }
 
-    /// A drawing may be under way, and a gesture is handed in after it.
+    /// A drawing may be under way, and a gesture is processed after it.
     fn panel(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
         if schema.panel {
@@ -335,7 +343,7 @@ impl Sums<'_> {
     }
 }
 
-/// What takes any time, in words.
+/// The terms that take any time, with their words.
 fn terms<const N: usize>(words: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
     let all = words.into_iter().zip(nanos).map(|(what, nanos)| Term {
         what,

@@ -1,4 +1,4 @@
-//! What follows from a transaction: the effects an executor applies, in order, before the next transaction.
+//! The effects of a transaction. The executor applies them in order, before the next transaction.
 //!
 //! Data only; nothing here acts.
 
@@ -8,60 +8,65 @@ use crate::record::{Candidate, Case, Record};
 use crate::spec::{GroupId, Nanos, SchemaId};
 use crate::state::{Health, State};
 
-/// One consequence of a call. Effects are applied in the order given, inside the transaction that gave them.
+/// One consequence of a call. Effects are applied in the given order, inside the transaction that returned
+/// them.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Effect {
-    /// A schema is awake: a motor schema checks its precondition at once, a perceptive one iterates.
+    /// A schema woke: a motor schema checks its precondition at once, a perceptive one iterates.
     Woken(SchemaId),
-    /// A schema sleeps.
+    /// A schema went to SLEPT.
     Slept {
         /// The schema.
         id: SchemaId,
-        /// Its iteration still runs: its thread goes to sleep when the iteration returns, and reports its end then.
+        /// Its iteration still runs. Its thread sleeps once the iteration has returned, and reports the end
+        /// then.
         abandoned: bool,
     },
-    /// A schema is about to gain authority (R7): every command given before from its group or below is its now, if it or somebody below
-    /// it is bound to that, and stands for its driver's validity at most; every other is neutral.
+    /// A schema is about to gain authority (R7). It takes over every command that was given before from its
+    /// group or below. A command that neither it nor a schema below it is bound to becomes neutral. Every other
+    /// one stays in force for at most its driver's validity.
     TakesOver {
         /// Its group.
         group: GroupId,
         /// The schema.
         id: SchemaId,
     },
-    /// A schema gained authority over commands and children (R7); fathers before children. Follows its `TakesOver` at once.
+    /// A schema gained authority over commands and children (R7); fathers before children. It follows its
+    /// `TakesOver` directly.
     Granted(SchemaId),
-    /// A schema ended its first iteration with authority: what it took over is neutral, where it is bound to it itself and has not
-    /// written it, or nobody bound to it below could act (R7).
+    /// A schema ended its first iteration with authority. A command that it took over becomes neutral if the
+    /// schema is bound to it and has not written it, or if no schema below that is bound to it could act
+    /// (R7).
     Lapsed(SchemaId),
-    /// A schema lost that authority; children before fathers.
+    /// A schema lost its authority; children before fathers.
     Withdrawn(SchemaId),
     /// A motor schema became WINNER and should iterate at once.
     Promoted(SchemaId),
     /// A motor schema is no longer WINNER and stays awake.
     Demoted(SchemaId),
-    /// The father's own arbitration is wanted; the answer carries the ticket.
+    /// The father's own arbitration is requested. The answer carries the ticket.
     Ask {
         /// The group.
         group: GroupId,
-        /// Names this question.
+        /// Identifies this question.
         ticket: u64,
-        /// What the father is to judge.
+        /// What the father has to judge.
         level: Level,
     },
-    /// The neutral value is due on every actuator last commanded from this group or below it, and on those taken over that somebody
-    /// there is bound to (R9).
+    /// The neutral value must be sent to every actuator that was last commanded from this group or below it,
+    /// and to those taken over that a schema there is bound to (R9).
     Brake {
         /// The group.
         group: GroupId,
     },
-    /// The last commands from this group or below it stand although nobody wins (R9).
+    /// The last commands from this group or below it stay in force although no member wins (R9).
     Hold {
         /// The group.
         group: GroupId,
-        /// Until then; a `Brake` follows if nobody wins by that time.
+        /// The end of the hold. A `Brake` follows if no member has won by then.
         until: Nanos,
     },
-    /// A schema changed its state; given for every change, for those who watch.
+    /// A schema changed its state. Emitted for every change, for observers.
     Changed {
         /// The schema.
         id: SchemaId,
@@ -77,31 +82,31 @@ pub enum Effect {
         /// Its health now.
         health: Health,
     },
-    /// A selection was made (R15); the effects that carry it out follow.
+    /// A selection was made (R15). The effects that carry it out follow.
     Decided(Record),
     /// A winner began its first iteration (R15).
     Took {
         /// The group.
         group: GroupId,
-        /// The number of the record that made it the choice.
+        /// The number of the record that chose the winner.
         record: u64,
         /// The winner.
         id: SchemaId,
-        /// From the cause of that selection to now.
+        /// Time from the cause of that selection to now.
         latency: Nanos,
     },
 }
 
-/// A snapshot of a group, for the father who arbitrates it (R4).
+/// A snapshot of a group, for the father that arbitrates it (R4).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Level {
     /// The group.
     pub group: GroupId,
     /// Collision or absence.
     pub case: Case,
-    /// The awake members in the father's order. On a collision the father may choose a ready one or nobody; on an
-    /// absence any of them or nobody.
+    /// The awake members in the father's order. On a collision the father may choose a READY member or none.
+    /// On an absence it may choose any member or none.
     pub candidates: Arc<[Candidate]>,
-    /// The present winner, which stays while the father is asked.
+    /// The present winner, which stays until the father has decided.
     pub winner: Option<SchemaId>,
 }

@@ -1,13 +1,13 @@
 //! The rules of action selection (R1 to R17 of `docs/rules.md`), as a pure state machine.
 //!
-//! A [`Spec`] says who is whose father, who needs whom and how each group is decided. A [`Hierarchy`]
-//! made from it is told what happens (a check, the begin and the end of an iteration, a fault, a timer) and
-//! answers with [`Effect`]s, to be applied in order and inside the same transaction. Executors drive it, in real
-//! time or in virtual time (R16).
+//! A [`Spec`] states the father of each schema, the schemas that it needs, and the policy of each group. A
+//! [`Hierarchy`] is made from it. Its methods report what happened (a check, the begin or the end of an
+//! iteration, a fault, a timer) and return [`Effect`]s. The caller applies them in order, inside the same
+//! transaction. The executors drive a hierarchy in real time or in virtual time (R16).
 //!
-//! It refuses to know a clock, a thread, a file or a random number: everything that is not decided by the rules
-//! comes in as an argument, so that the same calls give the same effects to the bit. It never panics on an
-//! identifier it does not know: such a call is refused or has no effect.
+//! The crate refuses to use a clock, a thread, a file or a random number. Everything that the rules do not
+//! decide is an argument, so the same calls give the same effects to the bit. An unknown identifier never
+//! causes a panic: such a call is refused or has no effect.
 //!
 //! ```
 //! use jde_core::{Check, GroupSpec, Hierarchy, Kind, SchemaId, SchemaSpec, Spec};

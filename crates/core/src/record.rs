@@ -1,6 +1,6 @@
-//! The record that every selection leaves behind (R15): what was seen, who decided, and why.
+//! The record of a selection (R15): what was seen, what decided, and why.
 //!
-//! It refuses to be the memory of the past: the hierarchy hands each record out once and keeps none.
+//! It refuses to store history: the hierarchy emits each record once and keeps none.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -9,29 +9,30 @@ use crate::hierarchy::Timer;
 use crate::spec::{GroupId, Nanos, Policy, SchemaId};
 use crate::state::State;
 
-/// One selection: the snapshot it was made over, the choice, and the reason.
+/// One selection: the snapshot that it used, the choice, and the reason.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Record {
     /// Counts the selections of the whole hierarchy, from 1.
     pub number: u64,
-    /// When it was made.
+    /// When the selection was made.
     pub time: Nanos,
-    /// When the situation that led to it came to be; never after `time`.
+    /// When the situation that led to the selection began; never after `time`.
     pub cause_time: Nanos,
     /// The group.
     pub group: GroupId,
     /// The situation.
     pub case: Case,
-    /// The awake members, in the father's order, as they were before the selection. Records of a group that did not change between
-    /// them share it.
+    /// The awake members, in the father's order, as they were before the selection. Consecutive records of a
+    /// group that did not change share this list.
     pub candidates: Arc<[Candidate]>,
-    /// Who was chosen before: the winner, or the one a handover under way goes to.
+    /// The choice before: the winner, or the target of a handover under way. If that member left before this
+    /// selection, it is named here all the same.
     pub before: Option<SchemaId>,
-    /// Who is chosen now.
+    /// The choice now.
     pub choice: Option<SchemaId>,
-    /// Who decided.
+    /// What decided.
     pub decider: Decider,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: Cow<'static, str>,
     /// What led to the selection.
     pub cause: Cause,
@@ -42,13 +43,13 @@ pub struct Record {
 /// The situation of a group (R3).
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Case {
-    /// Exactly one is ready.
+    /// Exactly one member is READY.
     Alone,
-    /// Two or more are ready.
+    /// Two or more members are READY.
     Collision,
-    /// Nobody is ready.
+    /// No member is READY.
     Absence,
-    /// An operator forces one (R14).
+    /// An operator forces a member (R14).
     Forced,
 }
 
@@ -61,11 +62,11 @@ pub struct Candidate {
     pub state: State,
     /// Whether its precondition held at its last check.
     pub ready: bool,
-    /// The urgency it offered; a NaN was turned into minus infinity.
+    /// The urgency that it offered; a NaN is replaced by minus infinity.
     pub urgency: f64,
 }
 
-/// Who decided a selection.
+/// What decided a selection.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum Decider {
     /// There was nothing to decide.
@@ -74,7 +75,8 @@ pub enum Decider {
     Policy(Policy),
     /// The father's own arbitration.
     Father,
-    /// The father's arbitration failed: the priority order decided for a collision, the absence policy otherwise.
+    /// The father's own arbitration failed, or the father sleeps while an operator plays the members. The
+    /// priority order decided a collision, the absence policy anything else.
     ArbitrationFailed,
     /// The absence policy of the group.
     AbsencePolicy,
@@ -87,19 +89,20 @@ pub enum Decider {
 pub enum Cause {
     /// The application started.
     Start,
-    /// The readiness of this one changed, or became known.
+    /// The readiness of this schema changed, or became known.
     Readiness(SchemaId),
-    /// This one was woken.
+    /// This schema was woken.
     Woken(SchemaId),
-    /// This one was put to sleep.
+    /// This schema was put to sleep.
     Slept(SchemaId),
-    /// This one faulted.
+    /// This schema faulted.
     Faulted(SchemaId),
-    /// This one ended an iteration.
+    /// This schema ended an iteration.
     Iterated(SchemaId),
     /// The father changed the policy of the group.
     PolicyChanged,
-    /// An operator played, stopped, forced or released this one.
+    /// An operator played, stopped, forced or released this schema. If an operator stopped everything, it is
+    /// the choice before, or else the first member of the group.
     Operator(SchemaId),
     /// A timer fired.
     Timer(Timer),

@@ -1,6 +1,6 @@
-//! Why a father or an operator was refused.
+//! The reasons for which a request of a father or an operator is refused.
 //!
-//! The one error of the running hierarchy; a specification has its own.
+//! The one error type of the running hierarchy; a specification has its own.
 
 use std::fmt;
 
@@ -14,40 +14,40 @@ pub enum Refused {
         /// Its index.
         index: u32,
     },
-    /// A father may wake its own motor children and any perceptive schema, nobody else.
+    /// A father may wake its own motor children and any perceptive schema, and no other.
     NotChild {
-        /// Who asked.
+        /// The schema that made the request.
         father: String,
-        /// For whom.
+        /// The schema that the request named.
         child: String,
     },
-    /// Only a WINNER whose fathers are all WINNER may wake or sleep (R7).
+    /// Only a WINNER whose fathers are all WINNER may wake or put to sleep (R7).
     NoAuthority {
-        /// Who asked.
+        /// The schema that made the request.
         father: String,
-        /// The first on the way up that is not WINNER.
+        /// The first schema upwards that is not WINNER.
         because: String,
     },
-    /// A handover takes the place away from it or from one of its fathers: what is below is going to sleep (R5).
+    /// A handover replaces the schema or one of its fathers, so everything below is going to sleep (R5).
     Leaving {
-        /// Who asked, or whom an operator wanted awake.
+        /// The father that made the request, or the schema that an operator plays.
         schema: String,
     },
-    /// An operator stopped it; the father's wish counts again once it is released (R14).
+    /// An operator stopped the schema. The father's request takes effect when the schema is released (R14).
     Stopped {
-        /// The stopped one.
+        /// The stopped schema.
         schema: String,
     },
-    /// It is faulted: only one that is awake can be forced.
+    /// The schema is faulted; only a schema that is awake can be forced.
     Faulted {
-        /// The faulted one.
+        /// The faulted schema.
         schema: String,
         /// Its fault.
         reason: String,
     },
-    /// Only a motor schema competes, so only one can be forced.
+    /// Only a motor schema competes, so only a motor schema can be forced.
     NotMotor {
-        /// The perceptive one.
+        /// The perceptive schema.
         schema: String,
     },
 }

@@ -1,25 +1,25 @@
-//! What an application says before it starts: schemas, groups and their policies.
+//! What an application states before it starts: schemas, groups and their policies.
 //!
-//! Plain data with dense identifiers; it refuses to hold anything that changes by the rules (states, winners).
+//! Plain data with dense identifiers. It refuses to hold anything that the rules change (states, winners).
 
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
 
-/// The patience of a group that states none: 5 ms, a twentieth of the usual 100 ms period, so that a
-/// loser nearly always ends its iteration by itself and a hung one costs less than a tenth of a period.
+/// The patience of a group that states none: 5 ms, a twentieth of the usual period of 100 ms. A loser nearly
+/// always ends its iteration in that time, and a hung one costs less than a tenth of a period.
 pub const DEFAULT_PATIENCE: Nanos = 5_000_000;
 
-/// The time a father has to arbitrate when it states none: 5 ms, for the same reason.
+/// The arbitration budget of a group that states none: 5 ms, for the same reason.
 pub const DEFAULT_BUDGET: Nanos = 5_000_000;
 
-/// Names a schema by its index in [`Spec::schemas`].
+/// Identifies a schema by its index in [`Spec::schemas`].
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct SchemaId(
     /// The index.
     pub u32,
 );
 
-/// Names a group by its index in [`Spec::groups`].
+/// Identifies a group by its index in [`Spec::groups`].
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct GroupId(
     /// The index.
@@ -58,41 +58,44 @@ pub struct SchemaSpec {
     pub name: String,
     /// Whether it competes.
     pub kind: Kind,
-    /// The perceptive schemas and drivers whose exports it imports or which it commands: awake while it is awake (R6).
+    /// The perceptive schemas and drivers that it imports from or commands. They are awake while it is awake
+    /// (R6).
     pub needs: Vec<SchemaId>,
-    /// What follows a fault.
+    /// What happens after a fault.
     pub restart: Restart,
-    /// Time from one iteration to the next; not 0.
+    /// Time from one iteration to the next, in nanoseconds; not 0.
     pub period: Nanos,
-    /// The longest iteration it declares; enters the contract (R17).
+    /// The longest time that one iteration is declared to take. It enters the contract (R17).
     pub budget: Nanos,
-    /// Whether a publication re-evaluates its precondition, without waiting for its period (R12).
+    /// Whether a publication re-evaluates its precondition without waiting for its period (R12).
     pub triggered: bool,
-    /// Whether it has a panel, which it draws on its own turn while somebody looks, within its budget.
+    /// Whether it has a panel. It draws the panel in its own turn and within its budget, while a viewer shows
+    /// it.
     pub panel: bool,
 }
 
 /// Whether a schema competes for WINNER.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Kind {
-    /// Turns data into better data, or drives hardware; WINNER whenever awake.
+    /// Turns data into better data, or drives hardware. It is WINNER whenever it is awake.
     Perceptive,
-    /// Has a precondition, competes in a group, commands actuators or wakes children.
+    /// Has a precondition, competes in a group, and commands actuators or wakes children.
     Motor,
 }
 
-/// What follows a fault of a schema.
+/// What happens after a fault of a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Restart {
-    /// It stays SLEPT.
+    /// The schema stays SLEPT.
     Never,
-    /// It may wake again after a back-off that doubles with every restart that counts still.
+    /// The schema may wake again after a back-off, which doubles with every restart that still counts.
     OnFault {
         /// The first back-off.
         backoff: Nanos,
-        /// How many restarts it gets
+        /// The number of restarts that are allowed within `within`.
         limit: u32,
-        /// in so long; one more fault and it stays down until an operator clears that.
+        /// The time over which restarts count. After one more fault the schema stays SLEPT until an operator
+        /// clears the fault.
         within: Nanos,
     },
 }
@@ -106,11 +109,11 @@ pub struct GroupSpec {
     pub father: Option<SchemaId>,
     /// The members in the father's order, which is the priority order.
     pub members: Vec<SchemaId>,
-    /// Who decides a collision.
+    /// How a collision is decided.
     pub policy: Policy,
-    /// What follows when nobody wins (R9).
+    /// What happens when no member wins (R9).
     pub absence: Absence,
-    /// How long a loser may take to step down before its authority is withdrawn (R1).
+    /// How long a loser may delay the handover before its authority is withdrawn (R1).
     pub patience: Nanos,
     /// How long the father's own arbitration may take (R4).
     pub budget: Nanos,
@@ -119,42 +122,45 @@ pub struct GroupSpec {
 /// How a group settles a collision (R4).
 #[derive(Copy, Clone, Debug)]
 pub enum Policy {
-    /// The first of the ready in the father's order.
+    /// The first READY member in the father's order wins.
     Priority,
-    /// The ready one with the highest urgency; who is already chosen wins a tie, then the father's order.
+    /// The READY member with the highest urgency wins. On a tie the present choice wins, then the father's
+    /// order.
     HighestUrgency,
-    /// The chosen one stays until its dwell time is over and a challenger is more urgent by the margin.
+    /// The present choice stays until its dwell time has ended and a challenger exceeds its urgency by the
+    /// margin.
     Sticky {
-        /// The least time the chosen one stays while it is ready.
+        /// The least time that the present choice stays while it is READY.
         dwell: Nanos,
-        /// The urgency by which a challenger must exceed the chosen one; finite, not negative.
+        /// The urgency by which a challenger must exceed the present choice; finite, not negative.
         hysteresis: f64,
     },
-    /// Each ready one in turn, in the father's order.
+    /// Each READY member wins in turn, in the father's order.
     RoundRobin {
         /// The length of a turn; not 0.
         turn: Nanos,
     },
-    /// The father's own function; asked on collision and on absence.
+    /// The father's own function decides, on a collision and on an absence.
     Father,
 }
 
-/// What follows when nobody wins a group (R9).
+/// What happens when no member of a group wins (R9).
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Absence {
-    /// The neutral value goes to every actuator last commanded from this group or below it.
+    /// The neutral value is sent to every actuator that was last commanded from this group or below it.
     Brake,
-    /// The last command stands for a while, then the group brakes.
+    /// The last command stays in force for a time, then the group brakes.
     Hold {
-        /// How long it stands.
+        /// How long the last command stays in force.
         for_: Nanos,
     },
-    /// This member wins although its precondition is false; if it is not awake, the group brakes.
+    /// This member wins although its precondition is false. If it sleeps, or an abandoned iteration of it still
+    /// runs, the group brakes.
     Fallback(SchemaId),
 }
 
 impl SchemaSpec {
-    /// A schema that needs nobody, is not restarted and re-checks at its period.
+    /// Returns a schema without needs, without restarts and without triggers.
     #[must_use]
     pub fn new(name: impl Into<String>, kind: Kind, period: Nanos) -> Self {
         Self {
@@ -171,7 +177,8 @@ impl SchemaSpec {
 }
 
 impl GroupSpec {
-    /// A group decided by the father's order, which brakes on absence, with the default patience and budget.
+    /// Returns a group with the policy priority, which brakes on absence, with the default patience and
+    /// budget.
     #[must_use]
     pub fn new(name: impl Into<String>, father: Option<SchemaId>, members: Vec<SchemaId>) -> Self {
         Self {
@@ -198,7 +205,7 @@ impl Policy {
     }
 }
 
-/// Equal when all numbers are equal to the bit, so that the relation is total.
+/// Equal when all numbers are equal to the bit, which makes the relation total.
 impl PartialEq for Policy {
     fn eq(&self, other: &Self) -> bool {
         self.key() == other.key()

@@ -1,6 +1,6 @@
-//! What can be wrong with a specification, and what to do about it.
+//! The faults of a specification, with the remedy of each in its message.
 //!
-//! The one error of setting up; a running hierarchy has its own.
+//! The one error type of the setup; a running hierarchy has its own.
 
 use std::fmt;
 
@@ -16,9 +16,9 @@ pub enum SpecError {
     },
     /// A group or a schema names a schema that does not exist.
     UnknownSchema {
-        /// Who names it.
+        /// The group or the schema that refers to it.
         by: String,
-        /// The index it names.
+        /// The index that does not exist.
         index: u32,
     },
     /// A group has no members.
@@ -35,12 +35,12 @@ pub enum SpecError {
         /// The group that lists it again.
         second: String,
     },
-    /// A motor schema is in no group, so that it could never compete.
+    /// A motor schema is in no group, so it could never compete.
     NoGroup {
         /// The schema.
         schema: String,
     },
-    /// A perceptive schema is the member of a group.
+    /// A perceptive schema is a member of a group.
     PerceptiveMember {
         /// The schema.
         schema: String,
@@ -54,21 +54,21 @@ pub enum SpecError {
         /// The group.
         group: String,
     },
-    /// A schema needs a motor schema, which nobody can keep awake.
+    /// A schema needs a motor schema, which a need cannot keep awake.
     MotorNeeded {
-        /// Who needs.
+        /// The schema with the need.
         schema: String,
         /// The motor schema.
         needs: String,
     },
-    /// A schema is its own father, by way of others.
+    /// A schema is its own father, directly or through others.
     FatherCycle {
-        /// The names on the way round.
+        /// The names along the cycle.
         path: Vec<String>,
     },
-    /// Perceptive schemas need each other in a circle, so that none could ever go to sleep.
+    /// Perceptive schemas need each other in a cycle, so none of them could ever sleep.
     NeedCycle {
-        /// The names on the way round.
+        /// The names along the cycle.
         path: Vec<String>,
     },
     /// The fallback of a group is not one of its members.
@@ -83,7 +83,7 @@ pub enum SpecError {
         /// The schema.
         schema: String,
     },
-    /// A round robin with turns of 0.
+    /// A round robin with turns of length 0.
     ZeroTurn {
         /// The group.
         group: String,
@@ -93,7 +93,7 @@ pub enum SpecError {
         /// The group.
         group: String,
     },
-    /// A group of roots is to be decided by a father it does not have.
+    /// The policy of a group of roots is the father's own function, but roots have no father.
     NobodyToAsk {
         /// The group.
         group: String,

@@ -1,58 +1,59 @@
-//! The facts about a schema and a group as they are shown: state, health, who keeps awake, who commands.
+//! The visible facts of a schema and a group: state, health, requesters and standing.
 //!
-//! Values only; the transitions live in the hierarchy.
+//! Values only; the transitions are in the hierarchy.
 
 use crate::spec::SchemaId;
 
-/// The activation of a schema.
+/// The activation state of a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum State {
-    /// Costs no processor time; keeps its memory.
+    /// Uses no processor time and keeps its memory.
     Slept,
-    /// Awake; its precondition is false as far as known.
+    /// Awake. Its precondition is false, or not checked yet.
     Checking,
-    /// Awake; its precondition is true; not chosen.
+    /// Awake. Its precondition is true, and it was not chosen.
     Ready,
-    /// Iterates; a motor schema may command and wake children if all its fathers are WINNER too.
+    /// Iterates. A motor schema may command and wake children if all its fathers are WINNER too.
     Winner,
 }
 
-/// How well a schema does; a fact apart from its state.
+/// The condition of a schema, independent of its state.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Health {
     /// Nothing to report.
     Ok,
-    /// Missed its deadline.
+    /// The schema missed its deadline.
     Overrun,
-    /// Its own arbitration failed (panicked, erred, named a stranger or passed its budget), with the reason. It
-    /// stays awake; its next good answer clears the note.
+    /// Its own arbitration failed, with the reason: it panicked, returned an error, chose a schema that it
+    /// was not offered, or exceeded its budget. The schema stays awake. Its next valid answer clears this.
     ArbitrationFailed(String),
-    /// Panicked, returned an error, hung, or its process died, with the reason. It is SLEPT until its restart.
+    /// The schema panicked, returned an error, hung, or its process died, with the reason. It is SLEPT until
+    /// its restart.
     Faulted(String),
 }
 
-/// Who wants a schema awake; each counts once (R6).
+/// The origin of a request to be awake. Each counts once (R6).
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Requester {
     /// The application, for its roots.
     Application,
-    /// A father that woke it.
+    /// A father that woke the schema.
     Father(SchemaId),
-    /// An awake schema that imports from it or commands it.
+    /// An awake schema that imports from the schema or commands it.
     Need(SchemaId),
-    /// An operator who plays it.
+    /// An operator who plays the schema.
     Operator,
 }
 
 /// What the actuators do on behalf of a group.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Standing {
-    /// Nobody has won since the father woke the first member.
+    /// No member has won since the father woke the first member.
     Fresh,
-    /// Somebody wins.
+    /// A member is WINNER.
     Commanding,
-    /// Nobody wins; the last commands stand.
+    /// No member is WINNER; the last commands stay in force.
     Holding,
-    /// Nobody wins; the group has braked.
+    /// No member is WINNER; the group has braked.
     Braked,
 }

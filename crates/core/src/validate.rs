@@ -1,6 +1,6 @@
 //! Checks a specification before anything runs, and reports all faults at once.
 //!
-//! It refuses to repair: a fault is named, never guessed away.
+//! It refuses to repair: it reports each fault and changes nothing.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,8 @@ impl Spec {
     /// Checks the whole specification.
     ///
     /// # Errors
-    /// Every fault found, in the order of schemas and groups.
+    /// Every fault found. The kinds of fault are checked one after the other, each in the order of schemas
+    /// and groups.
     pub fn validate(&self) -> Result<(), Vec<SpecError>> {
         let mut faults = Vec::new();
         self.names(&mut faults);
@@ -169,7 +170,7 @@ impl Spec {
         }
     }
 
-    /// The first way round along `next`, by depth-first search without recursion.
+    /// Returns the first cycle along `next`, found by a depth-first search without recursion.
     fn cycle(&self, next: impl Fn(SchemaId) -> Vec<SchemaId>) -> Option<Vec<String>> {
         let mut done = vec![false; self.schemas.len()];
         for start in 0..self.schemas.len() {
@@ -200,7 +201,7 @@ impl Spec {
     }
 }
 
-/// What is wrong with `policy` for this group, if anything.
+/// Returns what is wrong with `policy` for this group, if anything.
 pub(crate) fn policy_fault(group: &GroupSpec, policy: Policy) -> Option<SpecError> {
     let name = || group.name.clone();
     match policy {

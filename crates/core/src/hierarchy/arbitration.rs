@@ -1,6 +1,8 @@
-//! Asking the father (R4): one open question per group, a budget, and an answer in any case.
+//! Arbitration by the father (R4): at most one open question per group, a budget, and a decision in every
+//! case.
 //!
-//! It refuses to wait for the father: the present winner stays, and the priority order decides when the budget ends.
+//! It refuses to wait for the father: the present winner stays, and the priority order decides when the
+//! budget ends.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -14,28 +16,30 @@ use crate::record::{Candidate, Case, Decider};
 use crate::spec::{GroupId, Nanos, Policy, SchemaId};
 use crate::state::Health;
 
-/// What came of asking a father.
+/// The outcome of asking a father.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Answer {
-    /// It answered.
+    /// The father decided.
     Chose {
-        /// Its choice; `None` for nobody.
+        /// Its choice; `None` for no child.
         child: Option<SchemaId>,
-        /// Why, in words.
+        /// The reason, in words.
         reason: String,
     },
     /// Its function panicked or returned an error.
     Failed {
-        /// How.
+        /// The panic message or the error.
         reason: String,
     },
 }
 
 impl Hierarchy {
-    /// Delivers the father's answer to the question with this ticket; without effect if that is no longer open.
+    /// Applies the father's answer to the question with this ticket. Has no effect if that question is no
+    /// longer open.
     ///
-    /// A father that fails, or names somebody it was not offered, is noted in its health, and the priority order decides
-    /// in its place. If the situation changed since the question, the group selects again afterwards.
+    /// If the father fails, or chooses a schema that it was not offered, its health shows it and the priority
+    /// order decides instead. If the situation changed since the question, the group selects again
+    /// afterwards.
     pub fn answered(
         &mut self,
         now: Nanos,
@@ -73,9 +77,9 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// The father of a group has not had the chance to answer its open question, if there is one, because the machine was late. If
-    /// its time ends the priority order decides all the same, since nobody waits for a machine, but the father's health is left as
-    /// it is.
+    /// Notes that the machine was late, so the father of a group had no chance to answer the open question.
+    /// Has no effect if none is open. When the budget ends, the priority order still decides, because a
+    /// selection never waits for a machine. The father's health does not change.
     pub fn excuse(&mut self, group: GroupId) {
         if let Some(asked) = self
             .groups
@@ -146,7 +150,8 @@ impl Hierarchy {
         }
     }
 
-    /// Carries out a good answer, unless its choice can no longer win; selects again if anything changed meanwhile.
+    /// Carries out a valid answer and selects again if the situation changed meanwhile. If the chosen child
+    /// can no longer win, it only selects again.
     fn follow(
         &mut self,
         now: Nanos,
@@ -184,7 +189,7 @@ impl Hierarchy {
         }
     }
 
-    /// Decides over the present snapshot in the father's place, so that nothing is left to select again.
+    /// Decides in the father's place over the present snapshot, so no later selection is needed.
     fn overrule(&mut self, now: Nanos, group: GroupId, why: Why, reason: &str, out: &mut Vec<Effect>) {
         let lineup = self.lineup(group);
         let decision = match self.judge(now, group, &lineup, Policy::Priority) {

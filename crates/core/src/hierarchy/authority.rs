@@ -1,6 +1,6 @@
 //! Authority over commands and children (R7): granted from fathers down, withdrawn from children up.
 //!
-//! It refuses to decide who wins.
+//! It refuses to decide which schema wins.
 
 use std::sync::Arc;
 
@@ -10,7 +10,8 @@ use crate::effect::Effect;
 use crate::spec::SchemaId;
 
 impl Hierarchy {
-    /// Gives authority to a new winner, and to the winners below it, whom an operator may have played before.
+    /// Grants authority to a new winner and to the winners below it, which an operator may have played
+    /// before.
     pub(super) fn grant(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         if let Some(group) = plan.group_of(id) {
@@ -27,7 +28,7 @@ impl Hierarchy {
         }
     }
 
-    /// Takes the authority of a schema and of all below it, children before fathers.
+    /// Withdraws the authority of a schema and of all schemas below it, children before fathers.
     pub(super) fn withdraw(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         if !self.node(id).authority {
             return;

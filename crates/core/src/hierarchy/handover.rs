@@ -1,7 +1,7 @@
-//! The handover from a loser to the next choice (R1, R5): the loser keeps WINNER and authority until its iteration
-//! has ended and all below it sleeps, or until patience ends.
+//! The handover from a loser to the next choice (R1, R5). The loser keeps WINNER and its authority until its
+//! iteration has ended and everything below it sleeps, or until patience ends.
 //!
-//! While it is under way nothing in the loser's subtree begins, wakes or is selected.
+//! During a handover it refuses to begin, wake or select anything in the loser's subtree.
 
 use std::sync::Arc;
 
@@ -17,15 +17,15 @@ use crate::spec::{GroupId, Nanos, SchemaId};
 /// A handover under way in a group, away from its winner.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Handover {
-    /// Who comes next; `None` if nobody.
+    /// The next choice; `None` if no member is to win.
     pub to: Option<SchemaId>,
-    /// When it was decided first.
+    /// When the handover was first decided.
     pub since: Nanos,
-    /// When patience ends; it stays when the target changes.
+    /// When patience ends. It does not change when the target changes.
     pub deadline: Nanos,
     /// The record that chose the target.
     pub record: u64,
-    /// When the situation that led to that record came to be.
+    /// When the situation that led to that record began.
     pub cause_time: Nanos,
 }
 
@@ -74,7 +74,7 @@ impl Hierarchy {
         }
     }
 
-    /// Puts to sleep what can sleep below the loser, and hands over once nothing is left.
+    /// Puts to sleep what can sleep below the loser, and completes the handover once nothing there is awake.
     pub(super) fn advance(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
         let (Some(loser), Some(handover)) = (self.group(id).winner, self.group(id).handover) else {
             return;
@@ -87,7 +87,8 @@ impl Hierarchy {
         }
     }
 
-    /// Patience has ended: the loser and all below it lose their authority where they stand.
+    /// Ends patience: the loser and everything below it lose their authority at once, even inside an
+    /// iteration.
     pub(super) fn expire(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
         let Some(loser) = self.group(id).winner else {
             return;
@@ -97,7 +98,7 @@ impl Hierarchy {
         let node = self.node_mut(loser);
         let was_ready = node.ready;
         if node.run == Run::Iterating {
-            // It cannot check while it is stuck, so that nobody knows whether it is still ready.
+            // It cannot check while it is stuck, so its readiness is unknown.
             node.run = Run::Abandoned;
             node.ready = false;
         }
@@ -108,7 +109,7 @@ impl Hierarchy {
         }
     }
 
-    /// The winner that is being handed over, on the way up from a schema and including it: its group.
+    /// Returns the group whose winner is being replaced, if that winner is this schema or a schema above it.
     pub(super) fn leaving(&self, id: SchemaId) -> Option<GroupId> {
         let mut at = Some(id);
         while let Some(here) = at {
@@ -121,7 +122,7 @@ impl Hierarchy {
         None
     }
 
-    /// Whether the father of a group, or one above, is being handed over.
+    /// Whether the father of a group, or a schema above it, is being replaced.
     pub(super) fn frozen(&self, group: GroupId) -> bool {
         self.plan
             .group(group)
@@ -149,14 +150,15 @@ impl Hierarchy {
         self.seat(id, now, handover.to, origin, out);
     }
 
-    /// The loser is chosen again: what is left of its subtree competes again.
+    /// The loser is chosen again, so the rest of its subtree competes again.
     fn thaw(&mut self, now: Nanos, id: SchemaId, why: Why, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if self.is_live(group) {
                 self.select(now, group, why, out);
             } else {
-                // Its members were on their way out with the loser, and what they commanded stands still.
+                // Its members fell asleep with the loser's handover, and their last commands are still in
+                // force.
                 self.vacate(group, now, out);
             }
             for &member in plan.members(group) {

@@ -1,6 +1,6 @@
-//! What the executor reports of a schema's own doing: checks, and the begin and end of iterations.
+//! What the executor reports of a schema's own activity: checks, and the begin and end of iterations.
 //!
-//! The hot path: nothing is allocated when nothing changes.
+//! This is the hot path: nothing is allocated when nothing changes.
 
 use super::parts::{Phase, Reign, Run};
 use super::selection::Why;
@@ -10,20 +10,20 @@ use crate::record::Cause;
 use crate::spec::{Kind, Nanos, SchemaId};
 use crate::state::State;
 
-/// What a motor schema found when it checked its precondition.
+/// The result of a motor schema's check of its precondition.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct Check {
     /// Whether the precondition is true.
     pub ready: bool,
-    /// How urgent it is, in a measure its siblings share; a NaN counts as the lowest.
+    /// The urgency, on a scale that its siblings share. A NaN counts as the lowest.
     pub urgency: f64,
-    /// When the situation it reports came to be.
+    /// When the situation that it reports began.
     pub cause: Nanos,
 }
 
 impl Hierarchy {
-    /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking, lead to a
-    /// selection (R2). A check of one that sleeps or is inside an abandoned iteration has no effect.
+    /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking,
+    /// cause a selection (R2). Has no effect for a schema that sleeps or is inside an abandoned iteration.
     pub fn checked(&mut self, now: Nanos, id: SchemaId, check: Check, out: &mut Vec<Effect>) {
         let Some(node) = self.nodes.get(id.index()) else {
             return;
@@ -48,7 +48,7 @@ impl Hierarchy {
             return;
         }
         if state != State::Winner {
-            // The snapshot of the selection shows the state that the check found.
+            // The snapshot of the selection contains the state that the check found.
             self.change(
                 id,
                 if check.ready {
@@ -64,10 +64,11 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// Asks for permission to start an iteration, and notes that it runs if granted: for a WINNER that somebody
-    /// wants, is not inside an older iteration, and is not about to lose its place, nor is one of its fathers.
+    /// Requests permission to start an iteration and, if it is granted, records that the iteration runs. Only
+    /// a WINNER that is still wanted gets it, and only if no older iteration of it runs and neither it nor
+    /// one of its fathers is being replaced.
     ///
-    /// The first one after a promotion gives [`Effect::Took`].
+    /// The first iteration after a promotion emits [`Effect::Took`].
     pub fn begin(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> bool {
         let Some(node) = self.nodes.get(id.index()) else {
             return false;
@@ -95,8 +96,8 @@ impl Hierarchy {
         true
     }
 
-    /// Reports that the iteration of a schema ended, in whatever way: by returning, or by a panic (after
-    /// [`faulted`](Self::faulted)). A handover that waited for it goes on; a winner competes again (R2).
+    /// Reports that the iteration of a schema ended, by a return or by a panic (after
+    /// [`faulted`](Self::faulted)). A handover that waited for it continues. A winner competes again (R2).
     pub fn end(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         if !self.plan.knows(id) {
             return;
@@ -118,7 +119,8 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// Notes where a schema is with respect to its iteration, which no line-up shows; answers where it was.
+    /// Sets where a schema is with respect to its iteration and returns where it was. No line-up contains
+    /// this, so none is touched.
     fn ran(&mut self, id: SchemaId, run: Run) -> Run {
         std::mem::replace(&mut self.nodes[id.index()].run, run)
     }

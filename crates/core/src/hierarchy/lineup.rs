@@ -1,8 +1,8 @@
-//! Who competes in each group, as its next selection sees it. Kept from one selection to the next, since most of a group has not
-//! changed meanwhile: a selection looks again at those schemas only that something happened to.
+//! The line-up of each group: its candidates, as its next selection sees them. It is kept between selections,
+//! because most members do not change. A selection re-reads only the members that changed.
 //!
-//! It says again what the schemas' own facts say and decides nothing. What it keeps beside them is no part of what the hierarchy is:
-//! all of it can be made anew from them.
+//! It decides nothing. All of it is a cache: it can be rebuilt from the schemas' facts, and is no part of the
+//! state of a hierarchy.
 
 use std::sync::Arc;
 
@@ -13,14 +13,15 @@ use crate::record::Candidate;
 use crate::spec::{GroupId, SchemaId};
 use crate::state::State;
 
-/// The awake members of a group that somebody wants, in the father's order.
+/// The awake and wanted members of a group, in the father's order.
 #[derive(Clone, Debug)]
 pub(super) struct Lineup {
-    /// Shared with the records that were made over it, and copied before it changes if one of them is kept.
+    /// Shared with the records of the selections over it. It is copied before a change if such a record is
+    /// still kept.
     pub(super) candidates: Arc<[Candidate]>,
-    /// The place of the first that is ready.
+    /// The index of the first READY candidate.
     pub(super) first: Option<usize>,
-    /// Whether another one is ready too.
+    /// Whether another candidate is READY too.
     pub(super) several: bool,
 }
 
@@ -28,14 +29,14 @@ pub(super) struct Lineup {
 #[derive(Clone, Debug)]
 pub(super) struct Lineups {
     groups: Vec<Kept>,
-    /// Of each schema.
+    /// Whether a schema is in its group's `touched` list; one entry for each schema.
     touched: Vec<bool>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Kept {
     candidates: Arc<[Candidate]>,
-    /// A bit for each candidate that is ready.
+    /// One bit for each candidate, set if it is READY.
     ready: Vec<u64>,
     /// Members whose facts may have changed since, each once.
     touched: Vec<SchemaId>,
@@ -49,7 +50,7 @@ impl Lineups {
         }
     }
 
-    /// Something happens to a schema.
+    /// Marks a schema whose facts may change.
     #[inline]
     pub(super) fn touch(&mut self, plan: &Plan, id: SchemaId) {
         if let Some(group) = plan.group_of(id)
@@ -60,7 +61,7 @@ impl Lineups {
     }
 }
 
-/// Hierarchies are equal whatever they keep beside their facts.
+/// Equal always: line-ups are a cache, and equality of hierarchies is equality of their facts.
 impl PartialEq for Lineups {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -70,7 +71,7 @@ impl PartialEq for Lineups {
 impl Eq for Lineups {}
 
 impl Hierarchy {
-    /// Who competes in a group now.
+    /// Returns the present line-up of a group.
     pub(super) fn lineup(&mut self, id: GroupId) -> Lineup {
         let Self {
             plan, nodes, lineups, ..
@@ -89,7 +90,7 @@ impl Hierarchy {
 }
 
 impl Kept {
-    /// A group looked at anew.
+    /// Builds the line-up of a group from the facts of its members.
     fn of(plan: &Plan, nodes: &[Node], id: GroupId) -> Self {
         let members = plan.members(id).iter();
         let candidates: Arc<[Candidate]> = members.filter_map(|&member| candidate(nodes, member)).collect();
@@ -104,7 +105,8 @@ impl Kept {
         }
     }
 
-    /// Looks again at those to whom something happened; false if somebody else competes than before.
+    /// Re-reads the touched members. Returns false if a member joined or left the candidates, so the line-up
+    /// must be rebuilt.
     fn catch_up(&mut self, plan: &Plan, nodes: &[Node], touched: &mut [bool]) -> bool {
         let mut whole = true;
         for member in self.touched.drain(..) {
@@ -150,7 +152,7 @@ impl Kept {
     }
 }
 
-/// A member as a selection sees it, if it competes.
+/// Returns a member as a selection sees it, if it competes.
 fn candidate(nodes: &[Node], id: SchemaId) -> Option<Candidate> {
     let node = &nodes[id.index()];
     (node.state != State::Slept && node.wanted()).then(|| Candidate {

@@ -1,12 +1,13 @@
-//! The running hierarchy: who is awake, who competes, who wins and who holds authority at this instant.
+//! The running hierarchy: which schemas are awake, compete, win and hold authority at this instant.
 //!
 //! One value, driven by one caller at a time; every method is one transaction (R2). It refuses to act: it
-//! answers with effects. The invariants that hold between any two calls:
+//! returns effects. These invariants hold between any two calls:
 //!
 //! - at most one member of a group is WINNER, and it is the group's `winner` (R1);
-//! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots (R7);
-//! - a schema sleeps exactly if nobody requests it, an operator stopped it, or it is faulted (R6), except for a
-//!   WINNER that nobody wants any more, which sleeps when its iteration has ended;
+//! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots
+//!   (R7);
+//! - a schema sleeps exactly if it has no requester, an operator stopped it, or it is faulted (R6), except
+//!   for a WINNER that is no longer wanted, which sleeps when its iteration has ended;
 //! - a motor schema inside an abandoned iteration is neither READY nor WINNER.
 
 mod arbitration;
@@ -60,12 +61,13 @@ pub struct Hierarchy {
     timers: BTreeMap<Timer, Nanos>,
     records: u64,
     tickets: u64,
-    /// Perceptive schemas that lost a requester in this transaction; empty between transactions.
+    /// Perceptive schemas that lost a requester in this transaction and are no longer wanted; empty between
+    /// transactions.
     loose: Vec<SchemaId>,
 }
 
 impl Hierarchy {
-    /// Makes a hierarchy in which everything sleeps.
+    /// Returns a hierarchy in which every schema sleeps.
     ///
     /// # Errors
     /// All faults of the specification at once.
@@ -99,8 +101,8 @@ impl Hierarchy {
         }
     }
 
-    /// Ends everything: authority is withdrawn, every group brakes, all go to sleep, children before fathers and
-    /// perceptive schemas last. Nothing wakes afterwards.
+    /// Ends everything: authority is withdrawn, every group brakes, and all schemas go to sleep, children
+    /// before fathers and perceptive schemas last. No schema wakes afterwards.
     pub fn shutdown(&mut self, _now: Nanos, out: &mut Vec<Effect>) {
         if self.phase != Phase::Running {
             self.phase = Phase::Over;
@@ -126,11 +128,11 @@ impl Hierarchy {
         self.timers.clear();
     }
 
-    /// Changes how a group is decided, by its father; the group selects at once (R2). A question to the father that
-    /// is still open is dropped.
+    /// Changes the policy of a group on behalf of its father. The group selects at once (R2). An open
+    /// question to the father is dropped. An unknown group has no effect.
     ///
     /// # Errors
-    /// A policy this group cannot have; nothing changes then.
+    /// A policy that this group cannot have; nothing changes then.
     pub fn set_policy(
         &mut self,
         now: Nanos,
@@ -155,14 +157,14 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Changes the declared period of a schema, for the contract; a period of 0 is ignored.
+    /// Changes the declared period of a schema, in nanoseconds, for the contract. A period of 0 is ignored.
     pub fn set_period(&mut self, id: SchemaId, period: Nanos) {
         if self.plan.knows(id) && period > 0 {
             Arc::make_mut(&mut self.plan).spec.schemas[id.index()].period = period;
         }
     }
 
-    /// Changes whether a schema has a panel, for the contract; answers whether that is a change.
+    /// Changes whether a schema has a panel, for the contract. Returns whether the value changed.
     pub fn set_panel(&mut self, id: SchemaId, panel: bool) -> bool {
         let is_other = self.plan.knows(id) && self.plan.spec.schemas[id.index()].panel != panel;
         if is_other {
@@ -175,7 +177,7 @@ impl Hierarchy {
         &self.nodes[id.index()]
     }
 
-    /// The facts of a schema, to change them: every change that a line-up shows goes through here.
+    /// Returns the facts of a schema for a change. Every change that a line-up contains must use this.
     fn node_mut(&mut self, id: SchemaId) -> &mut Node {
         self.lineups.touch(&self.plan, id);
         &mut self.nodes[id.index()]
@@ -216,7 +218,8 @@ impl Hierarchy {
     }
 }
 
-/// Over what changes while it runs; equal hierarchies have equal hashes, and the specification is left out for speed.
+/// Hashes what changes at run time. Equal hierarchies have equal hashes. The specification is left out for
+/// speed.
 impl Hash for Hierarchy {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.phase.hash(state);

@@ -1,6 +1,6 @@
-//! Operators who act as a father would (R14), and let go again.
+//! The acts of an operator, as those of a father (R14), and their reversal.
 //!
-//! It gives nobody authority that the fathers above do not have.
+//! It refuses to give authority that the fathers above do not have.
 
 use std::sync::Arc;
 
@@ -17,23 +17,24 @@ use crate::state::{Health, Requester};
 /// What an operator does to a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Operator {
-    /// Wants it awake, as a father would; it lapses when a father's subtree sleeps. Takes back a stop, and clears a fault.
+    /// Requests that the schema is awake, as a father would. The request ends when a father's subtree sleeps.
+    /// It reverses a stop and clears a fault.
     Play(SchemaId),
-    /// Puts it to sleep with its subtree and keeps it down; takes back a play.
+    /// Puts the schema to sleep with its subtree and keeps it asleep; reverses a play.
     Stop(SchemaId),
-    /// Makes it the choice of its group while it is awake, also with a false precondition; takes back the force on
-    /// a sibling.
+    /// Makes the schema the choice of its group while it is awake, even if its precondition is false. It
+    /// replaces a force on a sibling.
     Force(SchemaId),
-    /// Undoes all of the above for it.
+    /// Reverses all of the above for the schema.
     Release(SchemaId),
 }
 
 impl Hierarchy {
-    /// Does what an operator wants.
+    /// Carries out an operator's act.
     ///
     /// # Errors
-    /// The application is not running, the schema does not exist, a faulted one is to be forced, a perceptive
-    /// one is to be forced, or one is to be played below a father that is losing its place. Nothing changes then.
+    /// The application is not running, the schema does not exist, a faulted or a perceptive schema is to be
+    /// forced, or a schema is to be played below a father that is being replaced. Nothing changes then.
     pub fn operator(&mut self, now: Nanos, act: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
         match act {
             Operator::Play(id) => self.play(now, id, out),
@@ -45,8 +46,9 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Puts every root to sleep with all below it, and keeps it down. Nobody is waited for: whoever is inside an iteration loses its
-    /// authority where it stands, and every group of roots brakes whatever its absence policy.
+    /// Puts every root to sleep with everything below it, and keeps it asleep. It does not wait: a schema
+    /// inside an iteration loses its authority at once. Every group of roots brakes, whatever its absence
+    /// policy.
     ///
     /// # Errors
     /// The application is not running. Nothing changes then.
@@ -61,7 +63,7 @@ impl Hierarchy {
             self.drop_ask(group);
             for &root in plan.members(group) {
                 self.node_mut(root).stopped_with_all = true;
-                // Nobody may take over on the way, so nothing is selected before all are down.
+                // Nothing is selected before all roots sleep, so no root can take over in between.
                 self.withdraw(root, out);
                 self.drain(root, Pace::AtOnce, out);
                 if self.is_awake(root) {
@@ -80,8 +82,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Undoes [`stop_all`](Self::stop_all), and nothing else that operators did; answers with the roots that no operator keeps asleep
-    /// any more.
+    /// Reverses [`stop_all`](Self::stop_all), and no other act of an operator. Returns the roots that no
+    /// operator keeps asleep any more.
     ///
     /// # Errors
     /// The application is not running. Nothing changes then.
@@ -105,7 +107,8 @@ impl Hierarchy {
         Ok(released)
     }
 
-    /// Undoes what operators did to this one by itself: as [`Operator::Release`], but what was stopped with everything stays so.
+    /// Reverses the acts on this schema alone. Unlike [`Operator::Release`], it leaves a schema stopped that
+    /// was stopped with everything.
     ///
     /// # Errors
     /// The application is not running, or the schema does not exist. Nothing changes then.

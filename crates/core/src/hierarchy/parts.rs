@@ -1,6 +1,6 @@
 //! The changing facts of schemas and groups.
 //!
-//! Data only; no rule is decided here.
+//! Data only; it refuses to decide a rule.
 
 use std::hash::{Hash, Hasher};
 
@@ -22,23 +22,25 @@ pub(super) struct Node {
     pub(super) state: State,
     pub(super) health: Health,
     pub(super) run: Run,
-    /// R7: WINNER with all its fathers, and not withdrawn.
+    /// R7: it and all its fathers are WINNER, and its authority is not withdrawn.
     pub(super) authority: bool,
     pub(super) reign: Reign,
-    /// Whether its precondition held at its last check; false while it sleeps or its iteration is abandoned.
+    /// Whether its precondition was true at its last check; false while it sleeps or its iteration is
+    /// abandoned.
     pub(super) ready: bool,
-    /// Whether it was checked since it woke.
+    /// Whether it has checked since it woke.
     pub(super) checked: bool,
     pub(super) urgency: Urgency,
     /// Sorted, each once.
     pub(super) requesters: Vec<Requester>,
-    /// The perceptive schemas it woke as a father.
+    /// The perceptive schemas that it woke as a father.
     pub(super) woke: Vec<SchemaId>,
-    /// An operator stopped it by itself.
+    /// An operator stopped this schema alone.
     pub(super) stopped: bool,
-    /// An operator stopped everything, it among it.
+    /// An operator stopped everything, including this schema.
     pub(super) stopped_with_all: bool,
-    /// When it was restarted, the latest last: those that its restart policy counts still, and perhaps older ones.
+    /// The times of its restarts, in order: those that still count under its restart policy, and perhaps
+    /// older ones.
     pub(super) restarts: Vec<Nanos>,
 }
 
@@ -47,9 +49,9 @@ pub(super) struct Node {
 pub(super) enum Reign {
     /// It has not begun an iteration.
     New,
-    /// It is in its first one.
+    /// It is in its first iteration.
     First,
-    /// It has ended one, or has no authority.
+    /// It has ended an iteration, or has no authority.
     Settled,
 }
 
@@ -58,7 +60,7 @@ pub(super) enum Reign {
 pub(super) enum Run {
     Between,
     Iterating,
-    /// It iterates still, but lost its place or was put to sleep meanwhile.
+    /// It still iterates, but was replaced or put to sleep meanwhile.
     Abandoned,
 }
 
@@ -67,18 +69,18 @@ pub(super) enum Run {
 pub(super) struct Group {
     /// The member whose state is WINNER.
     pub(super) winner: Option<SchemaId>,
-    /// Away from the winner; there is none without a winner.
+    /// The handover away from the winner; `None` without a winner.
     pub(super) handover: Option<Handover>,
     pub(super) asked: Option<Asked>,
     pub(super) standing: Standing,
     /// When the present choice was made.
     pub(super) since: Nanos,
-    /// The last one chosen, for round robin.
+    /// The last member that was chosen, for round robin.
     pub(super) last: Option<SchemaId>,
     pub(super) forced: Option<SchemaId>,
-    /// The winner was promoted by this and has not begun an iteration yet.
+    /// The selection that promoted the winner, until the winner begins an iteration.
     pub(super) taking: Option<Origin>,
-    /// Who was chosen and fell out before a selection could say so.
+    /// The choice that was lost by an event since the last record.
     pub(super) lost: Option<SchemaId>,
 }
 
@@ -94,21 +96,21 @@ pub(super) struct Origin {
 pub(super) struct Asked {
     pub(super) ticket: u64,
     pub(super) case: crate::record::Case,
-    /// Whom the father may name.
+    /// The members that the father may choose.
     pub(super) offered: Vec<SchemaId>,
     pub(super) why: Why,
-    /// The first trigger that came after the question.
+    /// The first trigger after the question.
     pub(super) again: Option<Why>,
-    /// If no answer comes in time, that is not the father's fault.
+    /// Whether a missing answer is a fault of the machine and not of the father.
     pub(super) excused: bool,
 }
 
-/// A number without NaN and without a negative zero, so that it can be compared and hashed to the bit.
+/// A number without NaN and without negative zero, so it can be compared and hashed to the bit.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Urgency(f64);
 
 impl Node {
-    /// Whether it is to be awake: somebody wants it, and neither an operator nor a fault keeps it down.
+    /// Whether it should be awake: it has a requester, and neither an operator nor a fault keeps it asleep.
     pub(super) fn wanted(&self) -> bool {
         !self.requesters.is_empty() && !self.is_stopped() && !matches!(self.health, Health::Faulted(_))
     }
@@ -155,7 +157,7 @@ impl Default for Group {
 }
 
 impl Group {
-    /// Who is chosen at present: whom a handover goes to, else the winner.
+    /// Returns the present choice: the target of a handover, else the winner.
     pub(super) fn choice(&self) -> Option<SchemaId> {
         match self.handover {
             Some(handover) => handover.to,
@@ -163,7 +165,7 @@ impl Group {
         }
     }
 
-    /// Notes who was chosen before somebody fell out, if that is over: the next record tells of it (R15).
+    /// Records the choice `before` an event if the event ended it, for the next record (R15).
     pub(super) fn lose(&mut self, before: Option<SchemaId>) {
         if self.choice() != before {
             self.lost = before;
@@ -173,7 +175,7 @@ impl Group {
 
 impl Urgency {
     pub(super) fn new(offered: f64) -> Self {
-        // Adding 0 turns the negative zero into the positive one.
+        // Adding 0 turns negative zero into positive zero.
         Self(if offered.is_nan() {
             f64::NEG_INFINITY
         } else {

@@ -1,10 +1,11 @@
-//! The fixed part of a hierarchy: the specification, with the way up and the way down looked up beforehand.
+//! The fixed part of a hierarchy: the specification, with its links upwards and downwards computed in
+//! advance.
 //!
-//! Look-ups only; identifiers are those of a valid specification.
+//! Look-ups only. It refuses to check identifiers: they must be those of a valid specification.
 
 use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
-/// The specification with the way up and the way down looked up beforehand.
+/// The specification, with its links upwards and downwards computed in advance.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Plan {
     pub(super) spec: Spec,
@@ -64,7 +65,7 @@ impl Plan {
         self.group_of[id.index()]
     }
 
-    /// Its place in the father's order; 0 for one that does not compete.
+    /// Returns its index in the father's order; 0 for a schema that does not compete.
     pub(super) fn place_of(&self, id: SchemaId) -> usize {
         self.place_of[id.index()]
     }

@@ -1,33 +1,33 @@
-//! The ready-made policies (R4): pure functions from the ready candidates to one of them.
+//! The ready-made policies (R4): pure functions from the READY candidates to one of them.
 //!
-//! They settle collisions only; they know neither authority nor time beyond what they are given.
+//! They settle collisions only. They refuse to use authority, and any time other than the given one.
 
 use crate::record::Candidate;
 use crate::spec::{Nanos, Policy, SchemaId};
 
-/// What a policy may look at.
+/// The input of a policy.
 #[derive(Copy, Clone)]
 pub(super) struct Field<'a> {
-    /// The awake members in the father's order; at least one is ready.
+    /// The awake members in the father's order; at least one is READY.
     pub(super) candidates: &'a [Candidate],
-    /// The place of the first that is ready.
+    /// The index of the first READY candidate.
     pub(super) first: Option<usize>,
     /// All members in the father's order.
     pub(super) members: &'a [SchemaId],
-    /// Who is chosen at present.
+    /// The present choice.
     pub(super) chosen: Option<SchemaId>,
-    /// When it was chosen.
+    /// When the present choice was made.
     pub(super) since: Nanos,
-    /// Who was chosen last, at present or before.
+    /// The last choice, present or past.
     pub(super) last: Option<SchemaId>,
     pub(super) now: Nanos,
 }
 
-/// A choice and the reason for it; `None` only if nobody is ready.
+/// A choice and its reason; `None` only if no candidate is READY.
 pub(super) type Choice = Option<(SchemaId, &'static str)>;
 
 impl Field<'_> {
-    /// Chooses by `policy`; by the father's order if that is for the father to say.
+    /// Chooses by `policy`. [`Policy::Father`] falls back to the father's order.
     pub(super) fn choose(&self, policy: Policy) -> Choice {
         match policy {
             Policy::Priority | Policy::Father => self.first(),
@@ -37,8 +37,8 @@ impl Field<'_> {
         }
     }
 
-    /// When the choice could change although nothing happens: the end of a dwell time or turn that is still running,
-    /// if another would be chosen then.
+    /// Returns when the choice could change without an event: the end of a running dwell time or turn, if
+    /// another candidate would be chosen then.
     pub(super) fn turn_end(&self, policy: Policy) -> Option<Nanos> {
         let stay = match policy {
             Policy::Sticky { dwell, .. } => dwell,
@@ -111,7 +111,7 @@ impl Field<'_> {
             .next()
     }
 
-    /// The first in the father's order among the most urgent.
+    /// Returns the first in the father's order among the most urgent.
     fn top(&self) -> Option<&Candidate> {
         self.ready()
             .reduce(|top, c| if c.urgency > top.urgency { c } else { top })

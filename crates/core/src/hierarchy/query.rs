@@ -1,6 +1,6 @@
-//! Questions about the hierarchy as it is now.
+//! Queries of the present state of the hierarchy.
 //!
-//! Read only. An identifier that does not exist reads as a sleeping, healthy schema or an empty group.
+//! Read only. An unknown identifier reads as a sleeping, healthy schema or an empty group.
 
 use super::parts::{Node, Run};
 use super::{Handover, Hierarchy};
@@ -9,43 +9,44 @@ use crate::spec::{GroupId, Nanos, SchemaId, Spec};
 use crate::state::{Health, Requester, Standing, State};
 
 impl Hierarchy {
-    /// The state of a schema.
+    /// Returns the state of a schema.
     #[must_use]
     pub fn state(&self, id: SchemaId) -> State {
         self.nodes.get(id.index()).map_or(State::Slept, |n| n.state)
     }
 
-    /// The health of a schema.
+    /// Returns the health of a schema.
     #[must_use]
     pub fn health(&self, id: SchemaId) -> &Health {
         self.nodes.get(id.index()).map_or(&Health::Ok, |n| &n.health)
     }
 
-    /// Whether a schema is not SLEPT.
+    /// Returns whether a schema is not SLEPT.
     #[must_use]
     pub fn is_awake(&self, id: SchemaId) -> bool {
         self.state(id) != State::Slept
     }
 
-    /// Whether the precondition of a schema held at its last check.
+    /// Returns whether the precondition of a schema was true at its last check.
     #[must_use]
     pub fn is_ready(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.ready)
     }
 
-    /// Whether a schema was checked since it woke.
+    /// Returns whether a schema has checked since it woke.
     #[must_use]
     pub fn is_checked(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.checked)
     }
 
-    /// Whether an iteration of this schema runs, abandoned or not.
+    /// Returns whether an iteration of this schema runs, abandoned or not.
     #[must_use]
     pub fn is_running(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.run != Run::Between)
     }
 
-    /// Whether an iteration of this schema still runs although it lost its place or was put to sleep.
+    /// Returns whether an iteration of this schema still runs although the schema was replaced or put to
+    /// sleep.
     #[must_use]
     pub fn is_abandoned(&self, id: SchemaId) -> bool {
         self.nodes
@@ -53,39 +54,42 @@ impl Hierarchy {
             .is_some_and(|n| n.run == Run::Abandoned)
     }
 
-    /// Whether a command of this schema may reach an actuator and a child of it may be woken at this instant (R7):
-    /// it and all its fathers are WINNER, and it was not withdrawn. Never true for a perceptive schema.
+    /// Returns whether, at this instant, a command of this schema may reach an actuator and a child of it may
+    /// be woken (R7): the schema and all its fathers are WINNER, and its authority is not withdrawn. Never
+    /// true for a perceptive schema.
     #[must_use]
     pub fn has_authority(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.authority)
     }
 
-    /// Whether it is awake and ready, or has not been checked since it woke.
+    /// Returns whether it is awake and READY, or has not checked since it woke.
     #[must_use]
     pub fn could_act(&self, id: SchemaId) -> bool {
         let could = |node: &Node| node.ready || !node.checked;
         self.is_awake(id) && self.nodes.get(id.index()).is_some_and(could)
     }
 
-    /// Whether an operator stopped this schema, by itself or with everything.
+    /// Returns whether an operator stopped this schema, alone or with everything.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(Node::is_stopped)
     }
 
-    /// Whether an operator stopped everything, this schema among it, and did not let it go on.
+    /// Returns whether an operator stopped everything, including this schema, and has not released this
+    /// schema since.
     #[must_use]
     pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(|n| n.stopped_with_all)
     }
 
-    /// Who wants this schema awake, sorted.
+    /// Returns the requesters that keep this schema awake, sorted.
     #[must_use]
     pub fn requesters(&self, id: SchemaId) -> &[Requester] {
         self.nodes.get(id.index()).map_or(&[], |n| &n.requesters)
     }
 
-    /// Whether a motor schema became WINNER and has not begun an iteration since: it should, at once.
+    /// Returns whether a motor schema became WINNER and has not begun an iteration since. It should begin one
+    /// at once.
     #[must_use]
     pub fn is_taking(&self, id: SchemaId) -> bool {
         self.group_of(id).is_some_and(|group| {
@@ -94,19 +98,19 @@ impl Hierarchy {
         })
     }
 
-    /// The member of a group whose state is WINNER.
+    /// Returns the member of a group whose state is WINNER.
     #[must_use]
     pub fn winner(&self, group: GroupId) -> Option<SchemaId> {
         self.groups.get(group.index())?.winner
     }
 
-    /// The handover under way in a group, away from its winner.
+    /// Returns the handover under way in a group, away from its winner.
     #[must_use]
     pub fn handover(&self, group: GroupId) -> Option<Handover> {
         self.groups.get(group.index())?.handover
     }
 
-    /// What the actuators do on behalf of a group.
+    /// Returns what the actuators do on behalf of a group.
     #[must_use]
     pub fn standing(&self, group: GroupId) -> Standing {
         self.groups
@@ -114,19 +118,19 @@ impl Hierarchy {
             .map_or(Standing::Fresh, |g| g.standing)
     }
 
-    /// The member an operator forces.
+    /// Returns the member that an operator forces.
     #[must_use]
     pub fn forced(&self, group: GroupId) -> Option<SchemaId> {
         self.groups.get(group.index())?.forced
     }
 
-    /// The ticket of the question to the father that is open in a group.
+    /// Returns the ticket of the open question to the father of a group.
     #[must_use]
     pub fn asked(&self, group: GroupId) -> Option<u64> {
         self.groups.get(group.index())?.asked.as_ref().map(|a| a.ticket)
     }
 
-    /// The father of a motor schema.
+    /// Returns the father of a motor schema.
     #[must_use]
     pub fn father(&self, id: SchemaId) -> Option<SchemaId> {
         if self.plan.knows(id) {
@@ -136,7 +140,7 @@ impl Hierarchy {
         }
     }
 
-    /// The group in which a motor schema competes.
+    /// Returns the group in which a motor schema competes.
     #[must_use]
     pub fn group_of(&self, id: SchemaId) -> Option<GroupId> {
         if self.plan.knows(id) {
@@ -146,7 +150,7 @@ impl Hierarchy {
         }
     }
 
-    /// The motor schemas below a schema, children before fathers; without itself.
+    /// Returns the motor schemas below a schema, children before fathers, without the schema itself.
     #[must_use]
     pub fn subtree(&self, id: SchemaId) -> Vec<SchemaId> {
         let mut below = Vec::new();
@@ -156,14 +160,14 @@ impl Hierarchy {
         below
     }
 
-    /// The specification, with the policies and periods that are in force now.
+    /// Returns the specification, with the policies and periods that are in force now.
     #[must_use]
     pub fn spec(&self) -> &Spec {
         &self.plan.spec
     }
 
-    /// How long a takeover in a group may take from its cause, by the policies and periods that are in force now (R17); it
-    /// allocates nothing.
+    /// Returns how long a takeover in a group may take from its cause, by the policies and periods that are
+    /// in force now (R17). It does not allocate.
     #[must_use]
     pub fn allowed(&self, group: GroupId) -> Option<Nanos> {
         let own = |id| {

@@ -1,4 +1,5 @@
-//! Faults, health and restarts: who hurts nobody else, and when it may try again.
+//! Faults, health and restarts. A faulted schema affects no other, and its restart policy states when it may
+//! run again.
 //!
 //! It refuses to judge what a fault is; the executor reports it.
 
@@ -13,11 +14,11 @@ use crate::spec::{Nanos, Restart, SchemaId};
 use crate::state::{Health, State};
 
 impl Hierarchy {
-    /// Reports that a schema panicked, returned an error, hung or died: it sleeps at once with its subtree, its
-    /// level selects again, and its restart policy decides what follows.
+    /// Reports that a schema panicked, returned an error, hung or died. It sleeps at once with its subtree,
+    /// its level selects again, and its restart policy applies.
     ///
-    /// An iteration that runs counts as abandoned until [`end`](Self::end) is called for it, also if the fault itself
-    /// ended it: report the fault, then the end. A second report before the restart has no effect.
+    /// A running iteration counts as abandoned until [`end`](Self::end) is called for it, even if the fault
+    /// itself ended it: report the fault, then the end. A second report before the restart has no effect.
     pub fn faulted(&mut self, now: Nanos, id: SchemaId, reason: String, out: &mut Vec<Effect>) {
         if !self.plan.knows(id) || matches!(self.node(id).health, Health::Faulted(_)) {
             return;
@@ -35,8 +36,8 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// Reports that the code or the process of a schema was replaced, or that somebody takes its fault for mended: that is cleared and
-    /// forgotten with all restarts, and the schema wakes if somebody wants it.
+    /// Reports that the code or the process of a schema was replaced, or that its fault counts as repaired.
+    /// The fault and all restarts are cleared, and the schema wakes if it has a requester.
     pub fn restored(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         if self.plan.knows(id) {
             self.forget_faults(id);
@@ -52,7 +53,7 @@ impl Hierarchy {
         }
     }
 
-    /// Reports that a schema keeps its deadlines again.
+    /// Reports that a schema meets its deadlines again.
     pub fn on_time(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         if *self.health(id) == Health::Overrun {
             self.set_health(id, Health::Ok, out);
@@ -64,13 +65,13 @@ impl Hierarchy {
         self.recover(now, id, out);
     }
 
-    /// Its restarts count from here on.
+    /// Clears the pending restart and the count of restarts.
     pub(super) fn forget_faults(&mut self, id: SchemaId) {
         self.disarm(Timer::Restart(id));
         self.node_mut(id).restarts.clear();
     }
 
-    /// Restarts that its policy grants it at this time still; none if it is never restarted.
+    /// Returns how many restarts its policy still grants at this time; `None` if it is never restarted.
     #[must_use]
     pub fn restarts_left(&self, now: Nanos, id: SchemaId) -> Option<u32> {
         if !self.plan.knows(id) {
@@ -104,7 +105,8 @@ impl Hierarchy {
         }
     }
 
-    /// When it is restarted, if its policy grants it one more: the back-off doubles with each that counts still.
+    /// Returns when the schema is restarted, if its policy grants one more restart. The back-off doubles with
+    /// each restart that still counts.
     fn restart_due(&mut self, now: Nanos, id: SchemaId) -> Option<Nanos> {
         let Restart::OnFault {
             backoff,
@@ -123,7 +125,7 @@ impl Hierarchy {
         })
     }
 
-    /// Takes an awake schema out where it stands, with all below it.
+    /// Puts an awake schema to sleep at once, with everything below it.
     fn fall(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         let Some(group) = self.plan.group_of(id) else {
             return self.lay_down(id, out);
@@ -144,7 +146,7 @@ impl Hierarchy {
         if let Some(handover) = waiting
             && self.group(group).asked.is_some()
         {
-            // The father is being asked, but this place was already promised.
+            // The father has an open question, but the handover had already chosen the next winner.
             let origin = Origin {
                 record: handover.record,
                 cause_time: handover.cause_time,
@@ -156,7 +158,7 @@ impl Hierarchy {
     }
 }
 
-/// Whether a restart then counts still now.
+/// Whether a restart at `time` still counts at `now`.
 fn counts(time: Nanos, within: Nanos, now: Nanos) -> bool {
     now.saturating_sub(time) < within
 }

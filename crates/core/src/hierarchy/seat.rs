@@ -1,6 +1,6 @@
-//! The winner's place in a group: taking it, leaving it, and what the actuators do while it is empty (R9).
+//! The winner's place in a group: promotion, demotion, and what the actuators do while it is empty (R9).
 //!
-//! It refuses to choose; it carries out.
+//! It refuses to choose; it only carries out.
 
 use super::Hierarchy;
 use super::parts::{Group, Origin};
@@ -10,7 +10,7 @@ use crate::spec::{Absence, GroupId, Nanos, SchemaId};
 use crate::state::{Standing, State};
 
 impl Hierarchy {
-    /// Promotes the choice in a group without a winner, or lets its absence policy act.
+    /// Promotes the choice in a group without a winner, or applies the absence policy.
     pub(super) fn seat(
         &mut self,
         id: GroupId,
@@ -43,7 +43,7 @@ impl Hierarchy {
         out.push(Effect::Promoted(to));
     }
 
-    /// Nobody wins: brakes or holds, once per absence (R9).
+    /// Applies the absence policy when no member wins: brakes or holds, once per absence (R9).
     pub(super) fn vacate(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
         let held = match self.plan.group(id).absence {
             Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
@@ -56,12 +56,12 @@ impl Hierarchy {
                 self.arm(Timer::Hold(id), until);
                 out.push(Effect::Hold { group: id, until });
             }
-            // A fresh group has commanded nothing that could be held.
+            // A fresh group has given no command that could be held.
             (Standing::Commanding, None) | (Standing::Fresh, _) => self.brake(id, out),
         }
     }
 
-    /// Takes the place from a loser whose subtree sleeps; it sleeps too if nobody wants it any more.
+    /// Demotes a loser whose subtree sleeps. The loser sleeps too if it is no longer wanted.
     pub(super) fn step_down(&mut self, loser: SchemaId, out: &mut Vec<Effect>) {
         if !self.node(loser).wanted() {
             self.lay_down(loser, out);
@@ -81,7 +81,7 @@ impl Hierarchy {
         self.change(loser, to, out);
     }
 
-    /// Takes back everything a group remembers of its last life, when its father's subtree slept.
+    /// Resets the memory of a group when its father's subtree sleeps. A force by an operator remains.
     pub(super) fn reset(&mut self, id: GroupId) {
         let forced = self.group(id).forced;
         self.disarm(Timer::Hold(id));
@@ -91,7 +91,7 @@ impl Hierarchy {
         };
     }
 
-    /// Brakes, unless it has.
+    /// Brakes, unless the group has braked already.
     pub(super) fn brake(&mut self, id: GroupId, out: &mut Vec<Effect>) {
         self.disarm(Timer::Hold(id));
         if std::mem::replace(&mut self.group_mut(id).standing, Standing::Braked) != Standing::Braked {

@@ -1,6 +1,6 @@
 //! Selection in a group (R2, R3): one snapshot, one case, one choice, one record.
 //!
-//! It refuses to select below a father that is losing its place, and while the father is being asked.
+//! It refuses to select below a father that is being replaced, and while a question to the father is open.
 
 use std::borrow::Cow;
 
@@ -14,18 +14,18 @@ use crate::record::{Candidate, Case, Cause, Decider, Record};
 use crate::spec::{Absence, GroupId, Nanos, Policy, SchemaId};
 use crate::state::Standing;
 
-/// What led to a selection, and since when.
+/// What led to a selection, and when that began.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Why {
     pub(super) cause: Cause,
-    /// When the situation came to be.
+    /// When the situation began.
     pub(super) time: Nanos,
 }
 
-/// The outcome of looking at a snapshot.
+/// The result of judging a snapshot.
 pub(super) enum Verdict {
     Decided(Decision),
-    /// The father is to say.
+    /// The father must decide.
     Ask(Case),
 }
 
@@ -34,7 +34,8 @@ pub(super) struct Decision {
     pub(super) choice: Option<SchemaId>,
     pub(super) decider: Decider,
     pub(super) reason: Cow<'static, str>,
-    /// False while nobody can be chosen because not all were checked yet: the absence policy waits. False, too, if nobody asks for it.
+    /// Whether the absence policy applies. False while no member can be chosen because not all have checked
+    /// yet, and when an operator stopped everything.
     pub(super) known: bool,
 }
 
@@ -55,7 +56,7 @@ impl Decision {
         }
     }
 
-    /// Nobody is to win, and no absence policy is asked.
+    /// Returns the decision that no member wins, without the absence policy.
     pub(super) fn all_stopped() -> Self {
         Self {
             known: false,
@@ -89,13 +90,13 @@ impl Hierarchy {
         }
     }
 
-    /// Whether a member can be chosen although it is not ready.
+    /// Whether a member can be chosen although it is not READY.
     pub(super) fn choosable(&self, id: SchemaId) -> bool {
         let node = self.node(id);
         self.is_awake(id) && node.wanted() && node.run != Run::Abandoned
     }
 
-    /// Looks at a snapshot under a policy.
+    /// Judges a snapshot under a policy.
     pub(super) fn judge(&self, now: Nanos, id: GroupId, lineup: &Lineup, policy: Policy) -> Verdict {
         if let Some(forced) = self.forced_choice(id) {
             let decision = Decision::new(
@@ -121,7 +122,7 @@ impl Hierarchy {
         let chosen = self.field(now, id, lineup).choose(policy);
         let (choice, reason) = chosen.map_or((None, "nobody is ready"), |(id, reason)| (Some(id), reason));
         let decider = match policy {
-            // Its father sleeps: an operator plays the members.
+            // The father sleeps: an operator plays the members.
             Policy::Father => Decider::ArbitrationFailed,
             Policy::Priority | Policy::HighestUrgency | Policy::Sticky { .. } | Policy::RoundRobin { .. } => {
                 Decider::Policy(policy)
@@ -130,7 +131,8 @@ impl Hierarchy {
         Verdict::Decided(Decision::new(case, choice, decider, reason))
     }
 
-    /// What the absence policy makes of a group in which nobody is to win: the fallback if there is one.
+    /// Returns the decision of the absence policy in a group where no member is to win: the fallback, if it
+    /// can win.
     pub(super) fn absent(&self, id: GroupId, case: Case) -> Decision {
         let (choice, reason) = match self.plan.group(id).absence {
             Absence::Fallback(fallback) if self.choosable(fallback) => {
@@ -205,7 +207,7 @@ impl Hierarchy {
 
     fn judge_absence(&self, id: GroupId, candidates: &[Candidate], policy: Policy) -> Verdict {
         let unchecked = |c: &Candidate| !self.node(c.id).checked && self.choosable(c.id);
-        // While the group commands, an absence cannot wait; when its members have just woken, it can.
+        // While the group commands, an absence cannot wait. When its members have just woken, it can.
         if self.group(id).standing != Standing::Commanding && candidates.iter().any(unchecked) {
             let reason = "nobody is ready yet; not all have been checked since they woke";
             let decision = Decision::new(Case::Absence, None, Decider::Nobody, reason);

@@ -1,7 +1,7 @@
-//! Going to sleep (R5, R6, R10): children before fathers, between iterations where there is time, and perceptive
-//! schemas once nobody needs them.
+//! Going to sleep (R5, R6, R10): children before fathers, between iterations where time allows, and
+//! perceptive schemas once they have no requester.
 //!
-//! It decides nothing about winners; whoever empties a seat selects afterwards.
+//! It refuses to decide about winners: the caller that removes a winner selects afterwards.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::effect::Effect;
 use crate::spec::{GroupId, Kind, SchemaId};
 use crate::state::{Requester, State};
 
-/// When a schema in an iteration goes to sleep.
+/// When a schema inside an iteration goes to sleep.
 #[derive(Copy, Clone, PartialEq, Eq)]
 pub(super) enum Pace {
     /// When the iteration has ended.
@@ -22,7 +22,8 @@ pub(super) enum Pace {
 }
 
 impl Hierarchy {
-    /// Puts the subtree of a schema to sleep, without itself, as far as the pace allows; true if nothing is left awake.
+    /// Puts the subtree of a schema to sleep, without the schema itself, as far as the pace allows. Returns
+    /// true if nothing below it is awake.
     pub(super) fn drain(&mut self, id: SchemaId, pace: Pace, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
         let mut dry = true;
@@ -32,8 +33,8 @@ impl Hierarchy {
         dry
     }
 
-    /// Puts the members of a group to sleep with all below them; true if nobody is left awake. What fathers and
-    /// operators wanted awake in it is forgotten.
+    /// Puts the members of a group to sleep with everything below them, as far as the pace allows. Returns
+    /// true if none is awake. The requests of fathers and operators for the members that sleep are removed.
     pub(super) fn silence(&mut self, group: GroupId, pace: Pace, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
         self.drop_handover(group);
@@ -59,7 +60,7 @@ impl Hierarchy {
         dry
     }
 
-    /// Puts one awake schema to sleep at once; those below it sleep already. Who requests it stays noted.
+    /// Puts one awake schema to sleep at once. Its subtree must sleep already. Its requesters remain.
     pub(super) fn lay_down(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         self.withdraw(id, out);
         if let Some(group) = self.plan.group_of(id) {
@@ -92,7 +93,8 @@ impl Hierarchy {
         }
     }
 
-    /// One requester less; a perceptive schema that has none left sleeps when the transaction settles.
+    /// Removes one requester; returns whether it was there. A perceptive schema that is no longer wanted
+    /// sleeps when the transaction settles.
     pub(super) fn release(&mut self, id: SchemaId, who: Requester) -> bool {
         let requesters = &mut self.node_mut(id).requesters;
         let Ok(at) = requesters.binary_search(&who) else {
@@ -105,7 +107,8 @@ impl Hierarchy {
         true
     }
 
-    /// Ends a transaction: perceptive schemas that nobody needs any more go to sleep, after those who needed them.
+    /// Ends a transaction: perceptive schemas that are no longer wanted go to sleep, after the schemas that
+    /// needed them.
     pub(super) fn settle(&mut self, out: &mut Vec<Effect>) {
         let mut next = 0;
         while let Some(&id) = self.loose.get(next) {

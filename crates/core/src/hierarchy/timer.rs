@@ -1,28 +1,28 @@
-//! The timers of a hierarchy: when something is due although nobody calls.
+//! The timers of a hierarchy: what falls due without a call.
 //!
-//! It refuses to wait: an executor asks for the next due time and reports when it has come.
+//! It refuses to wait: an executor queries the next due time and reports when it has been reached.
 
 use super::Hierarchy;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Nanos, SchemaId};
 
-/// What is due at some time. Each exists at most once.
+/// What falls due at some time. Each timer exists at most once.
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Timer {
     /// The patience with the loser of this group ends (R1).
     Patience(GroupId),
-    /// The father of this group has used up its time to arbitrate (R4).
+    /// The father of this group has used up its arbitration budget (R4).
     Arbitration(GroupId),
     /// A dwell time or a turn in this group ends, which can change the choice.
     Turn(GroupId),
-    /// The last command from this group has stood long enough (R9).
+    /// The hold of the last command from this group ends (R9).
     Hold(GroupId),
     /// The back-off of this faulted schema ends.
     Restart(SchemaId),
 }
 
 impl Hierarchy {
-    /// The time of the next timer.
+    /// Returns the time of the next timer.
     #[must_use]
     pub fn next_timer(&self) -> Option<Nanos> {
         if self.timers.is_empty() {
@@ -31,7 +31,7 @@ impl Hierarchy {
         self.timers.values().min().copied()
     }
 
-    /// All armed timers with their due times, in the order of [`Timer`].
+    /// Returns all armed timers with their due times, in the order of [`Timer`].
     pub fn timers(&self) -> impl Iterator<Item = (Nanos, Timer)> {
         self.timers.iter().map(|(&timer, &due)| (due, timer))
     }
@@ -45,8 +45,8 @@ impl Hierarchy {
         }
     }
 
-    /// Fires one timer, as if its time had come; without effect if it is not armed. A `now` before the due time
-    /// counts as the due time.
+    /// Fires one timer as if its time had been reached. Has no effect if it is not armed. A `now` before the
+    /// due time counts as the due time.
     pub fn fire(&mut self, now: Nanos, timer: Timer, out: &mut Vec<Effect>) {
         let Some(due) = self.timers.remove(&timer) else {
             return;

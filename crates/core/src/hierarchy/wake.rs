@@ -1,6 +1,6 @@
-//! Waking and putting to sleep at a father's wish (R6, R7).
+//! Waking and putting to sleep at the request of a father (R6, R7).
 //!
-//! It refuses every father that does not hold authority, and every child that is not its own.
+//! It refuses a father that does not hold authority, and a child of another father.
 
 use std::sync::Arc;
 
@@ -15,12 +15,13 @@ use crate::spec::{Kind, Nanos, SchemaId};
 use crate::state::{Requester, State};
 
 impl Hierarchy {
-    /// Wakes a motor child of one of the father's groups, or a perceptive schema; without effect if the father woke
-    /// it already. A faulted child wakes when its restart policy allows.
+    /// Wakes a motor child of one of the father's groups, or a perceptive schema. Has no effect if the father
+    /// woke it already. A faulted child wakes when its restart policy allows.
     ///
     /// # Errors
-    /// The father has no authority (R7) or is losing it, it is not its child, or an operator stopped the child. In the
-    /// last case the wish is kept, and counts when the operator lets go.
+    /// The father has no authority (R7) or is being replaced, the child is not its own, or an operator
+    /// stopped the child. In the last case the request is kept and takes effect when the operator releases
+    /// the child.
     pub fn wake(
         &mut self,
         now: Nanos,
@@ -47,11 +48,12 @@ impl Hierarchy {
         }
     }
 
-    /// Takes back what [`wake`](Self::wake) did: a motor child sleeps with its subtree, as soon as its iteration has
-    /// ended; a perceptive schema once nobody else needs it. Without effect if the father did not wake it.
+    /// Reverses [`wake`](Self::wake): a motor child sleeps with its subtree as soon as its iteration has
+    /// ended, a perceptive schema as soon as it has no other requester. Has no effect if the father did not
+    /// wake it.
     ///
     /// # Errors
-    /// The father has no authority (R7) or is losing it, or it is not its child.
+    /// The father has no authority (R7) or is being replaced, or the child is not its own.
     pub fn sleep(
         &mut self,
         now: Nanos,
@@ -68,7 +70,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// One requester more; wakes the schema if that is allowed. True if it woke.
+    /// Adds a requester and wakes the schema if that is allowed. Returns true if it woke.
     pub(super) fn request(&mut self, id: SchemaId, who: Requester, out: &mut Vec<Effect>) -> bool {
         let requesters = &mut self.node_mut(id).requesters;
         if let Err(at) = requesters.binary_search(&who) {
@@ -77,7 +79,7 @@ impl Hierarchy {
         self.rise(id, out)
     }
 
-    /// Wakes a schema that is wanted and sleeps, after all it needs. True if it woke.
+    /// Wakes a schema that is wanted and sleeps, after everything that it needs. Returns true if it woke.
     pub(super) fn rise(&mut self, id: SchemaId, out: &mut Vec<Effect>) -> bool {
         if self.phase != Phase::Running || self.is_awake(id) || !self.node(id).wanted() {
             return false;
@@ -95,8 +97,8 @@ impl Hierarchy {
         true
     }
 
-    /// After a requester was added: a motor schema that woke, or that was about to be put to sleep as a winner,
-    /// competes.
+    /// Lets a motor schema compete after a requester was added, if it woke or is a winner that was about to
+    /// sleep.
     pub(super) fn compete(
         &mut self,
         now: Nanos,
@@ -112,8 +114,8 @@ impl Hierarchy {
         }
     }
 
-    /// After a reason to be awake was taken away: a motor schema without any left leaves its group. A winner does so
-    /// by a handover, any other at once.
+    /// Removes a motor schema without a reason to be awake from its group. A winner leaves by a handover, any
+    /// other schema at once.
     pub(super) fn let_sleep(&mut self, now: Nanos, id: SchemaId, cause: Cause, out: &mut Vec<Effect>) {
         if self.node(id).wanted() || !self.is_awake(id) {
             return;
