@@ -1,4 +1,5 @@
-//! What a running application tells whoever listens: one enum, in the order in which things happened.
+//! The events of a running application: one enum, delivered to observers in the order in which the events
+//! occurred.
 
 mod action;
 
@@ -9,190 +10,193 @@ use crate::footprint::Footprint;
 use crate::reload::Takeover;
 pub use action::OperatorAction;
 
-/// Something that happened. Schemas and groups are named by their place in the `Application`.
+/// An event. Schemas and groups are numbered by their place in the `Application`.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A schema changed its state.
     Changed {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The schema.
         schema: usize,
-        /// Before.
+        /// The state before.
         from: State,
-        /// Since.
+        /// The new state.
         to: State,
     },
     /// A schema's health changed.
     Health {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The schema.
         schema: usize,
-        /// Since.
+        /// The new health.
         health: Health,
     },
-    /// A selection (R15). The time to the winner's first iteration follows as [`Event::Took`].
+    /// A selection (R15). [`Event::Took`] reports the time to the winner's first iteration later.
     Decided(Record),
     /// A new winner began its first iteration.
     Took {
         /// When.
         time: Nanos,
-        /// In which group.
+        /// The group.
         group: usize,
         /// Number of the selection's record.
         record: u64,
         /// The winner.
         schema: usize,
-        /// Time from the cause of the selection.
+        /// Time since the cause of the selection.
         latency: Nanos,
-        /// The longest it may take by the contract of its group (R17).
+        /// The longest time that the contract of the group permits (R17).
         allowed: Nanos,
     },
-    /// A takeover took longer than the contract of its group allows (R17); the [`Event::Took`] of it came just before.
+    /// A takeover took longer than the contract of its group permits (R17). Follows immediately after its
+    /// [`Event::Took`].
     Late {
         /// When.
         time: Nanos,
-        /// In which group.
+        /// The group.
         group: usize,
         /// Number of the selection's record.
         record: u64,
         /// The winner.
         schema: usize,
-        /// Time from the cause of the selection.
+        /// Time since the cause of the selection.
         latency: Nanos,
-        /// The longest it may take.
+        /// The longest time that the contract of the group permits.
         allowed: Nanos,
     },
     /// A group began to chatter: see [`crate::chatter`].
     Chatters {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The group.
         group: usize,
-        /// The two that alternate most; one may be nobody.
+        /// The two schemas that alternate most; `None` stands for no winner.
         between: [Option<usize>; 2],
         /// Switches within the last second.
         switches: usize,
     },
-    /// A group that chattered has calmed down.
+    /// A group stopped chattering.
     Calmed {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The group.
         group: usize,
-        /// Since when it chattered.
+        /// When it began to chatter.
         since: Nanos,
-        /// Switches from then on.
+        /// Switches since then.
         switches: u64,
     },
-    /// The mission has not come nearer to its target for the time that the application states; told once, until it does.
+    /// The distance to the mission's target has not decreased for the time that the application states.
+    /// Reported once, until it decreases.
     Stalled {
         /// When.
         time: Nanos,
-        /// Who exports the mission.
+        /// The schema that exports the mission.
         schema: usize,
-        /// Since when.
+        /// When the distance last decreased.
         since: Nanos,
-        /// How far its target is, m.
+        /// The distance to the target, m.
         distance: f64,
         /// Targets reached.
         reached: u32,
     },
-    /// A schema missed a deadline, or it or the drawing of its panel took longer than its budget; counted for each, told when it
-    /// begins.
+    /// A schema missed a deadline, or its iteration or the drawing of its panel exceeded its budget. Every
+    /// case is counted; the first of a series is reported.
     Overrun {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The schema.
         schema: usize,
         /// How long the iteration or drawing took.
         took: Nanos,
-        /// What it may take.
+        /// The budget.
         budget: Nanos,
     },
     /// A call into a schema has not returned for many times its budget.
     Hung {
-        /// When it was noticed.
+        /// When this was detected.
         time: Nanos,
-        /// Which.
+        /// The schema.
         schema: usize,
-        /// Since when the call runs.
+        /// When the call began.
         since: Nanos,
     },
-    /// A call that hangs was given up: its thread is left behind, nothing it does counts any more, and the next awakening makes a
-    /// fresh instance.
+    /// A hung call was given up. Its thread is abandoned, its further effects are ignored, and the next wake
+    /// creates a fresh instance.
     LeftBehind {
         /// When.
         time: Nanos,
-        /// Whose.
+        /// The schema.
         schema: usize,
-        /// Since when the call runs.
+        /// When the call began.
         since: Nanos,
-        /// Calls of this schema that were given up and have not returned, this one included.
+        /// Calls of this schema that were given up and have not returned, including this one.
         left: u64,
-        /// Bytes of shared values that this one may still look at or write to, and that are kept for it.
+        /// Bytes of shared values that are kept because this call may still read or write them.
         kept: u64,
         /// What the whole process holds now.
         process: Footprint,
     },
-    /// A call that was given up returned after all: its instance was ended.
+    /// A call that had been given up returned. Its instance was ended.
     CameBack {
         /// When.
         time: Nanos,
-        /// Whose.
+        /// The schema.
         schema: usize,
-        /// Since when the call ran.
+        /// When the call began.
         since: Nanos,
         /// Calls of this schema that were given up and have not returned.
         left: u64,
         /// What the whole process holds now.
         process: Footprint,
     },
-    /// A command or a wake was refused (R7), or a command was not finite; counted for each, told for the first of a row. So are
-    /// gestures that were accepted and that their schema, which was gone too soon, did not take up.
+    /// A command or a wake was refused (R7), or a command was not finite. Every case is counted; the first of
+    /// a series is reported. Also reports gestures that were accepted but not delivered, because the schema's
+    /// instance ended first.
     Refused {
         /// When.
         time: Nanos,
-        /// Who tried.
+        /// The schema that tried.
         schema: usize,
-        /// What, and why.
+        /// What was refused, and why.
         what: String,
     },
-    /// An operator did something (R14).
+    /// An operator acted (R14).
     Operator {
         /// When.
         time: Nanos,
-        /// Who: "ana@laptop".
+        /// The operator's name: "ana@laptop".
         by: String,
-        /// What.
+        /// The action.
         action: OperatorAction,
     },
-    /// Another build of a schema took over from the one before, between two iterations (R10).
+    /// Another build of a schema took over from the build before, between two iterations (R10).
     Reloaded {
         /// When.
         time: Nanos,
-        /// Of which.
+        /// The schema.
         schema: usize,
-        /// How.
+        /// How it took over.
         takeover: Takeover,
     },
-    /// A schema goes on with the build before: the new one could not take over, or failed while it was on trial.
+    /// A schema continues with the build before: the new build could not take over, or failed while on trial.
     ReloadUndone {
         /// When.
         time: Nanos,
-        /// Which.
+        /// The schema.
         schema: usize,
         /// The build that was given up.
         build: BuildName,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// The application ended.
     Ended {
         /// When.
         time: Nanos,
-        /// How.
+        /// How it ended.
         outcome: Outcome,
     },
 }
@@ -204,16 +208,16 @@ pub enum Outcome {
     Done,
     /// Its mission failed.
     Failed,
-    /// The time given to it is over.
+    /// Its time limit was reached.
     TimeUp,
     /// It was asked to stop.
     Stopped,
-    /// It could not go on; the reason in words.
+    /// It could not continue; the reason in words.
     Broken(String),
 }
 
 impl Outcome {
-    /// All but those that have words of their own.
+    /// The outcomes with fixed words.
     const PLAIN: [(Self, &str); 4] = [
         (Self::Done, "the mission is done"),
         (Self::Failed, "the mission failed"),
@@ -221,7 +225,7 @@ impl Outcome {
         (Self::Stopped, "it was asked to stop"),
     ];
 
-    /// It in words, as stories tell it.
+    /// Returns the outcome in words, as stories write it.
     #[must_use]
     pub fn words(&self) -> &str {
         let plain = Self::PLAIN.iter().find(|(outcome, _)| outcome == self);
@@ -232,7 +236,7 @@ impl Outcome {
         }
     }
 
-    /// Out of the words of a story.
+    /// Parses the words of a story.
     #[must_use]
     pub fn read(words: &str) -> Self {
         let plain = Self::PLAIN.into_iter().find(|(_, known)| *known == words);
@@ -240,9 +244,9 @@ impl Outcome {
     }
 }
 
-/// Hears events, under the application's lock: it must return at once and must not call the application.
+/// Receives events under the application's lock. It must return at once and must not call the application.
 pub trait Observer: Send {
-    /// Hears one.
+    /// Receives one event.
     fn hear(&mut self, event: &Event);
 }
 

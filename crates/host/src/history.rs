@@ -1,4 +1,5 @@
-//! The last values of a variable, so that a reader sees the one that it saw when it took its turn first, not the newest.
+//! The last values of a variable. In a replay of decisions, a reader receives the value that it used in the
+//! original turn, not the newest.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,9 +8,10 @@ use jde_board::{Stamp, Variable};
 
 use crate::turn::Turn;
 
-/// Fewest values kept: a thread that was held up between looking and telling is some values late.
+/// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
+/// values late.
 const FEWEST: usize = 16;
-/// Bytes kept of a variable beyond those.
+/// Bytes per variable that may be kept; a large type keeps [`FEWEST`] values all the same.
 const ROOM: usize = 1 << 20;
 
 /// The last values of a variable.
@@ -24,7 +26,7 @@ pub(crate) struct Old {
     bytes: Aligned,
 }
 
-/// Bytes aligned for any value.
+/// Bytes aligned for any value type.
 pub(crate) struct Aligned {
     words: Vec<u128>,
     bytes: usize,
@@ -38,7 +40,7 @@ struct Inner {
 }
 
 impl History {
-    /// Of a variable; it begins with the value that is there.
+    /// Returns the history of a variable, which begins with the present value.
     pub(crate) fn of(variable: &Arc<Variable>) -> Arc<Self> {
         let history = Arc::new(Self {
             inner: Mutex::default(),
@@ -48,7 +50,7 @@ impl History {
         history
     }
 
-    /// Takes over the newest value of the variable.
+    /// Adds the newest value of the variable.
     pub(crate) fn take(&self, variable: &Arc<Variable>) {
         let mut reader = variable.reader("replay");
         match reader.latch() {
@@ -57,7 +59,7 @@ impl History {
         }
     }
 
-    /// Adds a value; one that is there already is not added again.
+    /// Adds a value, unless it is the newest one already.
     pub(crate) fn put(&self, stamp: Stamp, bytes: &[u8]) {
         let mut inner = self.lock();
         inner.retracted = false;
@@ -75,18 +77,19 @@ impl History {
         inner.values.push_back(Arc::new(Old { stamp, bytes }));
     }
 
-    /// The newest value no longer stands.
+    /// Marks the newest value as retracted.
     pub(crate) fn retract(&self) {
         self.lock().retracted = true;
     }
 
-    /// Whether it has come as far as the value of that number, as turns tell numbers.
+    /// Whether the value of that number, or a later one, has arrived. Numbers are as in turns.
     pub(crate) fn has(&self, wanted: u32) -> bool {
         let newest = self.lock().values.back().map(|last| last.stamp.sequence);
         newest.is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
     }
 
-    /// The value of that number, as turns tell them; the newest if none is told or that one is not there, which is counted.
+    /// Returns the value of that number, numbered as in turns. If no number is given, or that value is
+    /// missing (which is counted), returns the newest.
     pub(crate) fn find(&self, wanted: u32) -> Option<Arc<Old>> {
         let mut inner = self.lock();
         if wanted == Turn::NOTHING {
@@ -102,7 +105,7 @@ impl History {
         inner.values.back().filter(|_| !inner.retracted).cloned()
     }
 
-    /// How often a value was looked for that was not there.
+    /// Returns how often a requested value was missing.
     pub(crate) fn missed(&self) -> u64 {
         self.lock().missed
     }

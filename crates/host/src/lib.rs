@@ -1,5 +1,6 @@
-//! Runs applications of plugin schemas: loads and checks them, wires their variables, and drives the rules of `jde-core`
-//! in real time or in lockstep. It prints nothing and never ends the process; that is the executable's.
+//! Runs applications of plugin schemas: loads and checks them, wires their variables, and applies the rules
+//! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; both are left to
+//! the executable.
 
 pub mod apart;
 pub mod app;

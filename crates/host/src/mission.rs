@@ -1,5 +1,6 @@
-//! Ends an application when the variable that it names as its mission says so, and tells when that comes no nearer to its target. It
-//! looks whenever the mission is published, and has no other opinion of what a robot should be doing.
+//! Ends an application when the variable that it names as its mission is done or failed, and reports when the
+//! distance to the target does not decrease. It reads the mission at each publication and applies no other
+//! criterion.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -9,10 +10,10 @@ use jde_types::{Mission, Value};
 use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 
-/// What counts as nearer, m: more than the noise of a pose of somebody who stands.
+/// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
 const NEARER: f64 = 0.05;
 
-/// How near it has come to its present target, and since when it has come no nearer.
+/// The smallest distance to the present target, and when it last decreased.
 #[derive(Default)]
 struct Progress {
     mission: Mission,
@@ -21,7 +22,7 @@ struct Progress {
     told: bool,
 }
 
-/// Concludes as soon as the mission is published as done or failed.
+/// Concludes the application when its mission is published as done or failed.
 pub(crate) fn follow(engine: &Arc<Engine>) {
     let Some((instance, port)) = engine.application.mission else {
         return;
@@ -30,7 +31,7 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
         unreachable!("a mission is an export");
     };
     let progress = Mutex::new(Progress::default());
-    // A reader or an engine kept in the watch would keep what keeps the watch.
+    // The watch must hold no strong reference to the engine, which holds the watch.
     let weak: Weak<Engine> = Arc::downgrade(engine);
     engine.keep([variable.watch(move || {
         let Some(engine) = weak.upgrade() else { return };
@@ -54,7 +55,7 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(since) = progress.stalls(mission, now, patience) {
             drop(progress);
-            // Whoever publishes may be in a call, and does not wait for the rules.
+            // The publishing thread may be inside a call, and must not wait for the rules' lock.
             engine.report_later(Event::Stalled {
                 time: now,
                 schema: instance,
@@ -67,13 +68,14 @@ pub(crate) fn follow(engine: &Arc<Engine>) {
 }
 
 impl Progress {
-    /// Since when there was no progress, if that is longer than `patience` and has not been told yet.
+    /// Returns since when there was no progress, if that is at least `patience` ago and has not been reported
+    /// yet.
     fn stalls(&mut self, mission: Mission, now: Nanos, patience: Nanos) -> Option<Nanos> {
         let before = std::mem::replace(&mut self.mission, mission);
         let other =
             (before.reached, before.total, before.target) != (mission.reached, mission.total, mission.target);
         let nearer = mission.distance < self.nearest - NEARER;
-        // Without a way to go there is nothing to come nearer to.
+        // Without a route there is no distance that could decrease.
         let idle = mission.state != Mission::RUNNING || mission.distance <= 0.0;
         if other || nearer || idle || self.since == 0 {
             (self.nearest, self.since, self.told) = (mission.distance, now.max(1), false);

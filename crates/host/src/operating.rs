@@ -1,4 +1,5 @@
-//! What operators can do to a running application (R14), each under a name. Leases are the business of whoever serves them.
+//! The actions of an operator on a running application (R14), each under the operator's name. Leases are not
+//! kept here.
 
 use std::sync::Arc;
 
@@ -9,11 +10,12 @@ use crate::engine::Engine;
 use crate::plugin::Loaded;
 use crate::reload::{How, Reload};
 
-/// Longest name of an operator, in characters.
+/// The longest name of an operator, in characters.
 const LONGEST_NAME: usize = 64;
 
-/// An operator of a running application: acts as a father would. What it does is told and shown with its name, and stands until
-/// it is undone. Usable from any thread; dropping it undoes nothing.
+/// An operator of a running application, who acts as a father would. Each action is reported and shown under
+/// the operator's name, and stays in force until it is undone. Usable from any thread; dropping it undoes
+/// nothing.
 #[derive(Clone)]
 pub struct Operating {
     engine: Arc<Engine>,
@@ -31,7 +33,7 @@ impl Operating {
     /// Wakes a schema as its father would.
     ///
     /// # Errors
-    /// Why it was refused, in words; so for the others below.
+    /// Why it was refused, in words; likewise below.
     pub fn play(&self, schema: usize) -> Result<(), String> {
         self.hierarchy(schema, Operator::Play)
     }
@@ -44,37 +46,41 @@ impl Operating {
         self.hierarchy(schema, Operator::Stop)
     }
 
-    /// Ends the instance of a schema, which holds it asleep: its memory goes, its device is let go of, and what it exported is
-    /// taken back; its modulations and its period stay. It ends between two iterations, soon after this has returned.
+    /// Ends the instance of a schema and keeps the schema asleep. Its memory is lost, its device is released,
+    /// and its exported values are retracted; its modulations and its period stay. The instance ends between
+    /// two iterations, soon after this function has returned.
     ///
     /// # Errors
-    /// When it is a perceptive schema or a driver that somebody awake needs.
+    /// It is a perceptive schema or a driver that an awake schema needs.
     pub fn unload(&self, schema: usize) -> Result<(), String> {
         self.engine.unload(&self.by, schema)
     }
 
-    /// Lets go of a schema that was unloaded, and has one that faulted try again, with all restarts that its policy grants: it gets a
-    /// fresh instance when it wakes up, at once if anybody wants it awake.
+    /// Releases a schema that was unloaded, or permits one that faulted to start again, with all restarts
+    /// that its restart policy grants. It gets a fresh instance when it wakes: at once if anything requires
+    /// it awake.
     ///
     /// # Errors
-    /// When it is neither unloaded nor faulted, or has not come to rest since.
+    /// It is neither unloaded nor faulted, or has not come to rest since.
     pub fn load(&self, schema: usize) -> Result<(), String> {
         self.engine.load(&self.by, schema)
     }
 
-    /// Has another build of a schema's type take over, between two of its iterations: it keeps its state in the hierarchy, its
-    /// authority and its variables, and what it remembers if both builds hand that on. What goes wrong leaves the build before.
+    /// Has another build of a schema's type take over, between two iterations. The schema keeps its state in
+    /// the hierarchy, its authority and its variables; it keeps its memory if both builds support that. If
+    /// the takeover fails, the build before stays.
     ///
     /// # Errors
-    /// Everything that keeps the build from its place; nothing was touched then.
+    /// Every reason why the build cannot take over; nothing has changed then.
     pub fn replace(&self, schema: usize, with: &Loaded, how: How) -> Result<Reload, Vec<String>> {
         self.engine.replace(&self.by, schema, with, how)
     }
 
-    /// Whether a build could take over as [`Self::replace`] has it; answers with what of it would not be in force.
+    /// Checks whether a build could take over by [`Self::replace`]. Returns the parts of it that would not be
+    /// in force.
     ///
     /// # Errors
-    /// Everything that keeps it from that.
+    /// Every reason why it cannot take over.
     pub fn fits(&self, schema: usize, build: &Loaded) -> Result<Vec<String>, Vec<String>> {
         self.engine.fitting(schema, build).map(|(_, notes)| notes)
     }
@@ -84,7 +90,7 @@ impl Operating {
         self.engine.runs(schema, build)
     }
 
-    /// Whether a schema faulted and was not restarted since.
+    /// Whether a schema has faulted and has not been restarted since.
     pub(crate) fn is_faulted(&self, schema: usize) -> bool {
         self.engine.is_faulted(schema)
     }
@@ -97,7 +103,7 @@ impl Operating {
         self.hierarchy(schema, Operator::Force)
     }
 
-    /// Undoes what operators did to a schema, whoever they are.
+    /// Undoes what any operators did to a schema.
     ///
     /// # Errors
     /// Why it was refused.
@@ -105,26 +111,27 @@ impl Operating {
         self.hierarchy(schema, Operator::Release)
     }
 
-    /// Stops everything at once: every root sleeps, and with it all that acts, and every command is neutral. Whoever is inside an
-    /// iteration commands nothing more in it, whatever is released meanwhile. It stands until [`Self::release_all`], or until
-    /// somebody plays or releases the roots one by one.
+    /// Stops everything at once: every root sleeps with everything below it, and every command is neutral. A
+    /// schema inside an iteration can command nothing more in it, even if it is released meanwhile. The stop
+    /// lasts until [`Self::release_all`], or until operators have played or released the roots one by one.
     ///
     /// # Errors
-    /// The application has not started, or is over.
+    /// The application has not started, or has ended.
     pub fn stop_all(&self) -> Result<(), String> {
         self.engine.stop_all(&self.by)
     }
 
-    /// Lets everything go on that was stopped at once, whoever did that. What operators stopped or unloaded by itself, or did otherwise,
-    /// stays.
+    /// Undoes [`Self::stop_all`], whoever called it. Other actions on single schemas, such as a stop or an
+    /// unload, stay in force.
     ///
     /// # Errors
-    /// The application has not started, or is over.
+    /// The application has not started, or has ended.
     pub fn release_all(&self) -> Result<(), String> {
         self.engine.release_all(&self.by)
     }
 
-    /// Undoes what this operator did to a schema and no other has done anew since: the end of a lease. What others hold stays.
+    /// Undoes what this operator did to a schema, unless another operator has done it anew: the end of a
+    /// lease. Actions of other operators stay in force.
     ///
     /// # Errors
     /// Why it was refused.
@@ -135,7 +142,7 @@ impl Operating {
     /// Changes the period of a schema, ns.
     ///
     /// # Errors
-    /// When it is too short.
+    /// The period is out of [range](crate::period::RANGE).
     pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
         self.engine.retime(&self.by, schema, period)
     }
@@ -143,7 +150,7 @@ impl Operating {
     /// Writes a modulation of a schema by name.
     ///
     /// # Errors
-    /// When there is none of that name, or the value does not fit.
+    /// There is no modulation of that name, or the value does not fit.
     pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
         self.engine.modulate(&self.by, schema, name, value)
     }
@@ -154,7 +161,8 @@ impl Operating {
     }
 }
 
-/// A name as terminals and recordings can bear it, wherever it came from.
+/// Returns a name that is safe to show on terminals and in recordings: trimmed, of limited length, without
+/// control characters.
 pub(crate) fn shown(by: &str) -> String {
     let printable = |c: char| if c.is_control() { '?' } else { c };
     let name: String = by.trim().chars().take(LONGEST_NAME).map(printable).collect();

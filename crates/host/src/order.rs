@@ -1,5 +1,5 @@
-//! In which order schemas take turns that are due at once: in lockstep one after another, in real time a little apart. It gives
-//! no turn to anybody, and knows no rule but that order.
+//! The order in which schemas take turns that are due at the same instant: one after another in lockstep,
+//! slightly staggered in real time. It schedules nothing and knows no other rule.
 
 use std::time::Duration;
 
@@ -9,11 +9,11 @@ use jde_core::Nanos;
 use crate::app::Instance;
 use crate::clock::Clock;
 
-/// Most time from one to the next: longer than most turns take.
+/// The longest stagger between two schemas: longer than most turns take.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The numbers of the instances in order: drivers and perceptive schemas, then motor schemas, fathers before children. So whoever
-/// reads finds what was written at the same instant.
+/// Returns the instance numbers in order: drivers, then perceptive schemas, then motor schemas; within a
+/// kind, fathers before children. So a reader finds the values that were written at the same instant.
 pub(crate) fn order(instances: &[Instance]) -> Vec<usize> {
     let depth = |mut number: usize| {
         let mut depth = 0;
@@ -34,8 +34,8 @@ pub(crate) fn order(instances: &[Instance]) -> Vec<usize> {
     order
 }
 
-/// How long before the last of all each instance is due, if all were woken at once. In virtual time nobody is: there it takes none to
-/// take turns.
+/// Returns how long before the last instance each one is due, if all were woken at once. In virtual time
+/// turns take no time, and all values are 0.
 pub(crate) fn early(instances: &[Instance], clock: &Clock) -> Vec<Nanos> {
     if !clock.is_real() {
         return vec![0; instances.len()];
@@ -48,7 +48,8 @@ pub(crate) fn early(instances: &[Instance], clock: &Clock) -> Vec<Nanos> {
     )
 }
 
-/// A step for each that comes after it, so short that all of them fit into the shortest period.
+/// Gives each instance one step for every instance after it. The step is short enough that all fit into the
+/// shortest period.
 fn spread(order: &[usize], shortest: Nanos, most: Nanos) -> Vec<Nanos> {
     let step = most.min(shortest / (order.len() as u64).max(1));
     let mut early = vec![0; order.len()];

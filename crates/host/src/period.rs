@@ -1,33 +1,33 @@
-//! The periods that a schema may have: one range for application files, operators, tools and fathers; and times as people read and
-//! type them. It refuses to guess: a typed period without a unit is an error.
+//! The range of periods, which is the same for application files, operators, tools and fathers; and the
+//! formats in which times are shown and typed. A typed period without a unit is an error: no unit is guessed.
 
 use jde_core::Nanos;
 
-/// Shortest: what the timers of a machine can keep.
+/// The shortest period: the resolution that timers of a machine can keep.
 pub const SHORTEST: Nanos = 100_000;
-/// Longest: a day is beyond any cycle of a robot, so more is a slip of units.
+/// The longest period: no cycle of a robot takes a day, so a longer one is a mistaken unit.
 pub const LONGEST: Nanos = 86_400_000_000_000;
 /// The range in words.
 pub const RANGE: &str = "from 100 us to a day";
 
-/// A period that no schema may have.
+/// A period outside the range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a period of {seconds} s is {}; give one {RANGE}", problem(*seconds))]
 pub struct OutOfRange {
-    /// What was asked for, s.
+    /// The requested period, s.
     pub seconds: f64,
 }
 
-/// A period in seconds as a number of ns.
+/// Converts a period in seconds to ns.
 ///
 /// # Errors
 /// [`OutOfRange`]
 pub fn of_seconds(seconds: f64) -> Result<Nanos, OutOfRange> {
-    // What is no number of ns saturates, and is out of range.
+    // The cast saturates, so NaN and numbers that are too large are out of range.
     check((seconds * 1e9).round() as Nanos).map_err(|_| OutOfRange { seconds })
 }
 
-/// A period, if it is one.
+/// Returns the period if it is in range.
 ///
 /// # Errors
 /// [`OutOfRange`]
@@ -51,10 +51,10 @@ const UNITS: [(&str, f64); 7] = [
     ("h", 3600e9),
 ];
 
-/// Reads a period as somebody types it: a number with ns, us, ms, s, min, h or Hz.
+/// Parses a typed period: a number with ns, us, ms, s, min, h or Hz.
 ///
 /// # Errors
-/// No number, no unit, or out of [`RANGE`]: in words for the person who typed it.
+/// There is no number, no unit, or the period is out of [`RANGE`]; in words for the person who typed it.
 pub fn read(typed: &str) -> Result<Nanos, String> {
     let typed = typed.trim();
     let end = typed
@@ -73,11 +73,11 @@ pub fn read(typed: &str) -> Result<Nanos, String> {
         })?;
         number * size
     };
-    // What is no number of ns saturates, and is out of range.
+    // The cast saturates, so NaN and numbers that are too large are out of range.
     check(nanos.round() as Nanos).map_err(|_| format!("“{typed}” is out of range: a period is {RANGE}"))
 }
 
-/// A time in its own unit with three significant digits: "75.0 ms".
+/// Formats a time in its own unit with three significant digits: "75.0 ms".
 #[must_use]
 pub fn span(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
@@ -89,7 +89,7 @@ pub fn span(nanos: Nanos) -> String {
     }
 }
 
-/// A time that somebody chose, with no more digits than it needs: "75 ms", "82.5 ms".
+/// Formats a configured time with no more digits than it needs: "75 ms", "82.5 ms".
 #[must_use]
 pub fn setting(nanos: Nanos) -> String {
     let (value, unit) = scaled(nanos);
@@ -101,14 +101,14 @@ fn scaled(nanos: Nanos) -> (f64, &'static str) {
     let value = nanos as f64;
     match nanos {
         0..1_000 => (value, "ns"),
-        // What would be rounded up to 1000 of a unit is told in the next.
+        // A value that would be rounded up to 1000 of a unit is shown in the next unit.
         1_000..999_500 => (value / 1e3, "µs"),
         999_500..999_500_000 => (value / 1e6, "ms"),
         999_500_000.. => (value / 1e9, "s"),
     }
 }
 
-/// What is wrong with a time out of range.
+/// Describes what is wrong with a time out of range.
 pub(crate) fn problem(seconds: f64) -> &'static str {
     if seconds * 1e9 > LONGEST as f64 {
         "longer than a day"

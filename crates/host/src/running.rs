@@ -1,4 +1,5 @@
-//! A running application, in real time or in lockstep: what programs and tools hold in their hands.
+//! A running application, in real time or in lockstep, and the [`Handle`] through which programs and tools
+//! use it. It loads no plugin and prints nothing.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -26,68 +27,71 @@ use crate::snapshot::Snapshot;
 use crate::turn::OnTurn;
 use crate::witness::Witness;
 
-/// Is shown an application that is about to start, and may keep it from starting.
+/// Called with an application that is about to start. An error prevents the start.
 pub type BeforeStart = Box<dyn FnOnce(&Handle) -> Result<(), Hindrance>>;
 
-/// Why an application must not start, as whoever was shown it says.
+/// Why a [`BeforeStart`] function prevents the start.
 pub type Hindrance = Box<dyn std::error::Error + Send + Sync>;
 
 /// How to run an application.
 pub struct Options {
-    /// Hear every event, in order.
+    /// Receive every event, in order.
     pub observers: Vec<Box<dyn Observer>>,
-    /// Called once all variables are declared and before anybody writes one, to watch them from the first value on.
+    /// Called after all variables are declared and before the first write, so that a watch misses no value.
     pub before_start: Option<BeforeStart>,
-    /// End when the application's time is this, ns.
+    /// The application ends when its time reaches this value, ns.
     pub limit: Option<Nanos>,
-    /// Seconds of the application in a second of the machine; real time only.
+    /// Seconds of application time per second of machine time; real time only.
     pub speed: f64,
-    /// The executors of real time run in a virtual one that goes on when all their threads wait: a call takes what it
-    /// [spends](Handle::spend), whatever the machine does. For tests of promises about time.
+    /// Runs the real-time executors in virtual time. Time advances when all their threads wait, and a call
+    /// takes exactly the time that it [spends](Handle::spend), however loaded the machine is. For tests of
+    /// timing guarantees.
     pub counted: bool,
-    /// Is told of every turn of a schema and what it saw, to have it taken again (see [`crate::replay`]).
+    /// Called with every turn of a schema and the inputs that it used, so that the turn can be replayed (see
+    /// [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
-    /// Watches every transaction of the rules.
+    /// Observes every transaction of the rules.
     pub witness: Option<Box<dyn Witness>>,
-    /// What runs the schemas that want a process of their own.
+    /// The program that runs schemas in processes of their own.
     pub apart: Option<Program>,
 }
 
 /// Why an application did not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// A plugin cannot make an instance.
+    /// A plugin cannot create an instance.
     #[error("schema `{schema}` (type `{type_name}`) cannot be made: {reason}")]
     Create {
         /// The instance.
         schema: String,
         /// Its type.
         type_name: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// A plugin of the application is not among those given.
+    /// A plugin of the application is not among those supplied.
     #[error(
         "plugin `{0}` of the application is not loaded; start it with the plugins it was checked against"
     )]
     OtherPlugins(String),
-    /// A schema wants a process of its own, and nothing was given that could run it.
+    /// A schema requires a process of its own, and [`Options::apart`] is `None`.
     #[error(
         "schema `{0}` wants a process of its own, and the program that started it offers none; remove its `isolate`"
     )]
     NoProgram(String),
-    /// The machine refused a thread.
+    /// The system refused to create a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
-    /// Whoever was shown it before the start keeps it from starting.
+    /// The function in [`Options::before_start`] prevented the start.
     #[error("{0}")]
     Hindered(#[source] Hindrance),
-    /// The application contradicts itself; `app::load` lets none such through.
+    /// The application contradicts itself. `app::load` never returns such an application.
     #[error("the application cannot be wired: {0}")]
     Wiring(String),
 }
 
-/// An application that runs in real time, on threads of its own. Dropping it brings it to rest.
+/// An application that runs in real time, on threads of its own. Dropping it stops the application and brings
+/// it to rest.
 pub struct Running {
     engine: Arc<Engine>,
     crew: Arc<dyn Crew>,
@@ -95,7 +99,8 @@ pub struct Running {
     watcher: Option<JoinHandle<()>>,
 }
 
-/// An application that runs in lockstep: virtual time, on the caller's thread. Dropping it brings it to rest.
+/// An application that runs in lockstep: in virtual time, on the caller's thread. Dropping it stops the
+/// application and brings it to rest.
 pub struct Lockstep {
     engine: Arc<Engine>,
     executor: lockstep::Lockstep,
@@ -103,7 +108,8 @@ pub struct Lockstep {
     resting: bool,
 }
 
-/// What both kinds of running application offer; usable from any thread, and after the end.
+/// Access to a running application of either kind. Usable from any thread, also after the application has
+/// ended.
 #[derive(Clone)]
 pub struct Handle {
     engine: Arc<Engine>,
@@ -128,7 +134,8 @@ impl Running {
     /// Starts an application.
     ///
     /// # Errors
-    /// [`StartError`]; nothing is awake then, and every instance made has been ended.
+    /// [`StartError`]. On an error no schema is awake, and every instance that was created has been
+    /// destroyed.
     pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
         let executor = application.executor;
         let (engine, runners) = prepare(
@@ -144,7 +151,7 @@ impl Running {
             options.witness,
             options.apart,
         )?;
-        // Until all have started.
+        // This thread counts until everything has started, so counted time cannot advance before.
         engine.clock.hire();
         let alarm = Arc::new(Alarm::default());
         let (crew, bells): (Arc<dyn Crew>, Arc<dyn Bells>) = match executor {
@@ -182,7 +189,7 @@ impl Running {
         })
     }
 
-    /// What tools need.
+    /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
         Handle {
@@ -190,7 +197,7 @@ impl Running {
         }
     }
 
-    /// Blocks until the application ends, brings it to rest, and says how it ended.
+    /// Blocks until the application ends, brings it to rest, and returns its outcome.
     pub fn wait(mut self) -> Outcome {
         let outcome = self.engine.concluded();
         self.rest(&outcome);
@@ -203,7 +210,7 @@ impl Running {
         };
         supervisor::bring_to_rest(&self.engine, &*self.crew);
         self.alarm.stop();
-        // A panic in it was reported by `guarded`.
+        // `guarded` has reported a panic of this thread.
         let _ = watcher.join();
         self.engine.report(&Event::Ended {
             time: self.engine.clock.now(),
@@ -221,7 +228,7 @@ impl Drop for Running {
 }
 
 impl Lockstep {
-    /// Makes an application ready to run; its schemas awake at time 0.
+    /// Prepares an application; its schemas awake at time 0.
     ///
     /// # Errors
     /// [`StartError`].
@@ -247,7 +254,7 @@ impl Lockstep {
         })
     }
 
-    /// What tools need.
+    /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
         Handle {
@@ -255,7 +262,7 @@ impl Lockstep {
         }
     }
 
-    /// Goes on until virtual time is `then`; answers with the outcome if the application ended before.
+    /// Runs until virtual time reaches `then`. Returns the outcome if the application ended.
     pub fn run_until(&mut self, then: Nanos) -> Option<Outcome> {
         let end = self.limit.map_or(then, |limit| limit.min(then));
         if let Some(outcome) = self.executor.run_until(end) {
@@ -267,15 +274,15 @@ impl Lockstep {
         self.engine.outcome()
     }
 
-    /// Goes on until the application ends, brings it to rest, and says how it ended. Without a limit, and without a mission,
-    /// it ends when somebody stops it.
+    /// Runs until the application ends, brings it to rest, and returns its outcome. Without a limit and
+    /// without a mission, it ends only when it is stopped.
     pub fn run(mut self) -> Outcome {
         let outcome = self.run_until(Nanos::MAX - 1).unwrap_or(Outcome::Stopped);
         self.rest();
         outcome
     }
 
-    /// Brings it to rest; afterwards only its [`Handle`]s are of use.
+    /// Brings the application to rest. Afterwards only its [`Handle`]s are usable.
     fn rest(&mut self) {
         if !std::mem::replace(&mut self.resting, true) {
             self.engine.conclude(Outcome::Stopped);
@@ -302,13 +309,14 @@ impl Handle {
         }
     }
 
-    /// What runs.
+    /// The application that runs.
     #[must_use]
     pub fn application(&self) -> &Application {
         &self.engine.application
     }
 
-    /// The schemas that a name means: the one of that name, or else all of the plugin of that name.
+    /// The places of the schemas that a name denotes: the instance of that name, or else all instances of the
+    /// plugin of that name.
     #[must_use]
     pub fn places(&self, name: &str) -> Vec<usize> {
         let application = &self.engine.application;
@@ -320,16 +328,16 @@ impl Handle {
         of_plugin.map(|(place, _)| place).collect()
     }
 
-    /// Its shared variables.
+    /// The shared variables of the application.
     #[must_use]
     pub fn board(&self) -> &Board {
         &self.engine.board
     }
 
-    /// The newest value of a variable, by its full name; `None` if it has none yet.
+    /// Returns the newest value of a variable, by its full name; `None` if it has no value.
     ///
     /// # Errors
-    /// When there is no such variable, or it is of another type.
+    /// There is no such variable, or it has another type.
     pub fn value<T: jde_types::Value>(&self, variable: &str) -> Result<Option<T>, String> {
         let variable = self
             .engine
@@ -350,51 +358,53 @@ impl Handle {
         Ok(reader.latch().and_then(|latched| T::from_bytes(latched.bytes)))
     }
 
-    /// ns since its start.
+    /// Time since the application's start, ns.
     #[must_use]
     pub fn now(&self) -> Nanos {
         self.engine.clock.now()
     }
 
-    /// Lets so much time pass in the middle of a call, where time is [counted](Options::counted); does nothing elsewhere.
+    /// Advances time by `time` within a call if time is [counted](Options::counted); otherwise does nothing.
     pub fn spend(&self, time: Nanos) {
         self.engine.clock.spend(time);
     }
 
-    /// What every schema and group is doing.
+    /// The present state of every schema and group.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         self.engine.snapshot()
     }
 
-    /// How it ended, if it did.
+    /// The outcome; `None` while the application runs.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
         self.engine.outcome()
     }
 
-    /// Asks it to end.
+    /// Requests the end of the application.
     pub fn stop(&self) {
         self.engine.conclude(Outcome::Stopped);
     }
 
-    /// The schemas that have a panel of their own, by their places.
+    /// The places of the schemas that have a panel.
     #[must_use]
     pub fn panels(&self) -> Vec<usize> {
         let schemas = 0..self.engine.application.instances.len();
         schemas.filter(|schema| self.engine.panels.has(*schema)).collect()
     }
 
-    /// Has the panel of a schema be drawn, at most `rate` times a second and never more often than [`MOST_RATE`], until the
-    /// answer is dropped. A schema that is awake draws after its iterations and checks, one that sleeps by itself.
+    /// Has the panel of a schema drawn, at most `rate` times a second and never more often than
+    /// [`MOST_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
+    /// checks; a sleeping schema is drawn on its own.
     ///
-    /// `news` is called after each drawing, on the schema's thread, and at once on the caller's if there is no instance to draw it: it
-    /// must return at once, as a wake-up or a message does.
+    /// `news` is called after each drawing, on the schema's thread. If there is no instance to draw the
+    /// panel, it is called at once, on the caller's thread. It must return at once: it may wake a thread or
+    /// send a message.
     ///
     /// [`MOST_RATE`]: crate::MOST_RATE
     ///
     /// # Errors
-    /// [`Refusal`]: there is no such schema, or it has no panel.
+    /// [`Refusal`]: there is no such schema, it has no panel, or the run is a replay.
     pub fn look(
         &self,
         schema: usize,
@@ -404,23 +414,26 @@ impl Handle {
         self.engine.look(schema, rate, Arc::new(news))
     }
 
-    /// What the panel of a schema shows, or why it shows nothing; none before it was drawn for those who look now.
+    /// What the panel of a schema shows, or why it shows nothing; `None` before the first drawing for the
+    /// present viewers.
     #[must_use]
     pub fn panel(&self, schema: usize) -> Option<Arc<Drawn>> {
         self.engine.panels.newest(schema)
     }
 
-    /// Does something to a widget of a schema's panel, as `by`: it is handed to the schema between two of its iterations, in the
-    /// order in which it comes, and told as an operator's doing (R14). Of a drag or slider that has moved on before the schema
-    /// took it up, only the newest place is told.
+    /// Applies a gesture to a widget of a schema's panel, in the name of `by`. The schema receives gestures
+    /// between two of its iterations, in the order in which they arrive; each is reported as an operator's
+    /// action (R14). If a drag or a slider moves again before the schema receives the gesture, only the
+    /// newest position is delivered.
     ///
     /// # Errors
-    /// [`Refusal`]: there is nobody to take it up, it does not fit what the panel shows, or too much awaits them already.
+    /// [`Refusal`]: there is no instance to receive it, it does not fit what the panel shows, or too many
+    /// gestures wait already.
     pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
         self.engine.touch(&shown(by), schema, gesture)
     }
 
-    /// What an operator can do (R14), as `by`: who acts, in a word or two such as "ana@laptop".
+    /// The actions of an operator (R14). `by` names the operator in a word or two, such as "ana@laptop".
     #[must_use]
     pub fn operator(&self, by: &str) -> Operating {
         Operating::new(&self.engine, by)
@@ -469,7 +482,7 @@ fn prepare(
     Ok((engine, runners))
 }
 
-/// The build of an instance's type that the application was checked against.
+/// Returns the build of an instance's type against which the application was checked.
 pub(crate) fn original(
     application: &Application,
     plugins: &Plugins,

@@ -1,5 +1,6 @@
-//! What every schema and group is doing at one instant: what the oscilloscope shows. As JSON it reads like its fields, with
-//! enumerations as words: `"winner"`, `"motor"`, `"ok"` or `{"faulted": "why"}`; times are ns. Data only.
+//! The state of every schema and group at one instant, as the oscilloscope shows it. Data only. The JSON form
+//! has the names of the fields, and enumerations as words: `"winner"`, `"motor"`, `"ok"` or `{"faulted":
+//! "why"}`. Times are in ns.
 
 mod names;
 
@@ -28,12 +29,12 @@ pub struct SchemaView {
     pub name: String,
     /// Full name of its type, "plugin/schema".
     pub type_name: String,
-    /// What kind it is.
+    /// Its kind.
     #[serde(with = "KindName")]
     pub kind: Kind,
-    /// Its father's place, if it has one.
+    /// Its father's place; `None` if it has no father.
     pub father: Option<usize>,
-    /// The place of the group in which it competes, if it does.
+    /// The place of the group in which it competes; `None` if it does not compete.
     pub group: Option<usize>,
     /// Its state.
     #[serde(with = "StateName")]
@@ -41,73 +42,73 @@ pub struct SchemaView {
     /// Its health.
     #[serde(with = "HealthName")]
     pub health: Health,
-    /// It and all its fathers are WINNER: what it commands counts.
+    /// Whether it and all its fathers are WINNER, so that its commands take effect.
     pub authority: bool,
     /// Its configured period, ns.
     pub period: Nanos,
-    /// Mean time between its last cycles, ns; `None` before there are two.
+    /// Mean time between its last cycles, ns; `None` before the second cycle.
     pub measured: Option<Nanos>,
     /// Longest iteration so far, ns.
     pub longest: Nanos,
-    /// Share of time it spent in calls lately, 0 to 1.
+    /// Recent share of time spent in calls, 0 to 1.
     pub load: f64,
     /// Iterations so far.
     pub iterations: u64,
-    /// Deadlines missed and budgets passed.
+    /// Missed deadlines and exceeded budgets so far.
     pub overruns: u64,
-    /// Commands and wakes refused, and commands that were not finite.
+    /// Refused commands and wakes, and commands that were not finite.
     pub refused: u64,
     /// Faults so far.
     pub faults: u64,
-    /// Restarts that its policy grants it at present; none if it is never restarted.
+    /// Restarts that its restart policy still permits; `None` if it is never restarted.
     #[serde(default)]
     pub restarts_left: Option<u32>,
     /// Calls of it that were given up and have not returned.
     #[serde(default)]
     pub left: u64,
-    /// What an operator holds it to, and who.
+    /// The operator action in force on it, and the operator.
     pub operator: Option<Hold>,
-    /// Whether it has a panel of its own.
+    /// Whether it has a panel.
     #[serde(default)]
     pub panel: bool,
-    /// The number of its own process, while it has one.
+    /// The id of its own process; `None` while it has none.
     #[serde(default)]
     pub process: Option<u32>,
-    /// What became of reloads; none if it runs the build that it started with.
+    /// The result of its reloads; `None` if it runs the build with which it started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reload: Option<ReloadView>,
 }
 
-/// What became of the reloads of a schema.
+/// The result of the reloads of a schema.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReloadView {
-    /// How many builds took over so far.
+    /// How many builds have taken over.
     pub reloads: u32,
     /// The build that it runs.
     pub build: BuildName,
-    /// It is on trial: a fault goes back to the build before.
+    /// Whether the build is on trial: after a fault, the build before takes over again.
     pub on_trial: bool,
     /// Why the last new build was given up, if it was.
     pub undone: Option<String>,
 }
 
-/// What an operator did to a schema and did not let go of (R14).
+/// An operator's action on a schema that has not been undone (R14).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hold {
-    /// What; of several, the first in the order of [`HoldKind`].
+    /// The kind; of several, the first in the order of [`HoldKind`].
     pub kind: HoldKind,
-    /// Whether it was stopped with everything, whatever else was done to it.
+    /// Whether it was stopped together with everything else, independent of other actions on it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_everything: bool,
-    /// Who: "ana@laptop".
+    /// The operator's name: "ana@laptop".
     pub by: String,
 }
 
-/// What an operator can hold a schema to.
+/// What an operator can impose on a schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HoldKind {
-    /// Asleep, and its instance is gone.
+    /// Asleep and without an instance.
     Unloaded,
     /// Asleep.
     Stopped,
@@ -115,14 +116,14 @@ pub enum HoldKind {
     Forced,
     /// Awake.
     Played,
-    /// To a period of the operator's.
+    /// A period.
     Retimed,
-    /// To modulations of the operator's.
+    /// Modulations.
     Modulated,
 }
 
 impl HoldKind {
-    /// The word for it: "stopped", "forced".
+    /// Returns the word for it: "stopped", "forced".
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -147,30 +148,30 @@ pub struct GroupView {
     pub members: Vec<usize>,
     /// The winner's place.
     pub winner: Option<usize>,
-    /// Name of its policy.
+    /// The name of its policy.
     pub policy: String,
     /// Changes of winner so far.
     pub switches: u64,
-    /// The last of them.
+    /// The last change of winner.
     pub last: Option<Switch>,
-    /// Longest time from a cause to the winner's first iteration so far, ns.
+    /// The longest time from a cause to the winner's first iteration so far, ns.
     pub worst: Nanos,
-    /// The longest it may be by its contract (R17), ns.
+    /// The longest time that its contract permits (R17), ns.
     pub allowed: Nanos,
     /// Takeovers so far that took longer.
     #[serde(default)]
     pub late: u64,
-    /// How it chatters, if it does.
+    /// How it chatters; `None` if it does not.
     #[serde(default)]
     pub chatter: Option<Chattering>,
 }
 
-/// A group whose winner changes again and again.
+/// A group whose winner changes repeatedly.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Chattering {
-    /// Since when, ns.
+    /// When it began to chatter, ns.
     pub since: Nanos,
-    /// The two that alternate most; one may be nobody.
+    /// The two schemas that alternate most, by place; `None` stands for no winner.
     pub between: [Option<usize>; 2],
     /// Switches within the last second.
     pub switches: usize,
@@ -179,17 +180,17 @@ pub struct Chattering {
 /// A change of winner.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Switch {
-    /// When.
+    /// When, ns.
     pub time: Nanos,
     /// The winner before.
     pub from: Option<usize>,
-    /// The winner since.
+    /// The new winner.
     pub to: Option<usize>,
-    /// Who decided.
+    /// The decider.
     pub decider: String,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
-    /// Time from its cause to the winner's first iteration, ns.
+    /// Time from the cause to the winner's first iteration, ns.
     pub latency: Option<Nanos>,
 }
 

@@ -1,10 +1,12 @@
-//! Whoever watches every transaction of the rules in a running application, to judge it by rules of its own. It changes nothing.
+//! The interface of an observer of every transaction of the rules in a running application, which checks them
+//! against rules of its own. It changes nothing.
 
 use jde_core::{Effect, Hierarchy, Nanos, SchemaId};
 
-/// Sees every transaction, in order, under the application's lock: it must return soon and must not call the application.
+/// Receives every transaction, in order, under the application's lock. It must return soon and must not call
+/// the application.
 pub trait Witness: Send {
-    /// Sees one whose effects were carried out just now.
+    /// Receives a transaction whose effects have just been carried out.
     fn see(&mut self, seen: &Seen<'_>);
 }
 
@@ -13,25 +15,25 @@ pub trait Witness: Send {
 pub struct Seen<'a> {
     /// When it began.
     pub began: Nanos,
-    /// When all that follows from it was carried out; in lockstep the same.
+    /// When all its effects had been carried out; in lockstep the same time.
     pub done: Nanos,
-    /// What the rules were told.
+    /// The input of the rules.
     pub step: Step,
-    /// What follows from it, in order.
+    /// The effects, in order.
     pub effects: &'a [Effect],
-    /// The rules as they are since.
+    /// The rules after the transaction.
     pub hierarchy: &'a Hierarchy,
 }
 
-/// What the rules were told, as far as their effects do not say it.
+/// The input of the rules, as far as the effects do not show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// An iteration began.
     Began(SchemaId),
-    /// An iteration ended, in whatever way, or is not waited for any more.
+    /// An iteration ended in any way, or is no longer waited for.
     Ended(SchemaId),
     /// The application ends.
     Over,
-    /// Anything else.
+    /// Any other input.
     Told,
 }

@@ -1,61 +1,61 @@
-//! What operators do (R14), and it in words.
+//! The actions of operators (R14), and their wording.
 
 use jde_core::{Nanos, Operator};
 use jde_panel::Gesture;
 
 use crate::build::BuildName;
 
-/// What an operator can do.
+/// An action of an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OperatorAction {
     /// Plays, stops, forces or releases a schema.
     Hierarchy(Operator),
     /// Ends the instance of a schema.
     Unload {
-        /// Of which schema.
+        /// The schema.
         schema: usize,
     },
-    /// Lets a schema have a fresh instance.
+    /// Permits a fresh instance of a schema.
     Load {
-        /// Which.
+        /// The schema.
         schema: usize,
     },
     /// Has another build take over.
     Reload {
-        /// Of which schema.
+        /// The schema.
         schema: usize,
-        /// Which build.
+        /// The build.
         build: BuildName,
     },
-    /// Changes a period, ns.
+    /// Changes a period.
     Period {
-        /// Of which schema.
+        /// The schema.
         schema: usize,
-        /// The new one.
+        /// The new period, ns.
         period: Nanos,
     },
     /// Writes a modulation.
     Modulate {
-        /// Of which schema.
+        /// The schema.
         schema: usize,
-        /// Its name.
+        /// The modulation's name.
         variable: String,
         /// The value, in words.
         value: String,
     },
-    /// Did something to a widget of a schema's panel.
+    /// A gesture on a widget of a schema's panel.
     Touch {
-        /// Whose panel.
+        /// The schema.
         schema: usize,
-        /// Counts the gestures of the run that were handed in, from 1.
+        /// The number of the gesture among those delivered in this run, from 1.
         number: u64,
-        /// What.
+        /// The gesture.
         gesture: Gesture,
     },
 }
 
 impl OperatorAction {
-    /// The place of the schema it was done to.
+    /// Returns the place of the schema that the action concerns.
     #[must_use]
     pub fn schema(&self) -> usize {
         match self {
@@ -71,7 +71,7 @@ impl OperatorAction {
         }
     }
 
-    /// What was done, given the schema's name: "played goon", "set vff.gain to 0.5".
+    /// Returns the action in words, given the schema's name: "played goon", "set vff.gain to 0.5".
     #[must_use]
     pub fn words(&self, name: &str) -> String {
         match self {

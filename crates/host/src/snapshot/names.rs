@@ -1,4 +1,4 @@
-//! Enumerations of other crates as words.
+//! Serde names for enumerations of other crates.
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, State};
