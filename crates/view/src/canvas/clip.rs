@@ -1,12 +1,12 @@
-//! Cuts lines and convex polygons to what is seen, in full precision: zoomed in far, coordinates on the screen grow beyond what
-//! graphics can take.
+//! Clips lines and convex polygons to a rectangle, in double precision. At a high zoom, coordinates on the
+//! screen exceed what graphics can represent.
 
-/// A rectangle of the screen: least and greatest x and y.
+/// A rectangle of the screen: the least x and y, and the greatest.
 pub(super) type Bounds = [[f64; 2]; 2];
 
-/// The part of a line between two places that is within; none if it passes by.
+/// The part of a line segment inside a rectangle, or `None` if it lies outside.
 pub(super) fn segment(from: [f64; 2], to: [f64; 2], [least, greatest]: Bounds) -> Option<[[f64; 2]; 2]> {
-    // Liang and Barsky, 1984: the shares of the way at which it enters and leaves.
+    // Liang and Barsky, 1984: the fractions of the segment at which it enters and leaves.
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let (start, way) = (from[axis], to[axis] - from[axis]);
@@ -35,9 +35,9 @@ pub(super) fn segment(from: [f64; 2], to: [f64; 2], [least, greatest]: Bounds) -
     ])
 }
 
-/// The part of a convex polygon that is within; empty if none is.
+/// The part of a convex polygon inside a rectangle; empty if it lies outside.
 pub(super) fn polygon(corners: Vec<[f64; 2]>, [least, greatest]: Bounds) -> Vec<[f64; 2]> {
-    // Sutherland and Hodgman, 1974: one side of the rectangle after the other.
+    // Sutherland and Hodgman, 1974: clips at one side of the rectangle after the other.
     let mut corners = corners;
     for (axis, limit, sign) in [
         (0, least[0], 1.0),
@@ -68,7 +68,7 @@ pub(super) fn polygon(corners: Vec<[f64; 2]>, [least, greatest]: Bounds) -> Vec<
     corners
 }
 
-/// Whether any of what lies between two corners is within.
+/// Whether the box from `low` to `high` overlaps a rectangle.
 pub(super) fn meets(low: [f64; 2], high: [f64; 2], [least, greatest]: Bounds) -> bool {
     (0..2).all(|axis| high[axis] >= least[axis] && low[axis] <= greatest[axis])
 }

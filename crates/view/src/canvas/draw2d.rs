@@ -1,4 +1,5 @@
-//! Draws shapes in metres. What is not seen is left out, and what is finer than the screen is not drawn twice.
+//! Draws shapes given in metres. Shapes out of view are skipped, and detail below the screen's resolution is
+//! merged.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -11,13 +12,14 @@ use super::clip::{self, Bounds};
 use super::view::Transform;
 use crate::style::{self, Style};
 
-/// Points nearer to each other on the screen are one.
+/// Points nearer to each other than this are merged, in points of the screen.
 const FINEST: f64 = 0.5;
-/// More points than this are drawn as squares, all at once.
+/// More points than this are drawn as squares in one mesh.
 const MANY: usize = 1500;
-/// A robot is drawn no smaller, points of the screen.
+/// Minimum length of a drawn robot, in points of the screen.
 const SMALLEST: f64 = 14.0;
-/// The outline of a Pioneer seen from above, m: bodies of other robots are not known here.
+/// The outline of a Pioneer seen from above, in m. It represents every robot: the bodies of others are not
+/// known here.
 const OUTLINE: [[f64; 2]; 8] = [
     [0.22, 0.10],
     [0.16, 0.17],
@@ -40,7 +42,7 @@ pub(crate) struct Draw2d<'a> {
 
 impl<'a> Draw2d<'a> {
     pub(super) fn new(painter: Painter, transform: Transform, style: &'a Style) -> Self {
-        // A little more than is seen, so that ends of cut lines are not.
+        // Larger than the visible area, so that the ends of clipped lines are hidden.
         let rect = painter.clip_rect().expand(48.0);
         let bounds = [
             [f64::from(rect.left()), f64::from(rect.top())],
@@ -54,17 +56,17 @@ impl<'a> Draw2d<'a> {
         }
     }
 
-    /// From metres to the screen.
+    /// The transform from metres to the screen.
     pub(crate) fn transform(&self) -> &Transform {
         &self.transform
     }
 
-    /// For what has no shape here.
+    /// The painter, for shapes that this type does not draw.
     pub(crate) fn painter(&self) -> &Painter {
         &self.painter
     }
 
-    /// A shape of a panel.
+    /// Draws a shape of a panel.
     pub(crate) fn shape(&self, shape: &Shape) {
         let color_of = |color| style::exact(color, self.style);
         match shape {
@@ -93,13 +95,13 @@ impl<'a> Draw2d<'a> {
         }
     }
 
-    /// A line through points in turn; its width is in points of the screen.
+    /// Draws a line through points. Its width is in points of the screen.
     pub(crate) fn line(&self, points: &[[f64; 2]], closed: bool, width: f32, color: Color32) {
         let screen = points.iter().map(|point| self.place(*point));
         self.path(screen, closed, Stroke::new(width, color));
     }
 
-    /// Points by themselves, so many points of the screen wide.
+    /// Draws single points. Their width is in points of the screen.
     pub(crate) fn points(&self, points: &[[f64; 2]], width: f32, color: Color32) {
         let cell = f64::from(width / 2.0).max(FINEST);
         let mut taken = HashSet::new();
@@ -124,27 +126,27 @@ impl<'a> Draw2d<'a> {
         self.painter.add(mesh);
     }
 
-    /// A circle.
+    /// Draws a circle. Its radius is in m, the width of its line in points of the screen.
     pub(crate) fn circle(&self, center: [f64; 2], radius: f64, width: f32, color: Color32) {
         if let Some(round) = self.round(center, radius) {
             self.path(round.into_iter(), true, Stroke::new(width, color));
         }
     }
 
-    /// A filled circle.
+    /// Draws a filled circle. Its radius is in m.
     pub(crate) fn disc(&self, center: [f64; 2], radius: f64, color: Color32) {
         if let Some(round) = self.round(center, radius) {
             self.fill(round, color);
         }
     }
 
-    /// A filled polygon; convex.
+    /// Draws a filled convex polygon.
     pub(crate) fn polygon(&self, points: &[[f64; 2]], color: Color32) {
         let screen = points.iter().map(|point| self.place(*point)).collect();
         self.fill(screen, color);
     }
 
-    /// A line with a head.
+    /// Draws a line with an arrow head at `to`. Its width is in points of the screen.
     pub(crate) fn arrow(&self, from: [f64; 2], to: [f64; 2], width: f32, color: Color32) {
         let (tail, tip) = (self.place(from), self.place(to));
         let way = [tip[0] - tail[0], tip[1] - tail[1]];
@@ -165,7 +167,7 @@ impl<'a> Draw2d<'a> {
         self.fill(corners, color);
     }
 
-    /// A text with its left lower corner at a place; of constant size.
+    /// Draws a text of constant size with its lower left corner at a position.
     pub(crate) fn label(&self, at: [f64; 2], text: &str, color: Color32) {
         let at = self.place(at);
         let room = [
@@ -188,7 +190,7 @@ impl<'a> Draw2d<'a> {
         self.painter.galley(rect.min, galley, color);
     }
 
-    /// The outline of a robot at x, y and heading; a mark of its place where it would be too small to see.
+    /// Draws the outline of a robot at x, y and heading, enlarged where it would be too small to see.
     pub(crate) fn robot(&self, [x, y, heading]: [f64; 3]) {
         let (sin, cos) = heading.sin_cos();
         let longest = OUTLINE.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
@@ -211,14 +213,15 @@ impl<'a> Draw2d<'a> {
         self.polygon(&nose, style::color_of(Ink::Accent, self.style));
     }
 
-    /// Where a place is on the screen, in full precision.
+    /// The position on the screen of a position on the plane, in double precision.
     fn place(&self, at: [f64; 2]) -> [f64; 2] {
         let middle = self.transform.rect().center();
         let (across, up) = self.transform.offset(at);
         [f64::from(middle.x) + across, f64::from(middle.y) - up]
     }
 
-    /// The corners of a circle on the screen, as many as it takes to look round; none if it is not seen.
+    /// The corners of a circle on the screen, enough of them to look round. `None` if the circle is out of
+    /// view.
     fn round(&self, center: [f64; 2], radius: f64) -> Option<Vec<[f64; 2]>> {
         let (middle, radius) = (self.place(center), radius.abs() * self.transform.scale());
         let low = [middle[0] - radius, middle[1] - radius];
@@ -226,7 +229,7 @@ impl<'a> Draw2d<'a> {
         if !clip::meets(low, high, self.bounds) {
             return None;
         }
-        // The middle of a chord is a fifth of a point from the circle, or there are very many of them.
+        // The middle of each chord is at most 0.2 points from the circle, up to the limit of corners.
         let corners = (TAU / 2.0 * (radius / 0.4).sqrt()).ceil().clamp(12.0, 4096.0);
         let corner = |number: u32| {
             let (sin, cos) = (TAU * f64::from(number) / corners).sin_cos();
@@ -290,7 +293,8 @@ impl<'a> Draw2d<'a> {
     }
 }
 
-/// What shapes take up, and at least a metre; labels count as their place. None if there are no shapes.
+/// The bounding box of shapes, at least 1 m wide and high. Labels count as points. `None` if there are no
+/// shapes.
 pub(crate) fn bounds(shapes: &[Shape]) -> Option<Area> {
     let mut area: Option<Area> = None;
     let mut take = |point: [f64; 2], reach: f64| {

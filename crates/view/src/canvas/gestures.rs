@@ -1,5 +1,5 @@
-//! What hands do on a plane or a picture that its owner wants to hear of. A drag always ends, and keys that went down always
-//! come up, whatever takes the focus.
+//! Gestures on a plane or image that its owner requested. Each drag is ended, and each pressed key is
+//! released, even if the focus is lost.
 
 use eframe::egui::{self, EventFilter, Key, PointerButton, Pos2, Response, Ui, Vec2};
 use jde_panel::{Button, Touch, Wants};
@@ -10,22 +10,23 @@ const BUTTONS: [(PointerButton, Button); 3] = [
     (PointerButton::Middle, Button::Middle),
 ];
 
-/// What is under way, from frame to frame.
+/// Gestures in progress, kept from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Gestures {
-    /// A drag: where it began, and with what.
+    /// The drag in progress: its start and its button.
     drag: Option<([f64; 3], Button)>,
-    /// Keys that were handed back as down and not yet as up.
+    /// Keys reported as pressed and not yet as released.
     down: Vec<String>,
 }
 
 impl Gestures {
-    /// A drag is handed back: the view stays.
+    /// Whether a reported drag is in progress. The view then does not pan.
     pub(crate) fn drags(&self) -> bool {
         self.drag.is_some()
     }
 
-    /// What was done in this frame of what is wanted, in its order; `place` says where a point of the screen is.
+    /// The requested gestures of this frame: drags, then clicks, then keys. `place` maps a point of the
+    /// screen to a position.
     pub(crate) fn touches(
         &mut self,
         ui: &Ui,
@@ -62,7 +63,7 @@ impl Gestures {
         if response.drag_started() && wants.drags {
             let (origin, shift) = ui.input(|input| (input.pointer.press_origin(), input.modifiers.shift));
             let with = BUTTONS.into_iter().find(|(with, _)| response.dragged_by(*with));
-            // The middle button and Shift always move the view.
+            // The middle button and Shift always pan the view.
             if let (Some(origin), Some((_, button)), false) = (origin, with, shift)
                 && button != Button::Middle
             {
@@ -115,7 +116,7 @@ impl Gestures {
     }
 }
 
-/// The keys of this frame for what has the focus; arrows do not take it away.
+/// The key events of this frame for the focused widget. The arrow keys do not move the focus.
 pub(super) fn keys(ui: &Ui, response: &Response) -> Vec<egui::Event> {
     let filter = EventFilter {
         horizontal_arrows: true,
@@ -126,7 +127,7 @@ pub(super) fn keys(ui: &Ui, response: &Response) -> Vec<egui::Event> {
     ui.input(|input| input.filtered_events(&filter))
 }
 
-/// A key as gestures name it: `a`, `1`, `Space`, `ArrowUp`.
+/// The name of a key in gestures: `a`, `1`, `Space`, `ArrowUp`.
 fn name(key: Key) -> String {
     let name = format!("{key:?}");
     match name.strip_prefix("Num") {

@@ -1,4 +1,5 @@
-//! The grid of a plane: lines at round distances, their numbers at the edges, a scale, and the place under the pointer.
+//! The grid of a plane: lines at round distances, numbers at the edges, a scale bar, and the position under
+//! the pointer.
 
 use eframe::egui::{Align2, FontId, Painter, Pos2, Stroke, pos2, vec2};
 use jde_panel::Ink;
@@ -6,13 +7,13 @@ use jde_panel::Ink;
 use super::Transform;
 use crate::style::{self, Style};
 
-/// Numbers stand no closer, points of the screen.
+/// Minimum distance of numbered lines, in points of the screen.
 const NUMBERS: f64 = 56.0;
-/// Lines are no closer.
+/// Minimum distance of lines, in points of the screen.
 const LINES: f64 = 11.0;
 const FONT: f32 = 10.0;
 
-/// Draws it over all that is seen.
+/// Draws the grid over the visible area.
 pub(super) fn draw(painter: &Painter, transform: &Transform, style: &Style) {
     let color = style::color_of(Ink::Faint, style);
     let coarse = step(NUMBERS / transform.scale());
@@ -42,7 +43,7 @@ pub(super) fn draw(painter: &Painter, transform: &Transform, style: &Style) {
     scale(painter, transform, coarse, style);
 }
 
-/// The place under the pointer, in the lower left corner.
+/// Writes the position under the pointer in the lower left corner.
 pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, style: &Style) {
     let [x, y] = transform.plane(pointer);
     let (x, unit) = style.units.convert(x, "m");
@@ -53,7 +54,7 @@ pub(super) fn place(painter: &Painter, transform: &Transform, pointer: Pos2, sty
     words(painter, at, Align2::LEFT_BOTTOM, &text, style, Ink::Plain);
 }
 
-/// 1, 2 or 5 times a power of ten, no less than asked for.
+/// The smallest 1, 2 or 5 times a power of ten that is not less than `least`.
 fn step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0]
@@ -63,14 +64,14 @@ fn step(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// Multiples of a step along an axis of the plane that are seen.
+/// The visible multiples of a step along an axis of the plane.
 fn multiples(transform: &Transform, axis: usize, step: f64) -> impl Iterator<Item = f64> {
     let area = transform.area();
     let (first, last) = (
         (area.least[axis] / step).ceil(),
         (area.greatest[axis] / step).floor(),
     );
-    // A screen has fewer lines than this, or it is no screen.
+    // Bounds the loop: no screen shows this many lines.
     let count = (last - first).clamp(-1.0, 2000.0) as i64;
     (0..=count).map(move |number| (first + number as f64) * step)
 }
@@ -104,7 +105,7 @@ fn numbers(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
             } else {
                 (pos2(screen.x, rect.bottom() - 3.0), Align2::CENTER_BOTTOM)
             };
-            // The corner and the place of the scale stay free.
+            // Keeps the corner and the area of the scale bar free.
             let room = rect.shrink2(vec2(0.0, 16.0));
             let free = match align {
                 Align2::LEFT_CENTER => room.y_range().contains(at.y),
@@ -117,7 +118,7 @@ fn numbers(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     }
 }
 
-/// How long a step is.
+/// Draws the scale bar: the length of a step.
 fn scale(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     let rect = transform.rect();
     let length = (step * transform.scale()) as f32;
@@ -137,12 +138,12 @@ fn scale(painter: &Painter, transform: &Transform, step: f64, style: &Style) {
     words(painter, middle, Align2::CENTER_BOTTOM, &text, style, Ink::Faint);
 }
 
-/// A multiple of a step with as many digits as the step has.
+/// Formats a multiple of a step with as many digits as the step has.
 fn number(at: f64, step: f64, style: &Style) -> String {
     let (at, _) = style.units.convert(at, "m");
     let (step, _) = style.units.convert(step, "m");
     let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
-    // No "-0".
+    // Avoids "-0".
     format!("{:.digits$}", if at == 0.0 { 0.0 } else { at })
 }
 

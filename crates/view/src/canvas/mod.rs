@@ -1,5 +1,5 @@
-//! A plane in metres with pan and zoom, shared by windows: what is seen of it, a grid, shapes, and what hands do on it. It keeps
-//! the aspect of things, and knows nothing of schemas.
+//! A plane in metres with pan and zoom, which windows share: its visible part, a grid, shapes, and gestures.
+//! It preserves the aspect ratio, and knows nothing of schemas.
 
 mod clip;
 mod draw2d;
@@ -17,7 +17,7 @@ pub(crate) use draw2d::{Draw2d, bounds};
 pub(crate) use gestures::Gestures;
 pub(crate) use view::{Transform, View};
 
-/// A plane to be shown.
+/// A plane to show, before it is drawn.
 pub(crate) struct Canvas<'a> {
     name: &'a str,
     home: Area,
@@ -26,17 +26,17 @@ pub(crate) struct Canvas<'a> {
     wants: Wants,
 }
 
-/// What became of it in this frame.
+/// The result of showing a canvas for one frame.
 pub(crate) struct CanvasResponse {
-    /// The whole of it.
+    /// egui's response for the whole canvas.
     pub(crate) response: Response,
-    /// What was done of what is wanted, in its order.
+    /// The requested gestures, in the order of [`Gestures::touches`].
     pub(crate) touches: Vec<Touch>,
 }
 
 impl<'a> Canvas<'a> {
-    /// A plane of which `home` is seen until somebody pans or zooms; its name is for those who cannot see it, and unique among
-    /// its neighbours. It takes all the room there is.
+    /// Creates a canvas that shows `home` until the user pans or zooms. `name` is its accessible name, and
+    /// must be unique among its neighbours. It takes all available space.
     pub(crate) fn new(name: &'a str, home: Area) -> Self {
         Self {
             name,
@@ -47,22 +47,22 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// No larger than so many points.
+    /// Limits the size, in points of the screen.
     pub(crate) fn size(self, size: Vec2) -> Self {
         Self { size, ..self }
     }
 
-    /// With x up and y to the left.
+    /// Shows x upwards and y to the left.
     pub(crate) fn forward_up(self, forward_up: bool) -> Self {
         Self { forward_up, ..self }
     }
 
-    /// What is handed back instead of moving the view.
+    /// Sets the gestures that are reported instead of moving the view.
     pub(crate) fn wants(self, wants: Wants) -> Self {
         Self { wants, ..self }
     }
 
-    /// Shows it, with what `draw` draws.
+    /// Shows the plane with the shapes that `draw` draws.
     pub(crate) fn show(
         self,
         ui: &mut Ui,
@@ -99,13 +99,13 @@ impl<'a> Canvas<'a> {
                 visuals.widgets.noninteractive.bg_stroke
             };
             painter.rect_stroke(rect, 3.0, edge, egui::StrokeKind::Inside);
-            // Over what was drawn.
+            // The buttons lie above the shapes.
             paint_buttons(ui, response.id, rect);
         }
         CanvasResponse { response, touches }
     }
 
-    /// Zoom and fit for those who have no wheel; answers whether one was pressed.
+    /// The buttons that zoom and fit, for users without a wheel. Returns whether one was pressed.
     fn buttons(&self, ui: &Ui, id: Id, rect: Rect, view: &mut View) -> bool {
         let middle = rect.center();
         let mut pressed = false;
@@ -154,7 +154,7 @@ impl ZoomButton {
         }
     }
 
-    /// Drawn, for not every font has such signs.
+    /// Draws the button's sign. Not every font has these signs.
     fn paint(self, painter: &egui::Painter, spot: Rect, color: egui::Color32) {
         let (middle, reach) = (spot.center(), 4.0);
         let stroke = egui::Stroke::new(1.5, color);
@@ -183,7 +183,7 @@ fn spot(rect: Rect, place: usize) -> Rect {
     Rect::from_min_size(pos2(left, rect.top() + 4.0), Vec2::splat(side))
 }
 
-/// A place in the plane as a panel's gestures have it.
+/// A position on the plane as a panel's gestures report it, with z = 0.
 fn flat(transform: &Transform, at: Pos2) -> [f64; 3] {
     let [x, y] = transform.plane(at);
     [x, y, 0.0]

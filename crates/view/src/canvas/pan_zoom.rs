@@ -1,24 +1,25 @@
-//! Pans and zooms a plane: by drag, wheel, pinch and keys, as far as nobody else wants them.
+//! Pans and zooms a plane by drag, wheel, pinch and keys, except for gestures that the plane's owner
+//! requested.
 
 use eframe::egui::{self, Key, Rect, Response, Ui, Vec2, vec2};
 
 use super::{Canvas, View, gestures};
 
-/// A press of an arrow moves the plane so far, points of the screen.
+/// Distance that an arrow key moves the plane, in points of the screen.
 const STRIDE: f32 = 40.0;
-/// A press of + or - makes it so much larger or smaller.
+/// Factor by which + and - zoom.
 const NOTCH: f64 = 1.25;
-/// So many points of the wheel make it e times as large.
+/// Points of the wheel that zoom by a factor of e.
 const WHEEL: f64 = 240.0;
 
-/// Moves the view.
+/// Moves the view by this frame's input.
 pub(super) fn steer(ui: &Ui, response: &Response, rect: Rect, view: &mut View, canvas: &Canvas<'_>) {
     if let Some(pointer) = response.hover_pos() {
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta.y, input.zoom_delta()));
         let factor = f64::from(pinch) * (f64::from(scroll) / WHEEL).exp();
         if factor != 1.0 {
             view.zoom(rect, canvas.home, canvas.forward_up, pointer, factor);
-            // What is around does not scroll too.
+            // Otherwise the surrounding area would scroll too.
             ui.ctx().input_mut(|input| input.smooth_scroll_delta = Vec2::ZERO);
         }
     }

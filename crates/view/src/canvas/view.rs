@@ -1,4 +1,4 @@
-//! What is seen of a plane, and the way from metres to the screen and back. Numbers only; it draws nothing.
+//! The visible part of a plane, and the transform from metres to the screen and back. It draws nothing.
 
 use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use jde_panel::Area;
@@ -6,31 +6,31 @@ use serde::{Deserialize, Serialize};
 
 use super::Gestures;
 
-/// Points of the screen to a metre: from 100 km on a screen to a millimetre.
+/// Least and greatest scale, in points of the screen per metre: a screen shows from 1 mm to 100 km.
 const SCALES: (f64, f64) = (0.01, 1.0e6);
-/// Room left around what is fitted.
+/// Fraction of the screen that the home area fills.
 const MARGIN: f64 = 0.92;
 
-/// What a person sees of a plane; kept from frame to frame, and from one start to the next.
+/// The user's view of a plane, kept from frame to frame and from one start to the next.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct View {
-    /// Where they panned and zoomed to; nothing: the home of the plane, all of it.
+    /// The view after a pan or zoom. `None` shows the whole home area of the plane.
     seen: Option<Seen>,
-    /// What is handed back.
+    /// Gestures in progress.
     #[serde(skip)]
     pub(super) hands: Gestures,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Seen {
-    /// m.
+    /// The middle, in m.
     center: [f64; 2],
-    /// Points of the screen to a metre.
+    /// Points of the screen per metre.
     scale: f64,
 }
 
-/// From metres to the screen and back.
+/// The transform from metres to the screen and back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transform {
     rect: Rect,
@@ -40,24 +40,24 @@ pub(crate) struct Transform {
 }
 
 impl View {
-    /// Back to the home of the plane.
+    /// Shows the home area of the plane again.
     pub(crate) fn fit(&mut self) {
         self.seen = None;
     }
 
-    /// Whether all of it is seen, as nobody panned or zoomed.
+    /// Whether the home area is shown, without pan or zoom.
     pub(crate) fn is_fitted(&self) -> bool {
         self.seen.is_none()
     }
 
-    /// Has the middle of what is seen at a place, as close as it is.
+    /// Centers the view on a position and keeps the scale. A fitted view does not change.
     pub(crate) fn follow(&mut self, place: [f64; 2]) {
         if let Some(seen) = &mut self.seen {
             seen.center = place;
         }
     }
 
-    /// The way from metres to the screen, if the plane is shown in `rect` and `home` is all of it.
+    /// The transform from metres to the screen, for a plane with the home area `home` shown in `rect`.
     pub(crate) fn transform(&self, rect: Rect, home: Area, forward_up: bool) -> Transform {
         let seen = self.seen.unwrap_or_else(|| {
             let size = [home.greatest[0] - home.least[0], home.greatest[1] - home.least[1]];
@@ -79,7 +79,7 @@ impl View {
         }
     }
 
-    /// Zooms so that what is at a place of the screen stays there.
+    /// Zooms by `factor`. The point at `at` on the screen stays in place.
     pub(crate) fn zoom(&mut self, rect: Rect, home: Area, forward_up: bool, at: Pos2, factor: f64) {
         let before = self.transform(rect, home, forward_up);
         let place = before.plane(at);
@@ -91,7 +91,7 @@ impl View {
         self.seen = Some(after.seen());
     }
 
-    /// Moves what is seen by so many points of the screen.
+    /// Moves the plane by points of the screen.
     pub(crate) fn pan(&mut self, rect: Rect, home: Area, forward_up: bool, by: Vec2) {
         let mut transform = self.transform(rect, home, forward_up);
         transform.center = transform.plane(rect.center() - by);
@@ -100,14 +100,14 @@ impl View {
 }
 
 impl Transform {
-    /// Where a place is on the screen.
+    /// The position on the screen of a position on the plane.
     pub(crate) fn screen(&self, [x, y]: [f64; 2]) -> Pos2 {
         let (across, up) = self.offset([x, y]);
         let middle = self.rect.center();
         pos2(middle.x + across as f32, middle.y - up as f32)
     }
 
-    /// Which place is there on the screen, m.
+    /// The position on the plane of a point of the screen, in m.
     pub(crate) fn plane(&self, at: Pos2) -> [f64; 2] {
         let middle = self.rect.center();
         let across = f64::from(at.x - middle.x) / self.scale;
@@ -119,22 +119,22 @@ impl Transform {
         }
     }
 
-    /// Points of the screen to a metre.
+    /// Points of the screen per metre.
     pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Where on the screen it is shown.
+    /// The rectangle of the screen in which the plane is shown.
     pub(crate) fn rect(&self) -> Rect {
         self.rect
     }
 
-    /// Shown with x up.
+    /// Whether x points upwards.
     pub(crate) fn forward_up(&self) -> bool {
         self.forward_up
     }
 
-    /// What is seen, m.
+    /// The visible area, in m.
     pub(crate) fn area(&self) -> Area {
         let (one, other) = (self.plane(self.rect.min), self.plane(self.rect.max));
         Area {
@@ -143,7 +143,8 @@ impl Transform {
         }
     }
 
-    /// From the middle to the right and up, points of the screen, in full precision.
+    /// The offset from the middle of the screen to the right and up, in points of the screen, in double
+    /// precision.
     pub(super) fn offset(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         let (x, y) = (
             (x - self.center[0]) * self.scale,

@@ -1,16 +1,17 @@
-//! Values that wait for somebody who wants every one of them. Bounded: of too many, or of too large ones, the newest stay.
+//! Values that wait for a reader that needs each of them. The backlog is bounded: it discards the oldest
+//! values, and always keeps the newest.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use jde_link::Sample;
 
-/// Values that wait at most: at 100 Hz those of 40 s, in which somebody has looked.
+/// Maximum number of waiting values: those of 40 s at 100 Hz. Readers ask more often.
 const MOST: usize = 4096;
-/// Bytes that they have at most: of pictures of a camera a second or so.
+/// Maximum size of the waiting values, in bytes: about one second of camera images.
 const MOST_BYTES: usize = 16 << 20;
 
-/// Them, oldest first.
+/// The waiting values, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Backlog {
     samples: VecDeque<Arc<Sample>>,
@@ -28,7 +29,7 @@ impl Backlog {
         }
     }
 
-    /// All of them, which wait no more.
+    /// Removes and returns all values.
     pub(super) fn take(&mut self) -> Vec<Arc<Sample>> {
         self.bytes = 0;
         std::mem::take(&mut self.samples).into()

@@ -1,4 +1,5 @@
-//! Says an order to the application, and keeps what came of it. It waits for the answer: not for the window's thread.
+//! Sends an order to the application and records its outcome. Each call waits for the reply: not for the
+//! window's thread.
 
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
@@ -9,35 +10,35 @@ use jde_link::message::{Action, Request};
 
 use super::lock;
 
-/// How many notices are kept.
+/// Maximum number of notices kept.
 const KEPT: usize = 50;
 
-/// Why something that was asked of the application came to nothing.
+/// Why an order failed.
 #[derive(Clone, Debug)]
 pub(crate) struct Notice {
-    /// In words.
+    /// The message.
     pub(crate) text: String,
-    /// When it was known.
+    /// When the order last failed for this reason.
     pub(crate) at: Instant,
 }
 
-/// What came of an order.
+/// The outcome of an order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outcome(Arc<OnceLock<Result<(), String>>>);
 
 impl Outcome {
-    /// It, or nothing while the order is under way or if a newer one overtook it.
+    /// The outcome. `None` while the order is in progress, and forever if a newer order replaced it.
     pub(crate) fn get(&self) -> Option<&Result<(), String>> {
         self.0.get()
     }
 
     pub(super) fn set(&self, came: Result<(), String>) {
-        // Nobody else answers for it.
+        // Each order has one outcome, so the cell is empty.
         let _ = self.0.set(came);
     }
 }
 
-/// The way to the application, and what it answered.
+/// The connection to the application for orders, and the notices of failed ones.
 #[derive(Clone)]
 pub(super) struct OrderClient {
     remote: Remote,
@@ -54,25 +55,25 @@ impl OrderClient {
         }
     }
 
-    /// Why orders came to nothing lately, newest last.
+    /// The notices of failed orders, newest last.
     pub(super) fn notices(&self) -> Vec<Notice> {
         lock(&self.notices).clone()
     }
 
-    /// Says that an order came to nothing.
+    /// Adds a notice.
     pub(super) fn note(&self, text: String) {
         if note(&mut lock(&self.notices), text) {
             self.repaint.request_repaint();
         }
     }
 
-    /// Once, as the person at this machine.
+    /// Sends an action once, as this machine's user, and sets its outcome.
     pub(super) fn act(&self, action: Action, outcome: &Outcome) {
         outcome.set(self.request(jde_link::operator(), action, None));
         self.repaint.request_repaint();
     }
 
-    /// Asks, and notes what was refused.
+    /// Sends a request. Adds a notice if it fails.
     pub(super) fn request(&self, by: String, action: Action, lease: Option<Duration>) -> Result<(), String> {
         let request = Request {
             by,
@@ -87,9 +88,9 @@ impl OrderClient {
     }
 }
 
-/// Notes that something failed; answers whether that is news.
+/// Adds a notice. Returns whether it differs from the last one.
 fn note(notices: &mut Vec<Notice>, text: String) -> bool {
-    // Said once, however often it is so.
+    // A repeated failure only renews the time of its notice.
     if let Some(last) = notices.last_mut()
         && last.text == text
     {

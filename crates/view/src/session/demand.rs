@@ -1,16 +1,17 @@
-//! At which rates something was asked for lately. It knows neither who asked nor what it was.
+//! The rates at which a variable or panel was requested lately. It knows neither the requesters nor the
+//! subject.
 
 use std::time::{Duration, Instant};
 
 use jde_link::Rate;
 
-/// What nobody asks for any more is let go after so long.
+/// A request expires after this time.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
-/// And after so many looks: on a slow machine there may be seconds between one frame and the next, and who could not ask yet has
-/// not ceased to want it.
+/// A request also expires only after this many checks. On a slow machine, frames can be seconds apart, and a
+/// requester that could not repeat its request still needs it.
 const LOOKS: u32 = 2;
 
-/// The rates at which it is wanted.
+/// The requested rates.
 #[derive(Debug, Default)]
 pub(super) struct Demand(Vec<RateRequest>);
 
@@ -20,11 +21,11 @@ struct RateRequest {
     asked: LastRequest,
 }
 
-/// When something was asked for last.
+/// When something was requested last.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LastRequest {
     at: Instant,
-    /// Looks since.
+    /// Checks since then.
     looks: u32,
 }
 
@@ -33,7 +34,7 @@ impl LastRequest {
         Self { at: now, looks: 0 }
     }
 
-    /// Whether it is wanted still. To be looked at once a frame.
+    /// Counts a check. Returns whether the request is still valid. Call once a frame.
     pub(super) fn look(&mut self, now: Instant) -> bool {
         self.looks = self.looks.saturating_add(1);
         self.looks < LOOKS || now.saturating_duration_since(self.at) < PATIENCE
@@ -41,7 +42,7 @@ impl LastRequest {
 }
 
 impl Demand {
-    /// It is wanted so often.
+    /// Requests a rate.
     pub(super) fn ask(&mut self, rate: Rate, now: Instant) {
         let asked = LastRequest::new(now);
         match self.0.iter_mut().find(|wish| wish.rate == rate) {
@@ -50,8 +51,8 @@ impl Demand {
         }
     }
 
-    /// Forgets what was not asked for lately; answers with the greatest rate that was. None: nobody wants it any more. To be looked
-    /// at once a frame.
+    /// Removes expired requests and returns the greatest remaining rate, or `None` if none remains. Call once
+    /// a frame.
     pub(super) fn greatest(&mut self, now: Instant) -> Option<Rate> {
         self.0.retain_mut(|wish| wish.asked.look(now));
         self.0.iter().map(|wish| wish.rate).max()

@@ -1,4 +1,5 @@
-//! What has happened: the states of every schema over time, selections and events. Bounded; the oldest goes first.
+//! The past of the application: the states of each schema over time, selections and events. It is bounded and
+//! discards the oldest entries first.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -6,29 +7,30 @@ use jde_core::State;
 use jde_host::snapshot::Snapshot;
 use jde_host::story::{Decision, Happening, Line};
 
-/// How many of each are kept.
+/// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
-/// And of how many candidates they may tell: those of a group of hundreds would fill the memory long before.
+/// Maximum number of candidates in all kept selections. Selections of a group of hundreds would otherwise
+/// fill the memory.
 const MOST_CANDIDATES: usize = 400_000;
 const MOST_HAPPENINGS: usize = 20_000;
-/// Bands of one schema.
+/// Maximum number of state intervals kept for one schema.
 const MOST_BANDS: usize = 20_000;
 
-/// A time during which a schema was in one state; it lasts until the next.
+/// An interval during which a schema was in one state. It ends where the next begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StateInterval {
-    /// s since the application's start.
+    /// In s since the application's start.
     pub(crate) from: f64,
-    /// Its state since.
+    /// The state from then on.
     pub(crate) state: State,
 }
 
-/// What has happened as far as it is kept.
+/// The past that is kept.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     bands: HashMap<String, VecDeque<StateInterval>>,
     decisions: VecDeque<Decision>,
-    /// Of all of them.
+    /// Number of candidates in all `decisions`.
     candidates: usize,
     happenings: VecDeque<Happening>,
     progress: Progress,
@@ -37,14 +39,15 @@ pub(crate) struct History {
     last: f64,
 }
 
-/// How much has been heard: whoever remembers it knows what is new, and whether what he remembers still counts.
+/// Counters of all that was received. A reader that keeps a copy knows what is new, and whether its derived
+/// data is still valid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
-    /// Times that a recording went back.
+    /// How often a recording jumped back.
     pub(crate) turns: u64,
-    /// Selections, with those that are no longer kept.
+    /// Selections received, including discarded ones.
     pub(crate) decisions: u64,
-    /// Events, with those that are no longer kept.
+    /// Events received, including discarded ones.
     pub(crate) happenings: u64,
 }
 
@@ -53,7 +56,7 @@ impl History {
         Self::default()
     }
 
-    /// A line, and how many before it did not come.
+    /// Adds a line, and the number of lines that were lost before it.
     pub(crate) fn add_line(&mut self, line: Line, missed: u64) {
         self.missed += missed;
         match line {
@@ -97,12 +100,12 @@ impl History {
         }
     }
 
-    /// So many lines did not come to be heard.
+    /// Counts lines that were discarded before they could be added.
     pub(crate) fn add_missed(&mut self, lines: u64) {
         self.missed += lines;
     }
 
-    /// A snapshot: what lines did not tell is made up for.
+    /// Adds a snapshot. It supplies changes of state whose lines were lost.
     pub(crate) fn add_snapshot(&mut self, snapshot: &Snapshot) {
         let now = snapshot.time as f64 / 1e9;
         self.rewind(now);
@@ -110,7 +113,7 @@ impl History {
         self.since = Some(self.since.map_or(now, |since| since.min(now)));
         for view in &snapshot.schemas {
             if let Some(bands) = self.bands.get_mut(&view.name) {
-                // Lines come before the snapshot that shows what they tell, or are lost.
+                // A line arrives before the snapshot that shows its change, or was lost.
                 if bands
                     .back()
                     .is_some_and(|band| band.state != view.state && band.from < now)
@@ -133,7 +136,7 @@ impl History {
         }
     }
 
-    /// A recording went back: what was ahead has not happened yet.
+    /// Removes what is later than `now` after a recording jumped back.
     fn rewind(&mut self, now: f64) {
         if now >= self.last {
             return;
@@ -152,7 +155,7 @@ impl History {
         self.progress.turns += 1;
     }
 
-    /// The bands of a schema, oldest first.
+    /// The state intervals of a schema, oldest first.
     pub(crate) fn states(&self, schema: &str) -> Option<&VecDeque<StateInterval>> {
         self.bands.get(schema)
     }
@@ -167,17 +170,17 @@ impl History {
         &self.happenings
     }
 
-    /// How much has been heard.
+    /// The counters of all that was received.
     pub(crate) fn progress(&self) -> Progress {
         self.progress
     }
 
-    /// When looking began, s since the application's start.
+    /// The earliest time of a snapshot, in s since the application's start.
     pub(crate) fn since(&self) -> Option<f64> {
         self.since
     }
 
-    /// Lines that did not come: the network or this machine was too slow.
+    /// Number of lost lines: the network or this machine was too slow.
     pub(crate) fn missed(&self) -> u64 {
         self.missed
     }
@@ -185,7 +188,7 @@ impl History {
 
 fn push(bands: &mut VecDeque<StateInterval>, band: StateInterval) {
     match bands.back_mut() {
-        // Two changes at one instant: the last stays.
+        // Of two changes at one instant, the last is kept.
         Some(last) if last.from >= band.from => last.state = band.state,
         Some(last) if last.state == band.state => {}
         _ => keep(bands, band, MOST_BANDS),

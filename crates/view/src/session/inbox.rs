@@ -1,21 +1,22 @@
-//! What the link's threads left since the last frame. Bounded: whoever does not look is told how much was not kept.
+//! What the link's threads received since the last frame. It is bounded, and counts the lines that it
+//! discards.
 
 use std::collections::VecDeque;
 
 use jde_host::snapshot::Snapshot;
 use jde_host::story::Line;
 
-/// Lines that may wait for a frame; a window that is hidden keeps the newest.
+/// Maximum number of lines that wait for a frame. While the window is hidden, the newest are kept.
 const WAITING: usize = 50_000;
 
-/// What is new.
+/// The data received since the last frame.
 #[derive(Default)]
 pub(super) struct Inbox {
-    /// The newest.
+    /// The newest snapshot.
     pub(super) snapshot: Option<Snapshot>,
-    /// Each with how many before it did not come.
+    /// Lines, each with the number of lines lost before it.
     pub(super) lines: VecDeque<(Line, u64)>,
-    /// Lines that no longer wait, although nobody has seen them, with those before them that did not come.
+    /// Number of lines discarded here, plus the lines lost before each of them.
     pub(super) dropped: u64,
 }
 
@@ -42,7 +43,7 @@ mod tests {
         for number in 0..WAITING as u64 + 3 {
             inbox.push(Line::Happening(Happening::default()), number);
         }
-        // Before the first three 0, 1 and 2 did not come.
+        // 0, 1 and 2 lines were lost before the first three.
         assert_eq!((inbox.lines.len(), inbox.dropped), (WAITING, 3 + 1 + 2));
     }
 }

@@ -1,7 +1,8 @@
-//! A running application as the windows see it: what came last over the link, and what is asked of it. Nothing here waits for the
-//! network: questions and orders are carried out by threads of their own.
+//! A running application as the windows see it: the data last received over the link, and the requests to it.
+//! No call waits for the network except [`Session::open`]: separate threads subscribe and send orders.
 //!
-//! A window asks each frame for what it shows; what nobody asks for any more is no longer listened to.
+//! Each frame, a window requests the data that it shows. Subscriptions that no window requests any more are
+//! ended.
 
 mod backlog;
 mod client;
@@ -35,20 +36,20 @@ use subscriptions::Subscriptions;
 
 use crate::window::Kind as Window;
 
-/// The schema by which a recording that plays is steered.
+/// The schema that controls the playback of a recording.
 pub(crate) const STEERING: &str = "replay";
 
-/// How many lines of each kind are fetched of what happened before.
+/// Maximum number of earlier lines fetched of each kind.
 const EARLIER: usize = 2000;
 
-/// An application that is looked into. Used by the window's thread alone.
+/// A connection to an application. Only the window's thread uses it, except [`Session::open`].
 pub(crate) struct Session {
     remote: Remote,
     schemas: Schemas,
     variables: Vec<VariableInfo>,
     inbox: Arc<Mutex<Inbox>>,
     snapshot: Arc<Snapshot>,
-    /// When that came.
+    /// When the newest snapshot arrived.
     progress: Instant,
     past: History,
     subscriptions: RefCell<Subscriptions>,
@@ -61,10 +62,11 @@ pub(crate) struct Session {
 }
 
 impl Session {
-    /// Begins to look. Waits for answers of the application, up to 5 s each: not to be called from the window's thread.
+    /// Opens a session and subscribes to the application. Waits up to 5 s for each reply: not to be called
+    /// from the window's thread.
     ///
     /// # Errors
-    /// As [`Remote`]'s calls.
+    /// Those of [`Remote`]'s calls.
     pub(crate) fn open(remote: Remote, repaint: egui::Context) -> Result<Self, Error> {
         let schemas = remote.schemas()?;
         let variables = remote.variables(false)?;
@@ -106,7 +108,7 @@ impl Session {
         })
     }
 
-    /// Takes up what came since the last frame. To be called once at its beginning.
+    /// Takes in the data received since the last frame. Call once at the beginning of each frame.
     pub(crate) fn begin_frame(&mut self) {
         let Inbox {
             snapshot,
@@ -127,43 +129,44 @@ impl Session {
         self.panels.get_mut().remove_unused();
     }
 
-    /// What it is.
+    /// The application's name, process and file.
     pub(crate) fn about(&self) -> &About {
         self.remote.about()
     }
 
-    /// Whether it is there no more; everything shown is then as it was last.
+    /// Whether the application is gone. Everything shown is then its last state.
     pub(crate) fn is_gone(&self) -> bool {
         self.gone
     }
 
-    /// For how long nothing was heard of it: an application tells twenty times a second how it is, so one that is silent for
-    /// longer hangs, or the network to it is cut.
+    /// Time since the newest snapshot. An application sends 20 snapshots a second. A longer silence means
+    /// that it hangs, or that its network connection is cut.
     pub(crate) fn silent(&self) -> Duration {
         self.progress.elapsed()
     }
 
-    /// Whether it is a recording that plays.
+    /// Whether the application is a recording that plays.
     pub(crate) fn is_recording(&self) -> bool {
         self.about().executor == "replay"
     }
 
-    /// Whether a modulation of a schema can be set: of a recording those that steer it.
+    /// Whether a modulation of a schema can be set. In a recording, only those of the schema [`STEERING`]
+    /// can.
     pub(crate) fn can_set(&self, schema: &str) -> bool {
         !self.gone && (!self.is_recording() || schema == STEERING)
     }
 
-    /// Its schemas and groups, as declared.
+    /// The application's schemas and groups, as declared.
     pub(crate) fn schemas(&self) -> &Schemas {
         &self.schemas
     }
 
-    /// A schema by its name, as declared.
+    /// The declaration of a schema, by its name.
     pub(crate) fn schema(&self, name: &str) -> Option<&SchemaInfo> {
         self.schemas.schemas.iter().find(|schema| schema.name == name)
     }
 
-    /// Its variables.
+    /// The application's variables.
     pub(crate) fn variables(&self) -> &[VariableInfo] {
         &self.variables
     }
@@ -175,22 +178,22 @@ impl Session {
         self.variables.iter().filter(fits)
     }
 
-    /// What every schema and group is doing.
+    /// The newest states of all schemas and groups.
     pub(crate) fn snapshot(&self) -> &Arc<Snapshot> {
         &self.snapshot
     }
 
-    /// What a schema is doing.
+    /// The newest state of a schema.
     pub(crate) fn view(&self, schema: &str) -> Option<&SchemaView> {
         self.snapshot.schemas.iter().find(|view| view.name == schema)
     }
 
-    /// What has happened as far as it is kept.
+    /// The past that is kept.
     pub(crate) fn past(&self) -> &History {
         &self.past
     }
 
-    /// The schemas that have a panel of their own.
+    /// The names of the schemas that have a panel.
     pub(crate) fn panels(&self) -> impl Iterator<Item = &str> {
         let schemas = self.snapshot.schemas.iter();
         schemas
@@ -198,113 +201,114 @@ impl Session {
             .map(|schema| schema.name.as_str())
     }
 
-    /// The schemas at the top.
+    /// The names of the schemas of the top level.
     pub(crate) fn roots(&self) -> impl Iterator<Item = &str> {
         let tops = self.schemas.groups.iter().filter(|group| group.father.is_none());
         tops.flat_map(|group| group.members.iter().map(String::as_str))
     }
 
-    /// Whether an operator keeps a schema asleep.
+    /// Whether an operator keeps a schema stopped or unloaded.
     pub(crate) fn is_stopped(&self, schema: &str) -> bool {
         let hold = self.view(schema).and_then(|view| view.operator.as_ref());
         hold.is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
     }
 
-    /// Whether everything was stopped at once, and a root is not let go on since.
+    /// Whether everything was stopped at once, and at least one root is still held by that.
     pub(crate) fn is_everything_stopped(&self) -> bool {
         let mut holds = self.roots().filter_map(|root| self.view(root)?.operator.as_ref());
         holds.any(|hold| hold.with_everything)
     }
 
-    /// s since the application's start, as of the newest snapshot.
+    /// The time of the newest snapshot, in s since the application's start.
     pub(crate) fn now(&self) -> f64 {
         self.snapshot.time as f64 / 1e9
     }
 
-    /// The newest value of a variable. Asked for in every frame in which it is shown: the first times there is none yet, and
-    /// what is no longer asked for is no longer sent.
+    /// The newest value of a variable. Call in each frame that shows it: a variable that is not requested is
+    /// no longer sent. Returns `None` until the first value arrives.
     pub(crate) fn value(&self, name: &str, rate: Rate) -> Option<Arc<Sample>> {
         self.subscriptions.borrow_mut().newest(name, rate)
     }
 
-    /// As [`Self::value`], as a standard type; none if it is of another.
+    /// As [`Self::value`], decoded as a standard type. `None` if the variable has another type.
     pub(crate) fn read<T: Value>(&self, name: &str, rate: Rate) -> Option<(T, Arc<Sample>)> {
         let sample = self.value(name, rate)?;
         let value = T::from_bytes(sample.bytes.as_deref()?)?;
         (sample.value_type.name == T::describe().name).then_some((value, sample))
     }
 
-    /// The values of a variable that came since the call before with the same `reader`, oldest first; for traces. To be asked
-    /// for in every frame, as [`Self::value`].
+    /// The values of a variable that arrived since the last call with the same `reader`, oldest first; for
+    /// traces. Call in each frame, as [`Self::value`].
     pub(crate) fn values(&self, name: &str, rate: Rate, reader: &str) -> Vec<Arc<Sample>> {
         self.subscriptions.borrow_mut().since(name, rate, reader)
     }
 
-    /// Why a variable cannot be listened to, if so.
+    /// Why subscribing to a variable failed, if so.
     pub(crate) fn trouble(&self, name: &str) -> Option<String> {
         self.subscriptions.borrow().trouble(name)
     }
 
-    /// The newest list of a schema's own panel, or why it has none to show; nothing while none came yet. To be asked for in every
-    /// frame, as [`Self::value`].
+    /// The newest list of a schema's panel, or why there is none. `None` until the first arrives. Call in
+    /// each frame, as [`Self::value`].
     pub(crate) fn panel(&self, schema: &str, rate: Rate) -> Option<PanelContent> {
         self.panels.borrow_mut().newest(schema, rate)
     }
 
-    /// Hands a schema what a person did to its panel. A slider or drag under way that a newer one overtakes is left out.
+    /// Sends a gesture on a schema's panel to the schema. A newer gesture replaces a waiting slider move or
+    /// unfinished drag.
     pub(crate) fn touch(&self, schema: &str, gesture: Gesture) -> Outcome {
         let schema = schema.to_owned();
         self.order(Action::Touch { schema, gesture })
     }
 
-    /// Asks for something as an operator (R14). What comes of it is among [`Self::notices`].
+    /// Requests an action as an operator (R14). A failure is added to [`Self::notices`].
     pub(crate) fn act(&self, action: Action) {
         self.orders.act(action);
     }
 
-    /// As [`Self::act`], for those who want to know what came of just this.
+    /// As [`Self::act`], and returns the outcome of this order.
     pub(crate) fn order(&self, action: Action) -> Outcome {
         self.orders.order(action)
     }
 
-    /// As [`Self::act`], held by a lease for as long as it is asked for again at least every half second: what a person lets go
-    /// of, or a viewer that dies, is undone by the application itself.
+    /// As [`Self::act`], held by a lease that must be renewed by a call at least every half second. When the
+    /// user releases the control, or the viewer dies, the application undoes the action.
     pub(crate) fn hold(&self, action: Action) {
         self.orders.hold(action);
     }
 
-    /// Ends what [`Self::hold`] holds at a schema, at once.
+    /// Ends an action of [`Self::hold`] on a schema at once.
     pub(crate) fn let_go(&self, schema: &str) {
         self.orders.let_go(schema);
     }
 
-    /// What came of orders lately, newest last.
+    /// The notices of failed orders, newest last.
     pub(crate) fn notices(&self) -> Vec<Notice> {
         self.orders.notices()
     }
 
-    /// Asks for a window of a kind: brought to the front, or opened if there is none.
+    /// Requests a window of a kind: an open one is brought to the front, or else one is opened.
     pub(crate) fn open_window(&self, kind: Window) {
         self.openings.borrow_mut().push(kind);
     }
 
-    /// The windows that were asked for since the call before.
+    /// Removes and returns the requested windows.
     pub(crate) fn openings(&self) -> Vec<Window> {
         self.openings.take()
     }
 
-    /// Asks for a number over time, by the name of its variable and its path in it: the oscilloscope shows it.
+    /// Requests a trace of a number in the oscilloscope, by the variable's name and the path in it.
     pub(crate) fn plot(&self, name: String) {
         self.plots.borrow_mut().push(name);
         self.open_window(Window::Oscilloscope);
     }
 
-    /// The numbers that were asked for since the call before.
+    /// Removes and returns the requested traces.
     pub(crate) fn plots(&self) -> Vec<String> {
         self.plots.take()
     }
 
-    /// The way to the application. Its calls wait: not for the window's thread.
+    /// The link to the application. Its calls wait: not for the window's thread.
     #[cfg(test)]
     pub(crate) fn remote(&self) -> &Remote {
         &self.remote

@@ -1,5 +1,5 @@
-//! Carries orders to the application and keeps its answers: on threads of its own, in the order in which they were given. To stop
-//! something has a thread for itself, for an order to which no answer comes takes seconds.
+//! Sends orders to the application in sequence, on separate threads, and records the outcomes. Stops have
+//! their own thread, because an order without a reply takes seconds.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -14,11 +14,11 @@ use super::client::{Notice, OrderClient, Outcome};
 use super::lock;
 use super::queue::{Next, Order, Queue};
 
-/// What is held and not asked for again for so long is let go.
+/// A hold that is not renewed for this time is released.
 pub(super) const PATIENCE: Duration = Duration::from_millis(500);
-/// How soon the application lets go by itself of what a dead viewer held.
+/// The lease of a hold: after this time without renewal, as of a dead viewer, the application releases it.
 const LEASE: Duration = Duration::from_millis(600);
-/// A lease is renewed this often, and what was refused is asked for again as soon.
+/// Interval between renewals of a lease, and between retries of a refused hold.
 const RENEWED: Duration = Duration::from_millis(150);
 
 pub(super) struct Orders {
@@ -33,7 +33,7 @@ impl Orders {
         let worker = Worker {
             orders: Arc::clone(&orders),
             client: client.clone(),
-            // A name of its own, so that letting go undoes nothing that this person did elsewhere.
+            // A separate name, so that the release undoes nothing that this user did elsewhere.
             holder: format!(
                 "{} (view {:05})",
                 jde_link::operator(),
@@ -43,7 +43,7 @@ impl Orders {
             refused: HashMap::new(),
         };
         let (stops, stopper) = (Arc::clone(&orders), client.clone());
-        // They end when the orders are closed; there is nothing to wait for.
+        // The threads end when the inbox is closed, so their handles are dropped.
         for (name, work) in [
             (
                 "view-hands",
@@ -89,7 +89,7 @@ impl Drop for Orders {
     }
 }
 
-/// Orders between those who give and those who carry them.
+/// The orders between the window's thread, which adds them, and the threads that send them.
 #[derive(Default)]
 struct OrderInbox {
     state: Mutex<InboxState>,
@@ -99,7 +99,7 @@ struct OrderInbox {
 #[derive(Default)]
 struct InboxState {
     queue: Queue,
-    /// Nobody gives any more.
+    /// No more orders are added.
     closed: bool,
 }
 
@@ -114,7 +114,8 @@ impl OrderInbox {
         self.news.notify_all();
     }
 
-    /// The next to be carried, other than to stop; none at `until`, or once all is carried and nobody gives any more.
+    /// Waits for the next order other than a stop. Returns [`Received::Time`] at `until`, and
+    /// [`Received::Closed`] once closed and all orders, stops included, are sent.
     fn next(&self, until: Option<Instant>) -> Received {
         let mut state = lock(&self.state);
         loop {
@@ -141,7 +142,7 @@ impl OrderInbox {
         }
     }
 
-    /// The next order to stop; none once nobody gives any more.
+    /// Waits for the next stop. Returns `None` once closed and no stop is left.
     fn next_stop(&self) -> Option<(Action, Outcome)> {
         let mut state = lock(&self.state);
         loop {
@@ -161,7 +162,7 @@ impl OrderInbox {
     }
 }
 
-/// What came of waiting for an order.
+/// The result of waiting for an order.
 enum Received {
     Carry(Order, Instant),
     Stale(Action, Outcome),
@@ -169,7 +170,7 @@ enum Received {
     Closed,
 }
 
-/// Carries orders to stop.
+/// Sends stops. Body of the thread `view-stop`.
 fn stop(orders: &OrderInbox, client: &OrderClient) {
     while let Some((stop, outcome)) = orders.next_stop() {
         client.act(stop, &outcome);
@@ -177,22 +178,22 @@ fn stop(orders: &OrderInbox, client: &OrderClient) {
     }
 }
 
-/// Carries all other orders.
+/// Sends all other orders, on the thread `view-hands`.
 struct Worker {
     orders: Arc<OrderInbox>,
     client: OrderClient,
     holder: String,
     held: HashMap<String, Lease>,
-    /// When a schema refused to be held.
+    /// When each schema last refused to be held.
     refused: HashMap<String, Instant>,
 }
 
-/// What is held at a schema.
+/// A hold on a schema.
 struct Lease {
     action: Action,
-    /// When a person asked for it last.
+    /// When the user last requested it.
     asked: Instant,
-    /// When the application heard of it last.
+    /// When it was last sent to the application.
     inbox: Instant,
 }
 
@@ -220,7 +221,8 @@ impl Worker {
         rest.iter().for_each(|schema| self.let_go(schema));
     }
 
-    /// What changed is sent, what stays is renewed; what was refused is not asked for again at once.
+    /// Sends a new or changed hold, and renews an unchanged one. Skips a schema that refused within
+    /// [`RENEWED`].
     fn hold(&mut self, action: Action, asked: Instant) {
         let schema = action.schema().to_owned();
         self.refused.retain(|_, when| when.elapsed() < RENEWED);
@@ -234,7 +236,7 @@ impl Worker {
                     return;
                 }
                 match action {
-                    // Written anew, so that its age tells whoever reads it that it is still wanted.
+                    // Written anew, so that its age shows readers that it is still wanted.
                     Action::Modulate { .. } => action.clone(),
                     _ => Action::Renew {
                         schema: schema.clone(),
@@ -260,14 +262,14 @@ impl Worker {
     fn let_go(&mut self, schema: &str) {
         if self.held.remove(schema).is_some() {
             let schema = schema.to_owned();
-            // What came of it is among the notices.
+            // A failure is already among the notices.
             let _ = self
                 .client
                 .request(self.holder.clone(), Action::LetGo { schema }, None);
         }
     }
 
-    /// Says that an order was not carried.
+    /// Sets the outcome of an order that was not sent, and adds a notice.
     fn give_up(&self, action: &Action, outcome: &Outcome) {
         let what = match action.schema() {
             "" => "to let everything go on".to_owned(),

@@ -1,6 +1,6 @@
-//! The panels that are looked at: those that a window asked for lately. A schema draws for nobody else.
+//! The panels that a window requested lately. A schema draws its panel only for these.
 //!
-//! Looking begins with a question to the application, which a thread of its own asks.
+//! Subscribing waits for a reply of the application, so a separate thread does it.
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Sender, channel};
@@ -15,10 +15,10 @@ use jde_panel::List;
 use super::demand::Demand;
 use super::lock;
 
-/// What failed is tried again after so long.
+/// A failed subscription is retried after this time.
 const AGAIN: Duration = Duration::from_secs(3);
 
-/// A list as it came, or why there is none.
+/// The newest list of a panel, or why there is none.
 pub(crate) type PanelContent = Result<Arc<List>, String>;
 
 pub(super) struct Panels {
@@ -34,7 +34,7 @@ struct WatchedPanel {
     slot: Arc<Mutex<Slot>>,
 }
 
-/// What the link's threads fill.
+/// Written by the link's threads.
 #[derive(Default)]
 struct Slot {
     newest: Option<PanelContent>,
@@ -47,7 +47,7 @@ impl Panels {
         let (questions, asked) = channel::<Request>();
         let eyes = move || {
             for (schema, rate, slot) in asked {
-                // Nobody looks any more.
+                // The panel is no longer requested.
                 if Arc::strong_count(&slot) == 1 {
                     continue;
                 }
@@ -68,7 +68,7 @@ impl Panels {
                 repaint.request_repaint();
             }
         };
-        // It ends when its sender is gone; there is nothing to wait for.
+        // The thread ends when its sender is dropped, so its handle is not kept.
         if let Err(error) = thread::Builder::new().name("view-panels".to_owned()).spawn(eyes) {
             tracing::error!("no thread to look at panels: {error}");
         }
@@ -94,7 +94,8 @@ impl Panels {
         lock(&looked.slot).newest.clone()
     }
 
-    /// Lets go of what nobody looks at any more, looks less often at what is wanted less often, and tries again what was refused.
+    /// Ends unused subscriptions, lowers rates that are higher than needed, and retries refused
+    /// subscriptions.
     pub(super) fn remove_unused(&mut self) {
         let now = Instant::now();
         let questions = &self.questions;
@@ -128,16 +129,16 @@ impl WatchedPanel {
         }
     }
 
-    /// Has it looked at so often. What came before is shown until more comes.
+    /// Subscribes at a rate. The newest list is kept until the next arrives.
     fn look(&mut self, questions: &Sender<Request>, schema: &str, rate: Rate) {
         let newest = lock(&self.slot).newest.take();
-        // The old one hears nothing any more: nobody holds it.
+        // The old slot is dropped, so its callback does nothing any more.
         self.slot = Arc::new(Mutex::new(Slot {
             newest,
             ..Slot::default()
         }));
         self.rate = rate;
-        // Without a thread to ask nothing comes, and the log says why.
+        // Without the thread, the request is lost; the log has the reason.
         let _ = questions.send((schema.to_owned(), rate, Arc::clone(&self.slot)));
     }
 }

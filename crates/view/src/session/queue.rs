@@ -1,5 +1,5 @@
-//! Orders that wait to be carried, and which comes next. What a newer order makes idle is left out, what has waited too long is
-//! given up, and to stop waits for nobody. It carries nothing itself.
+//! Waiting orders, and which one is next. A newer order replaces the ones that it makes obsolete, an order
+//! that waited too long is given up, and a stop never waits. It sends nothing itself.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::time::{Duration, Instant};
@@ -11,51 +11,52 @@ use serde_json::Value;
 use super::client::Outcome;
 use super::orders::PATIENCE;
 
-/// An order that waited longer is no longer what the person wants who gave it.
+/// An order that waited this long is given up: it may no longer be what the user wants.
 const STALE: Duration = Duration::from_secs(3);
-/// Between two values for one modulation: an application takes 100 orders a second from all its windows together.
+/// Minimum interval between two values for one modulation. An application accepts 100 orders a second from
+/// all its windows together.
 const BEAT: Duration = Duration::from_millis(50);
 
-/// What is to be carried.
+/// An order to send.
 #[derive(Debug)]
 pub(super) enum Order {
-    /// Once.
+    /// An action to send once.
     Act(Action, Outcome),
-    /// For as long as it is ordered again.
+    /// An action to hold for as long as it is ordered again.
     Hold(Action),
-    /// No longer.
+    /// Ends the hold on this schema.
     LetGo(String),
 }
 
-/// What comes next.
+/// What to do next.
 #[derive(Debug)]
 pub(super) enum Next {
-    /// This, which was given then.
+    /// Send this order, which was added at this time.
     Carry(Order, Instant),
-    /// This was given too long ago.
+    /// Give up this order: it waited too long.
     Stale(Action, Outcome),
-    /// Nothing before that, unless something is pushed.
+    /// Wait until this time, or until an order is added.
     Wait(Option<Instant>),
 }
 
-/// Orders in the order in which they were given.
+/// Orders in sequence.
 #[derive(Debug, Default)]
 pub(super) struct Queue {
     orders: VecDeque<(Order, Instant)>,
-    /// To stop a schema or everything: apart, for they are carried by hands of their own.
+    /// Stops of a schema or of everything. Separate, because another thread sends them.
     stops: VecDeque<(Action, Outcome)>,
-    /// The one that is being carried.
+    /// The stop that is being sent.
     stopping: Option<Action>,
-    /// When a modulation was written last, by its schema and name.
+    /// When a modulation was last written, by schema and name.
     written: HashMap<(String, String), Instant>,
 }
 
 impl Queue {
-    /// Takes an order up.
+    /// Adds an order, and removes those that it makes obsolete.
     pub(super) fn push(&mut self, order: Order, now: Instant) {
         match order {
             Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
-                // What was to wake it is taken back by this.
+                // The stop overrides waiting orders that would wake its schema.
                 self.orders
                     .retain(|(backlog, _)| !(wakes(backlog) && holds_up(&stop, backlog)));
                 if matches!(stop, Action::StopAll) {
@@ -79,7 +80,7 @@ impl Queue {
         }
     }
 
-    /// The next to be carried, other than to stop.
+    /// The next order other than a stop.
     pub(super) fn next(&mut self, now: Instant) -> Next {
         self.written
             .retain(|_, written| now.saturating_duration_since(*written) < BEAT);
@@ -90,7 +91,7 @@ impl Queue {
         let waited = now.saturating_duration_since(given);
         match order {
             Order::Act(action, outcome) if waited >= STALE => Next::Stale(action, outcome),
-            // Nobody holds it any more, or it would have been ordered again.
+            // The hold has ended: it would have been renewed.
             Order::Hold(action) if waited >= PATIENCE => {
                 Next::Carry(Order::LetGo(action.schema().to_owned()), given)
             }
@@ -103,28 +104,29 @@ impl Queue {
         }
     }
 
-    /// The next order to stop. Nothing else of what it stops is carried until [`Self::stopped`].
+    /// The next stop. Until [`Self::stopped`] is called, [`Self::next`] holds back the orders that concern
+    /// what is stopped.
     pub(super) fn next_stop(&mut self) -> Option<(Action, Outcome)> {
         let (stop, outcome) = self.stops.pop_front()?;
         self.stopping = Some(stop.clone());
         Some((stop, outcome))
     }
 
-    /// What [`Self::next_stop`] gave was carried.
+    /// Ends the stop that [`Self::next_stop`] returned.
     pub(super) fn stopped(&mut self) {
         self.stopping = None;
     }
 
-    /// Whether nothing is left.
+    /// Whether no order waits and no stop is being sent.
     pub(super) fn is_empty(&self) -> bool {
         self.orders.is_empty() && self.stops.is_empty() && self.stopping.is_none()
     }
 
-    /// The place of the first that nothing keeps from being carried; without one, when that may be so.
+    /// The position of the first order that can be sent now. If none can, the earliest time at which one can.
     fn first_free(&self) -> (Option<usize>, Option<Instant>) {
         let mut soonest: Option<Instant> = None;
         let stops = || self.stops.iter().map(|(stop, _)| stop).chain(&self.stopping);
-        // What comes later for a schema does not overtake what waits for it.
+        // A later order for a schema must not overtake an earlier one that waits.
         let mut later = HashSet::new();
         for (place, (order, _)) in self.orders.iter().enumerate() {
             if later.contains(order.schema()) || stops().any(|stop| holds_up(stop, order)) {
@@ -142,13 +144,13 @@ impl Queue {
         (None, soonest)
     }
 
-    /// A hold that waits counts no more once another, or a letting go, is ordered of the same schema.
+    /// Removes a waiting hold on a schema: a newer hold or release replaces it.
     fn let_go_before(&mut self, schema: &str) {
         self.orders
             .retain(|(order, _)| !matches!(order, Order::Hold(action) if action.schema() == schema));
     }
 
-    /// Leaves out what an action overtakes.
+    /// Removes the latest waiting order on the same modulation or widget, if an action replaces it.
     fn leave_out_before(&mut self, newer: &Action) {
         let about = |order: &Order| match order {
             Order::Act(older, _) => is_same(older, newer).then(|| overtakes(newer, older)),
@@ -170,7 +172,7 @@ impl Order {
         }
     }
 
-    /// The modulation that a person writes once, as by a slider; holds are renewed on a beat of their own.
+    /// The modulation that the order writes once, as from a slider. Holds have their own interval of renewal.
     fn modulation(&self) -> Option<(String, String)> {
         match self {
             Self::Act(Action::Modulate { schema, variable, .. }, _) => {
@@ -181,7 +183,7 @@ impl Order {
     }
 }
 
-/// Whether an order would wake somebody, or undo that it is stopped.
+/// Whether an order could wake a schema, or release one that is stopped.
 fn wakes(order: &Order) -> bool {
     match order {
         Order::Act(action, _) => matches!(
@@ -198,7 +200,7 @@ fn wakes(order: &Order) -> bool {
     }
 }
 
-/// Whether an order is about what is to be stopped.
+/// Whether an order must wait for a stop, because it concerns what is stopped.
 fn holds_up(stop: &Action, order: &Order) -> bool {
     match (stop, order) {
         (Action::StopAll, _) | (_, Order::Act(Action::ReleaseAll, _)) => true,
@@ -206,7 +208,7 @@ fn holds_up(stop: &Action, order: &Order) -> bool {
     }
 }
 
-/// Whether two actions are about the same modulation or widget.
+/// Whether two actions concern the same modulation or widget.
 fn is_same(one: &Action, other: &Action) -> bool {
     match (one, other) {
         (
@@ -228,7 +230,7 @@ fn is_same(one: &Action, other: &Action) -> bool {
     }
 }
 
-/// Whether of a slider or drag under way only the newer counts.
+/// Whether a newer value of a modulation, slider or drag replaces an older one.
 fn overtakes(newer: &Action, older: &Action) -> bool {
     match (newer, older) {
         (Action::Modulate { value: newer, .. }, Action::Modulate { value: older, .. }) => {
@@ -250,7 +252,7 @@ fn overtakes(newer: &Action, older: &Action) -> bool {
     }
 }
 
-/// Whether a value writes all that another does: fields that are left out stay.
+/// Whether a value writes everything that another does: omitted fields keep their values.
 fn covers(newer: &Value, older: &Value) -> bool {
     match (newer, older) {
         (Value::Object(newer), Value::Object(older)) => older
@@ -313,7 +315,7 @@ mod tests {
         queue
     }
 
-    /// All that can be carried at once.
+    /// All orders that can be sent now.
     fn carried(queue: &mut Queue, now: Instant) -> Vec<String> {
         let mut carried = Vec::new();
         loop {

@@ -1,6 +1,6 @@
-//! The variables that are listened to: those that a window asked for lately, each at the highest rate it was asked for lately.
+//! The variables that a window requested lately, each at the highest rate requested lately.
 //!
-//! Listening begins with a question to the application, which a thread of its own asks.
+//! Subscribing waits for a reply of the application, so a separate thread does it.
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Sender, channel};
@@ -15,7 +15,7 @@ use super::backlog::Backlog;
 use super::demand::{Demand, LastRequest};
 use super::lock;
 
-/// What failed is tried again after so long.
+/// A failed subscription is retried after this time.
 const AGAIN: Duration = Duration::from_secs(3);
 
 pub(super) struct Subscriptions {
@@ -25,20 +25,20 @@ pub(super) struct Subscriptions {
 
 type Request = (String, Rate, Arc<Mutex<Slot>>);
 
-/// A variable that is listened to.
+/// A subscription to a variable.
 struct Subscription {
     rate: Rate,
     demand: Demand,
     slot: Arc<Mutex<Slot>>,
-    /// Who wants all values, each with those that came since its last question, and when that was.
+    /// Readers that need all values. Each has the values since its last call, and the time of that call.
     readers: HashMap<String, (Backlog, LastRequest)>,
 }
 
-/// What the link's threads fill.
+/// Written by the link's threads.
 #[derive(Default)]
 struct Slot {
     newest: Option<Arc<Sample>>,
-    /// Since the last look, while somebody wants all of them.
+    /// Values since a reader last called, while there are readers.
     fresh: Option<Backlog>,
     trouble: Option<(String, Instant)>,
     watching: Option<Watching>,
@@ -49,7 +49,7 @@ impl Subscriptions {
         let (questions, asked) = channel::<Request>();
         let eyes = move || {
             for (name, rate, slot) in asked {
-                // Nobody wants it any more.
+                // The variable is no longer requested.
                 if Arc::strong_count(&slot) == 1 {
                     continue;
                 }
@@ -90,7 +90,7 @@ impl Subscriptions {
         slot.trouble.as_ref().map(|(trouble, _)| trouble.clone())
     }
 
-    /// Lets go of what nobody asks for any more, listens less often to what is wanted less often, and tries again what failed.
+    /// Ends unused subscriptions, lowers rates that are higher than needed, and retries failed subscriptions.
     pub(super) fn remove_unused(&mut self) {
         let now = Instant::now();
         let questions = &self.questions;
@@ -146,7 +146,7 @@ impl Subscription {
         }
     }
 
-    /// Has it listened to so often. What came before is shown until more comes.
+    /// Subscribes at a rate. The values received so far are kept.
     fn listen(&mut self, questions: &Sender<Request>, name: &str, rate: Rate) {
         let slot = {
             let mut before = lock(&self.slot);
@@ -156,14 +156,14 @@ impl Subscription {
                 ..Slot::default()
             }
         };
-        // The old one hears nothing any more: nobody holds it.
+        // The old slot is dropped, so its callback does nothing any more.
         self.slot = Arc::new(Mutex::new(slot));
         self.rate = rate;
-        // Without a thread to ask nothing comes, and the log says why.
+        // Without the thread, the request is lost; the log has the reason.
         let _ = questions.send((name.to_owned(), rate, Arc::clone(&self.slot)));
     }
 
-    /// What came since this reader's last question.
+    /// The values since this reader's last call. The first call registers the reader.
     fn since(&mut self, reader: &str, now: Instant) -> Vec<Arc<Sample>> {
         if !self.readers.contains_key(reader) {
             self.readers
@@ -184,7 +184,7 @@ impl Subscription {
             .unwrap_or_default()
     }
 
-    /// Keeps nothing for readers that are gone.
+    /// Removes readers that stopped calling.
     fn forget_readers(&mut self, now: Instant) {
         self.readers.retain(|_, (_, asked)| asked.look(now));
         if self.readers.is_empty() {

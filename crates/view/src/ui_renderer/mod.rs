@@ -1,7 +1,9 @@
-//! Draws what egui wants drawn where a processor does a graphics card's work. egui's own shader has two ways of reading a texture,
-//! of which a card takes one and a processor both, for every pixel; here each has one, and what hides all beneath it is not mixed.
+//! Draws egui's output faster on software renderers. egui's own shader contains two ways of reading a
+//! texture. A graphics card executes one of them, but a processor executes both for every pixel. Here each
+//! way has its own pipeline, and large opaque triangles are not blended.
 //!
-//! It keeps no textures: those are in egui's renderer, and so is the pass that it draws into. Where there is a card it is not used.
+//! It owns no textures: egui's renderer keeps these, and the render pass. It is not used with a graphics
+//! card.
 
 mod pipelines;
 mod runs;
@@ -18,14 +20,15 @@ use crate::window::space::Quality;
 use pipelines::Pipelines;
 use runs::{TriangleKind, runs};
 
-/// Draws everything from now on, if that is quicker: where effort is to be spared, and the colours of the screen are egui's.
+/// Installs the renderer where it is faster: at [`Quality::Quick`]. The target's format must not be sRGB,
+/// because egui blends in gamma space.
 pub(crate) fn take_over(ctx: &egui::Context, card: &RenderState, effort: Quality) {
     if effort == Quality::Quick && !card.target_format.is_srgb() {
         ctx.add_plugin(UiRenderer::new(card.clone()));
     }
 }
 
-/// What egui hands over at the end of each frame is made one picture of its own.
+/// Replaces egui's shapes at the end of each frame with one paint callback.
 pub(crate) struct UiRenderer {
     card: RenderState,
     pipes: Pipelines,
@@ -39,7 +42,7 @@ impl UiRenderer {
         }
     }
 
-    /// The textures as of this frame.
+    /// Updates the textures of this frame in egui's renderer.
     fn put_textures(&self, output: &mut FullOutput) {
         let mut renderer = self.card.renderer.write();
         for (id, changes) in output.textures_delta.set.drain() {
@@ -53,7 +56,7 @@ impl UiRenderer {
         let renderer = self.card.renderer.read();
         let (mut corners, mut indices, mut strokes) = (Vec::new(), Vec::new(), Vec::new());
         for ClippedPrimitive { clip_rect, primitive } in primitives {
-            // Nothing here draws into the pass of egui by itself.
+            // The windows use no other paint callbacks.
             let Primitive::Mesh(mesh) = primitive else {
                 continue;
             };
@@ -92,7 +95,7 @@ impl UiRenderer {
     }
 }
 
-/// The corners of a mesh as the card takes them: from -1 to 1 over a screen of so many points.
+/// Appends a mesh for the card: its vertices in coordinates from -1 to 1 across a screen of `size` points.
 fn append(mesh: &Mesh, size: Vec2, corners: &mut Vec<Vertex>, indices: &mut Vec<u32>) {
     let scale = egui::vec2(2.0, -2.0) / size;
     corners.extend(mesh.vertices.iter().map(|corner| Vertex {
@@ -118,20 +121,20 @@ impl egui::Plugin for UiRenderer {
     }
 }
 
-/// One frame.
+/// One frame, ready to draw.
 struct UiFrame {
     pipes: Pipelines,
     corners: wgpu::Buffer,
     indices: wgpu::Buffer,
     strokes: Vec<DrawCall>,
-    /// Of the screen, points.
+    /// Size of the screen, in points.
     size: Vec2,
 }
 
-/// Some triangles.
+/// A run of triangles with the same state.
 struct DrawCall {
     clip: Rect,
-    /// The texture; none if they are solid.
+    /// The texture. `None` for solid triangles.
     group: Option<wgpu::BindGroup>,
     indices: Range<u32>,
     base: i32,
@@ -163,7 +166,7 @@ impl CallbackTrait for UiFrame {
     }
 }
 
-/// The pixels of a part of the screen, cut off at its edges; nothing if there are none.
+/// The pixels of a rectangle, clipped to the screen. `None` if it is empty.
 fn scissors(clip: Rect, info: &PaintCallbackInfo) -> Option<[u32; 4]> {
     let [width, height] = info.screen_size_px;
     let pixel = |at: f32, most: u32| (at * info.pixels_per_point).round().clamp(0.0, most as f32) as u32;
@@ -183,7 +186,7 @@ mod tests {
 
     use super::*;
 
-    /// A frame with all that frames are made of, as it is drawn with a brush and without.
+    /// Renders a frame with each kind of content, with this renderer or without.
     fn drawn(renderer: bool, scale: f32) -> ([u32; 2], Vec<u8>) {
         let card = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
         let own = own_texture(&card);
@@ -233,7 +236,7 @@ mod tests {
         ui.label("0.25 m/s");
     }
 
-    /// A texture that egui's renderer was given, as a 3D picture is.
+    /// A texture registered in egui's renderer, as the 3D picture is.
     fn own_texture(card: &RenderState) -> egui::TextureId {
         let size = wgpu::Extent3d {
             width: 2,

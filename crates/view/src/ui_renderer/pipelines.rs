@@ -1,4 +1,4 @@
-//! What the card is told once: how triangles are drawn, with a texture and without.
+//! The render pipelines, created once: for triangles with a texture and for solid ones.
 
 use std::num::NonZeroU64;
 
@@ -6,10 +6,10 @@ use wgpu::{
     BindingType, BlendComponent, BlendFactor, BlendOperation, BlendState, Device, ShaderStages, TextureFormat,
 };
 
-/// Size of what egui tells its own shader of a texture, bytes.
+/// Size of the uniform with which egui describes a texture to its shader, in bytes.
 const TEXTURE_FLAGS: u64 = 16;
 
-/// The ways of drawing.
+/// The pipelines of all kinds of triangles.
 #[derive(Clone)]
 pub(super) struct Pipelines {
     pub(super) solid: wgpu::RenderPipeline,
@@ -33,7 +33,7 @@ impl Pipelines {
                     module: &shader,
                     entry_point: Some("corner"),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    // As egui's vertices are laid out.
+                    // The layout of egui's vertices.
                     buffers: &[Some(wgpu::VertexBufferLayout {
                         array_stride: size_of::<eframe::egui::epaint::Vertex>() as u64,
                         step_mode: wgpu::VertexStepMode::Vertex,
@@ -64,7 +64,7 @@ impl Pipelines {
     }
 }
 
-/// Premultiplied colours over what is there, in egui's gamma space.
+/// Blends premultiplied colors over the background, in egui's gamma space.
 const OVER: BlendState = BlendState {
     color: BlendComponent {
         src_factor: BlendFactor::One,
@@ -78,7 +78,8 @@ const OVER: BlendState = BlendState {
     },
 };
 
-/// As egui's renderer lays out the textures that it keeps: only then can they be used here.
+/// The layout of the textures in egui's renderer. It must match exactly, so that those bind groups can be
+/// used here.
 fn texture_layout(device: &Device) -> wgpu::BindGroupLayout {
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,

@@ -1,23 +1,23 @@
-//! Sorts the triangles of a mesh by what they take to be drawn, without changing their order.
+//! Splits the triangles of a mesh by the pipeline that they need, without changing their order.
 
 use std::ops::Range;
 
 use eframe::egui::TextureId;
 use eframe::egui::epaint::{Mesh, Vertex, WHITE_UV};
 
-/// What a triangle takes.
+/// The pipeline that a triangle needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TriangleKind {
-    /// One look at its colours: what lies beneath is not seen.
+    /// Plain colors without blending: the triangle is opaque and large.
     Solid,
-    /// A texture, mixed with what lies beneath.
+    /// A texture, blended with the background.
     Textured,
 }
 
-/// From so many square points on, changing the way is worth it.
+/// Minimum area in square points for which changing the pipeline is worth it.
 const LARGE: f32 = 2048.0;
 
-/// The triangles of a mesh in their order, each stretch with its way; the ranges are of indices.
+/// The triangles of a mesh in their order, as runs with the same pipeline. The ranges are of indices.
 pub(super) fn runs(mesh: &Mesh) -> Vec<(TriangleKind, Range<usize>)> {
     let mut runs: Vec<(TriangleKind, Range<usize>)> = Vec::new();
     for (number, corners) in mesh.indices.as_chunks::<3>().0.iter().enumerate() {
@@ -35,7 +35,7 @@ fn triangle_kind(mesh: &Mesh, corners: [&Vertex; 3]) -> TriangleKind {
     let [a, b, c] = corners.map(|corner| corner.pos);
     let area = ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)).abs() / 2.0;
     let plain = |corner: &Vertex| corner.uv == WHITE_UV && corner.color.is_opaque();
-    // Only in the texture of the letters is that corner white.
+    // That texture coordinate is white only in the font texture.
     if area >= LARGE && mesh.texture_id == TextureId::default() && corners.into_iter().all(plain) {
         TriangleKind::Solid
     } else {
