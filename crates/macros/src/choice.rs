@@ -1,4 +1,4 @@
-//! `#[derive(Choice)]`: an enumeration whose values have names, as a modulation may be.
+//! `#[derive(Choice)]`: an enumeration whose values have names, for modulations.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -6,7 +6,7 @@ use syn::{Data, DeriveInput, Error, Fields, Result};
 
 use crate::text::{c, kebab};
 
-/// Writes what `input` is as a modulation, in terms of the module `derived`.
+/// Generates the implementation of `Modulated` for `input`, whose names are in the module `derived`.
 pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<TokenStream> {
     let ident = &input.ident;
     let Data::Enum(data) = &input.data else {
@@ -60,7 +60,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
         arms.push(quote!(#number => ::core::option::Option::Some(Self::#variant)));
     }
     Ok(quote! {
-        // SAFETY: a byte by its `repr`, whose numbers are those of its variants in turn.
+        // SAFETY: its `repr` makes it a byte, and its variants have the numbers 0, 1, 2 and so on.
         unsafe impl #derived::Modulated for #ident {
             type Wire = u8;
 

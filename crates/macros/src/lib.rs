@@ -1,5 +1,5 @@
-//! The derive macros of values and schemas. They write tables and no behaviour; what a table needs done is ordinary code in
-//! `jde-types` and `jde-schema`.
+//! The derive macros of values and schemas. They generate tables and no behaviour: the functions behind the
+//! tables are ordinary code in `jde-types` and `jde-schema`.
 
 mod choice;
 mod schema;
@@ -12,10 +12,10 @@ use proc_macro::TokenStream;
 use quote::quote;
 use syn::{DeriveInput, Error, parse_macro_input};
 
-/// Makes a structure a value that schemas can share; see the trait of the same name.
+/// Makes a structure a value that schemas can share. See the trait of the same name.
 ///
-/// On the structure: `#[value(name = "package/msg/Name")]`, by default the crate's and the structure's. On a field:
-/// `#[value(unit = "m")]`. Comments become the descriptions that tools show.
+/// On the structure: `#[value(name = "package/msg/Name")]`; the default is the crate's and the structure's
+/// name. On a field: `#[value(unit = "m")]`. Doc comments become the descriptions that tools show.
 #[proc_macro_derive(Value, attributes(value))]
 pub fn derive_value(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -24,7 +24,7 @@ pub fn derive_value(input: TokenStream) -> TokenStream {
         .into()
 }
 
-/// [`Value`](macro@Value) for those who depend on `jde-schema` alone, which exports it under that name.
+/// [`Value`](macro@Value) for crates that depend on `jde-schema` alone, which exports it under that name.
 #[proc_macro_derive(AuthorsValue, attributes(value))]
 pub fn derive_authors_value(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -33,10 +33,10 @@ pub fn derive_authors_value(input: TokenStream) -> TokenStream {
         .into()
 }
 
-/// Makes an enumeration something that a modulation may be: one of several, by name.
+/// Makes an enumeration a type for modulations: a choice of one among several names.
 ///
-/// It is `#[repr(u8)]`, and its variants hold nothing and have no numbers of their own. A variant `LeftTurn` is called `left-turn` in
-/// application files and tools.
+/// The enumeration must be `#[repr(u8)]`. Its variants must have no fields and no explicit numbers. A variant
+/// `LeftTurn` has the name `left-turn` in application files and tools.
 #[proc_macro_derive(Choice)]
 pub fn derive_choice(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -45,7 +45,7 @@ pub fn derive_choice(input: TokenStream) -> TokenStream {
         .into()
 }
 
-/// [`Choice`](macro@Choice) for those who depend on `jde-schema` alone, which exports it under that name.
+/// [`Choice`](macro@Choice) for crates that depend on `jde-schema` alone, which exports it under that name.
 #[proc_macro_derive(AuthorsChoice)]
 pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -54,12 +54,13 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
         .into()
 }
 
-/// Makes the table of a schema type from a structure.
+/// Generates the table of a schema type from a structure.
 ///
-/// On the structure, `#[schema(...)]`: one of `motor`, `perceptive`, `driver`; `period = "75ms"`; perhaps `name = "..."` (by
-/// default the structure's, `StopNow` as `stop-now`) and `budget = "5ms"` (by default the period).
+/// On the structure, `#[schema(...)]`: one of `motor`, `perceptive`, `driver`; `period = "75ms"`; optionally
+/// `name = "..."` (the default is the structure's name, `StopNow` as `stop-now`) and `budget = "5ms"` (the
+/// default is the period).
 ///
-/// On its fields, at most one of
+/// On each field, at most one of
 ///
 /// | attribute | type | options |
 /// |---|---|---|
@@ -72,11 +73,17 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// | `#[child(group = "...")]`, the last of all | `Children` | `name` |
 /// | `#[modulates(child = "...", name = "...")]` | `Modulates<T>` | `optional`, `unit` |
 ///
-/// A name is by default the field's. Defaults and neutral values are constants of type `T`; for a `Text<N>` a literal will do.
-/// A modulation is a value, a `bool`, or an enumeration with `#[derive(Choice)]`; its default is a constant within its `min` and `max`.
-/// One that is `fixed` is taken when the schema awakes and kept until it sleeps. One with `unit = "path"` holds a path, which the application may give relative to itself; with `unit = "file"` that of a file which has to be there before the application starts. Other units are SI's
+/// The default name is the field's. Default and neutral values are constants of type `T`. A text literal is
+/// accepted for a `Text<N>`. A modulation is a value, a `bool`, or an enumeration with `#[derive(Choice)]`.
+/// Its default must be within its `min` and `max`. A `fixed` modulation is read when the schema awakes and
+/// kept until it sleeps.
+///
+/// `unit = "path"` marks a path, which the application may give relative to its own file. `unit = "file"`
+/// marks such a path of a file that must exist before the application starts. Other units are those of SI
 /// (docs/schemas.md).
-/// Any other field is the schema's own memory and begins with its `Default`. Comments become the descriptions that tools show.
+///
+/// Any other field is the schema's own memory and starts with its `Default`. Doc comments become the
+/// descriptions that tools show.
 #[proc_macro_derive(
     Describe,
     attributes(schema, import, export, modulation, command, actuator, child, modulates)

@@ -1,4 +1,4 @@
-//! Every mistake that the macros find, the words they find for it, and the place they point to.
+//! Every mistake that the macros detect, its message, and the place to which the message points.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -12,7 +12,7 @@ fn value(source: &str) -> Result<TokenStream> {
     crate::value::derive(&parse_str::<DeriveInput>(source)?, &quote!(derived))
 }
 
-/// The place of the mistake stands between `‹` and `›` in `source`.
+/// Checks the message for `source`, in which `‹` and `›` enclose the place of the mistake.
 #[track_caller]
 fn check(derive: fn(&str) -> Result<TokenStream>, source: &str, words: &str) {
     let place = source.split(['‹', '›']).nth(1).unwrap_or_default();
@@ -29,7 +29,7 @@ fn check(derive: fn(&str) -> Result<TokenStream>, source: &str, words: &str) {
     );
 }
 
-/// A field of a schema of this kind.
+/// As above, for one field of a schema of this kind.
 #[track_caller]
 fn check_field(kind: &str, fields: &str, words: &str) {
     let source = format!("#[schema({kind}, period = \"1s\")] struct Stop {{ {fields} }}");

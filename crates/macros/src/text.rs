@@ -1,10 +1,10 @@
-//! Texts as tables hold them: comments, names, durations.
+//! The texts of tables: doc comments, names, units and durations.
 
 use proc_macro2::Literal;
 use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Result};
 
-/// The text of the comments above an item, without the blank that follows `///` and without the brackets of links, which only
-/// lead somewhere in Rust.
+/// Returns the text of an item's doc comments. The blank after each `///` is removed, and so are the brackets
+/// of links, which have a meaning only in rustdoc.
 pub(crate) fn doc(attributes: &[Attribute]) -> String {
     let mut lines = Vec::new();
     for attribute in attributes {
@@ -22,14 +22,14 @@ pub(crate) fn doc(attributes: &[Attribute]) -> String {
     lines.join("\n").trim().replace("[`", "`").replace("`]", "`")
 }
 
-/// `text` as a C string; a NUL inside ends it there.
+/// Converts `text` to a C string, up to its first NUL.
 pub(crate) fn c(text: &str) -> Literal {
     let bytes: Vec<u8> = text.bytes().take_while(|&byte| byte != 0).collect();
     let text = std::ffi::CString::new(bytes).unwrap_or_default();
     Literal::c_string(&text)
 }
 
-/// `StopNow` as `stop-now`.
+/// Converts `StopNow` to `stop-now`.
 pub(crate) fn kebab(name: &str) -> String {
     let mut out = String::new();
     let letters: Vec<char> = name.chars().collect();
@@ -44,7 +44,7 @@ pub(crate) fn kebab(name: &str) -> String {
     out
 }
 
-/// Refuses what the host would refuse as a name.
+/// Refuses a name that the host would refuse.
 pub(crate) fn check_name(name: &str, span: proc_macro2::Span) -> Result<()> {
     let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > 64 || !name.chars().all(legal) {
@@ -56,7 +56,7 @@ pub(crate) fn check_name(name: &str, span: proc_macro2::Span) -> Result<()> {
     Ok(())
 }
 
-/// The text of a unit, or nothing for none; refuses what is no unit.
+/// Returns the text of a unit, empty if there is none. Refuses an unknown unit.
 pub(crate) fn unit(text: Option<&LitStr>) -> Result<String> {
     let Some(text) = text else {
         return Ok(String::new());
@@ -68,7 +68,7 @@ pub(crate) fn unit(text: Option<&LitStr>) -> Result<String> {
     }
 }
 
-/// Nanoseconds of "200ms".
+/// Converts a duration such as "200ms" to nanoseconds.
 pub(crate) fn duration(text: &LitStr) -> Result<u64> {
     let value = text.value();
     let wrong = || {

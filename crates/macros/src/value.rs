@@ -1,4 +1,4 @@
-//! `#[derive(Value)]`: the table of a structure, and the proof by assertion that it covers every byte.
+//! `#[derive(Value)]`: the table of a structure, with assertions that its fields cover every byte.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{quote, quote_spanned};
@@ -7,7 +7,7 @@ use syn::{Attribute, Data, DeriveInput, Error, Fields, LitStr, Result};
 
 use crate::text::{c, doc, unit};
 
-/// Writes the table of `input` in terms of the module `derived`.
+/// Generates the table of `input`, whose names are in the module `derived`.
 pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<TokenStream> {
     let ident = &input.ident;
     let Data::Struct(data) = &input.data else {
@@ -74,7 +74,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
     })
 }
 
-/// The name of a field as people write it.
+/// Returns the name of a field without the prefix `r#`.
 fn plain(ident: &Ident) -> String {
     ident.to_string().trim_start_matches("r#").to_owned()
 }
@@ -103,7 +103,7 @@ fn require_c_layout(input: &DeriveInput) -> Result<()> {
     ))
 }
 
-/// The one option `name` of `#[value(...)]`.
+/// Returns the one option `name` of `#[value(...)]`.
 fn option(attributes: &[Attribute], name: &str) -> Result<Option<LitStr>> {
     let mut found = None;
     for attribute in attributes

@@ -1,4 +1,4 @@
-//! What a father does with its children: wakes them, puts them to sleep, looks at them.
+//! The children of a father: how it wakes, observes and puts them to sleep.
 
 #![allow(unsafe_code)]
 
@@ -9,59 +9,61 @@ use jde_abi::raw;
 use crate::context::{Context, broken};
 use crate::output::Outcome;
 
-/// A role that the application gives to an instance.
+/// A role for a child. The application binds it to an instance.
 #[derive(Debug)]
 pub struct Child {
     index: u32,
     name: &'static str,
 }
 
-/// A role that any number of children have: the application names them, and says who competes with whom.
+/// A role for any number of children. The application names them and assigns them to groups, in which they
+/// compete.
 #[derive(Debug)]
 pub struct Children {
     first: u32,
     name: &'static str,
 }
 
-/// What a schema is doing.
+/// The state of a schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Costs no CPU; keeps its memory.
+    /// Asleep: uses no processor time, keeps its memory.
     Slept,
     /// Awake, precondition false at the last check.
     Checking,
     /// Awake, precondition true, not chosen.
     Ready,
-    /// Iterates.
+    /// Awake, and iterates.
     Winner,
 }
 
-/// What a father sees of a child.
+/// What a father can see of a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// What it is doing.
+    /// Its state.
     pub state: State,
     /// Whether it is Faulted.
     pub faulted: bool,
 }
 
-/// Who decides a collision or an absence among the children of a group.
+/// The rule that decides a collision or an absence among the children of a group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Policy {
-    /// The order in which the father names its children.
+    /// By the order in which the father names its children.
     Priority,
     /// The highest urgency that a candidate offers.
     Urgency,
-    /// The winner stays for `dwell`, and until a rival is more urgent by `hysteresis`.
+    /// The winner stays for at least `dwell`, and until the urgency of a rival exceeds its own by
+    /// `hysteresis`.
     Sticky {
-        /// How long at least.
+        /// The shortest time that a winner stays.
         dwell: Duration,
-        /// By how much.
+        /// The difference of urgency that a rival needs.
         hysteresis: f64,
     },
     /// Each READY child in turn.
     RoundRobin {
-        /// For how long each.
+        /// How long each turn lasts.
         turn: Duration,
     },
     /// The father's own function.
@@ -69,19 +71,19 @@ pub enum Policy {
 }
 
 impl Child {
-    /// Wakes it; waking one that is awake changes nothing.
+    /// Wakes the child. Has no effect on a child that is awake.
     pub fn wake(&self, cx: &Context<'_>) -> Outcome {
         // SAFETY: the context is that of the present call.
         self.outcome("wake", unsafe { (cx.host.wake)(cx.raw.as_ptr(), self.index) })
     }
 
-    /// Puts it and everything below it to sleep.
+    /// Puts the child and everything below it to sleep.
     pub fn sleep(&self, cx: &Context<'_>) -> Outcome {
         // SAFETY: the context is that of the present call.
         self.outcome("sleep", unsafe { (cx.host.sleep)(cx.raw.as_ptr(), self.index) })
     }
 
-    /// What it is doing; `None` if the application left an optional child unbound.
+    /// Returns the child's status. `None` if the application left an optional child unbound.
     #[must_use]
     pub fn status(&self, cx: &Context<'_>) -> Option<Status> {
         let (code, status) = self.look(cx);
@@ -96,13 +98,13 @@ impl Child {
         })
     }
 
-    /// What it is doing; SLEPT if the application left an optional child unbound.
+    /// Returns the child's state. SLEPT if the application left an optional child unbound.
     #[must_use]
     pub fn state(&self, cx: &Context<'_>) -> State {
         self.status(cx).map_or(State::Slept, |status| status.state)
     }
 
-    /// Changes the policy of the group it competes in.
+    /// Changes the policy of the group in which the child competes.
     pub fn set_policy(&self, cx: &Context<'_>, policy: Policy) -> Outcome {
         let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         let (policy, dwell, hysteresis) = match policy {
@@ -117,12 +119,12 @@ impl Child {
         self.outcome("set_policy", code)
     }
 
-    /// Its place among the roles of its father.
+    /// Its index among the roles of its father.
     pub(crate) fn index(&self) -> u32 {
         self.index
     }
 
-    /// What the host answers about it.
+    /// Requests the child's status from the host.
     fn look(&self, cx: &Context<'_>) -> (i32, raw::ChildStatus) {
         let mut status = raw::ChildStatus {
             size: size_of::<raw::ChildStatus>() as u32,
@@ -139,7 +141,7 @@ impl Child {
         Outcome::of(code).unwrap_or_else(|| broken(self.name, call, code))
     }
 
-    /// For derived code alone: a number that is no child's is refused by the host.
+    /// For generated code only. The host refuses a number that is not a child's.
     #[doc(hidden)]
     #[must_use]
     pub const fn new(index: u32, name: &'static str) -> Self {
@@ -148,27 +150,29 @@ impl Child {
 }
 
 impl Children {
-    /// Wakes them all, in the order in which the application names them; waking one that is awake changes nothing. Answers what
-    /// became of the last that was not accepted.
+    /// Wakes all of them, in the order in which the application names them. Has no effect on those that are
+    /// awake. Returns the last outcome that is not `Accepted`, if there is one.
     pub fn wake(&self, cx: &Context<'_>) -> Outcome {
         self.each(cx, |child| child.wake(cx))
     }
 
-    /// Puts them all to sleep, with everything below them. Answers what became of the last that was not accepted.
+    /// Puts all of them to sleep, with everything below them. Returns the last outcome that is not
+    /// `Accepted`, if there is one.
     pub fn sleep(&self, cx: &Context<'_>) -> Outcome {
         self.each(cx, |child| child.sleep(cx))
     }
 
     fn each(&self, cx: &Context<'_>, ask: impl Fn(&Child) -> Outcome) -> Outcome {
         let numbers = (self.first..).map(|number| Child::new(number, self.name));
-        // Whoever was given up is refused even that, and gets to an end too.
+        // Ends at the first number that is not a child's. It also ends in a call that was given up: the host
+        // refuses all its requests.
         let known = numbers.take_while(|child| child.look(cx).0 == raw::OK);
         let asked = known.map(|child| ask(&child));
         let missed = asked.filter(|outcome| *outcome != Outcome::Accepted).last();
         missed.unwrap_or(Outcome::Accepted)
     }
 
-    /// For derived code alone: a number that is no child's is refused by the host.
+    /// For generated code only. The host refuses a number that is not a child's.
     #[doc(hidden)]
     #[must_use]
     pub const fn new(first: u32, name: &'static str) -> Self {

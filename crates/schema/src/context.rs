@@ -1,4 +1,4 @@
-//! What a schema may ask of the host during one call: the time, its name, its ports. Nothing here blocks.
+//! The context of one call: what a schema can request from the host. None of its methods blocks.
 
 #![allow(unsafe_code)]
 
@@ -15,41 +15,42 @@ use crate::input::Sample;
 use crate::output::Outcome;
 use crate::slot::Slot;
 
-/// The present call of an instance; it cannot be kept beyond it.
+/// The context of the present call of an instance. It cannot outlive the call.
 pub struct Context<'call> {
     pub(crate) host: &'call raw::Host,
     pub(crate) raw: NonNull<raw::Context>,
-    /// The ports of the type that is called.
+    /// The ports of the type whose instance is called.
     pub(crate) ports: *const raw::Port,
 }
 
-/// How much a line of the log matters.
+/// The severity of a log message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// For the developer of this schema, in every iteration if need be.
+    /// For the developer of this schema; may occur in every iteration.
     Trace,
     /// For the developer of this schema.
     Debug,
-    /// For whoever runs the application.
+    /// For the operator of the application.
     Info,
-    /// Something is off, the schema goes on.
+    /// A problem after which the schema continues.
     Warn,
-    /// Something failed.
+    /// A failure.
     Error,
 }
 
 impl Context<'_> {
-    /// Time since the application's start. In lockstep it stands still during a call.
+    /// Returns the time since the application's start. In lockstep it is constant during a call.
     #[must_use]
     pub fn now(&self) -> Duration {
         // SAFETY: the context is that of the present call.
         Duration::from_nanos(unsafe { (self.host.now)(self.raw.as_ptr()) })
     }
 
-    /// That the application runs in real time; what a driver of a device asks for in `awake`.
+    /// Checks that the application runs in real time. A driver of a device calls it in `awake`.
     ///
     /// # Errors
-    /// In lockstep, and at another speed than everybody's: no device follows.
+    /// In lockstep, or if the application runs at another speed than real time: a device cannot follow
+    /// either.
     pub fn require_real_time(&self) -> Result<()> {
         let Some(real_time) = self.host.real_time else {
             return Err(self.lacks("whether time is real").into());
@@ -61,21 +62,23 @@ impl Context<'_> {
         Err("it speaks to a device, which nothing can hurry: run without --lockstep and --speed".into())
     }
 
-    /// A number for random generators, which depends on the application's seed and the instance's name alone.
+    /// Returns a seed for random generators. It depends only on the application's seed and the instance's
+    /// name.
     #[must_use]
     pub fn seed(&self) -> u64 {
         // SAFETY: the context is that of the present call.
         unsafe { (self.host.seed)(self.raw.as_ptr()) }
     }
 
-    /// A number that instances of one running application share and those of no other in this process have.
+    /// Returns a number that identifies the running application within this process: all its instances share
+    /// it.
     #[must_use]
     pub fn application(&self) -> u64 {
         // SAFETY: the context is that of the present call.
         unsafe { (self.host.application)(self.raw.as_ptr()) }
     }
 
-    /// The instance's name in the application.
+    /// Returns the instance's name in the application.
     #[must_use]
     pub fn name(&self) -> &str {
         // SAFETY: the context is that of the present call; the name lives as long as the instance.
@@ -88,7 +91,7 @@ impl Context<'_> {
         }
     }
 
-    /// Says something to whoever listens; the macros [`info!`](crate::info) and the like are shorter.
+    /// Writes a log message. The macros [`info!`](crate::info) and the like are shorter.
     pub fn log(&self, severity: Severity, text: fmt::Arguments<'_>) {
         let text = text.to_string();
         let level = match severity {
@@ -102,13 +105,13 @@ impl Context<'_> {
         unsafe { (self.host.log)(self.raw.as_ptr(), level, text.as_ptr().cast(), text.len() as u64) }
     }
 
-    /// Gives the reason for the error that this call is about to return.
+    /// States the reason for the error that this call is about to return.
     pub(crate) fn fail(&self, text: &str) {
         // SAFETY: the context is that of the present call; the text lives until it returns.
         unsafe { (self.host.fail)(self.raw.as_ptr(), text.as_ptr().cast(), text.len() as u64) }
     }
 
-    /// The value of an input, if it has one. `Err` if the application left it unbound.
+    /// Returns the value of an input, if it has one. `Err` if the application left the input unbound.
     pub(crate) fn read<T: Value>(&self, slot: &Slot) -> Result<Option<Sample<'_, T>>, Unbound> {
         let (port, name) = (slot.number(self.ports), slot.name);
         let mut sample = raw::Sample {
@@ -140,7 +143,8 @@ impl Context<'_> {
         Ok(Some(Sample::new(value, &sample)))
     }
 
-    /// Room for the next value of an output; `None` if the application left it unbound.
+    /// Returns a buffer for the next value of an output, or `None` if the application left the output
+    /// unbound.
     ///
     /// # Safety
     /// The slot's type is `T`.
@@ -164,10 +168,10 @@ impl Context<'_> {
         }
     }
 
-    /// Publishes what was loaned, measured at `time`, or now.
+    /// Publishes the loaned value as measured at `time`, or now.
     pub(crate) fn publish(&self, slot: &Slot, time: Option<Duration>) -> Outcome {
         let (port, name) = (slot.number_loaned(), slot.name);
-        // The ABI's 0 means now; nothing is measured more exactly than to the nanosecond.
+        // In the ABI, 0 means now, so a time of 0 becomes 1 ns.
         let time = time.map_or(0, |time| {
             u64::try_from(time.as_nanos()).unwrap_or(u64::MAX).max(1)
         });
@@ -176,7 +180,7 @@ impl Context<'_> {
         Outcome::of(code).unwrap_or_else(|| broken(name, "publish", code))
     }
 
-    /// Takes back the newest value of an export.
+    /// Retracts the newest value of an export.
     pub(crate) fn retract(&self, slot: &Slot) {
         let (port, name) = (slot.number(self.ports), slot.name);
         let Some(retract) = self.host.retract else {
@@ -192,7 +196,7 @@ impl Context<'_> {
         }
     }
 
-    /// What to say where the host is older than what is asked of it.
+    /// Returns the message for a request that this host is too old to know.
     fn lacks(&self, what: &str) -> String {
         let (major, minor) = (self.host.abi_major, self.host.abi_minor);
         format!("this host, of ABI {major}.{minor}, does not know {what}; use a newer one")
@@ -207,7 +211,7 @@ impl Context<'_> {
         let Some(room) = (unsafe { self.loan::<T>(slot) }) else {
             return Outcome::Unbound;
         };
-        // SAFETY: room for a `T`, aligned, and nobody else's until it is published.
+        // SAFETY: room for a `T`, aligned, to which no other reference exists until it is published.
         unsafe { room.write(value) };
         self.publish(slot, None)
     }
@@ -216,7 +220,8 @@ impl Context<'_> {
 /// The application left this optional port unbound.
 pub(crate) struct Unbound;
 
-/// The host broke the contract of the ABI; the panic makes the schema Faulted with these words.
+/// Panics because the host broke the contract of the ABI. The panic makes the schema Faulted with this
+/// message.
 pub(crate) fn broken(name: &str, call: &str, code: i32) -> ! {
     if code == raw::REFUSED {
         panic!("`{name}` is refused to this call: it draws a panel, or it hung and was given up");

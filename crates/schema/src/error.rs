@@ -1,13 +1,13 @@
-//! The one error of authors: anything that can be said in words.
+//! The error type of schemas: any error that has a message.
 
-/// Why a call of a schema failed: made by `?` from a text or any error of the standard kind. The host makes the schema Faulted
-/// and shows the text with those of its sources.
+/// Why a call of a schema failed. `?` converts a text or any standard error into it. The host makes the
+/// schema Faulted and shows the message together with the messages of its sources.
 pub type Error = Box<dyn core::error::Error + Send + Sync>;
 
-/// What the calls of a schema return.
+/// The result of a schema's calls.
 pub type Result<T = (), E = Error> = core::result::Result<T, E>;
 
-/// The text of an error and of what caused it.
+/// Returns the message of an error, followed by those of its sources.
 pub(crate) fn words(error: &Error) -> String {
     let mut words = error.to_string();
     let mut source = error.source();

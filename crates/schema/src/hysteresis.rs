@@ -1,6 +1,6 @@
-//! Enter and leave thresholds, so that a precondition near its edge does not chatter (R4).
+//! Separate thresholds to enter and to leave, so that a precondition near its limit does not chatter (R4).
 
-/// Remembers whether a condition holds, and lets it begin and end at different values.
+/// A condition that begins and ends to hold at different values.
 ///
 /// ```
 /// let mut near = jde_schema::Hysteresis::default();
@@ -15,27 +15,27 @@ pub struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// Begins to hold when `value` falls to `enter` or below, and ends when it rises above `leave`, which is the greater. A NaN
-    /// ends it.
+    /// Begins to hold when `value` falls to `enter` or below, and ends when it rises above `leave`, the
+    /// greater of the two. A NaN ends it. Returns whether it holds.
     pub fn below(&mut self, value: f64, enter: f64, leave: f64) -> bool {
         self.holds = value <= if self.holds { leave.max(enter) } else { enter };
         self.holds
     }
 
-    /// Begins to hold when `value` rises to `enter` or above, and ends when it falls below `leave`, which is the less. A NaN
-    /// ends it.
+    /// Begins to hold when `value` rises to `enter` or above, and ends when it falls below `leave`, the
+    /// lesser of the two. A NaN ends it. Returns whether it holds.
     pub fn above(&mut self, value: f64, enter: f64, leave: f64) -> bool {
         self.holds = value >= if self.holds { leave.min(enter) } else { enter };
         self.holds
     }
 
-    /// Whether it holds.
+    /// Returns whether it holds.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.holds
     }
 
-    /// Makes it not hold, as after a sleep.
+    /// Makes it not hold, for example after a sleep.
     pub fn reset(&mut self) {
         self.holds = false;
     }

@@ -1,4 +1,5 @@
-//! What a schema reads: imports, modulations, commands. Within a check and the iteration that follows it each keeps one value.
+//! The inputs of a schema: imports, modulations and commands. Within a check and the iteration that follows
+//! it, each input keeps one value (R8).
 
 #![allow(unsafe_code)]
 
@@ -13,14 +14,14 @@ use crate::context::{Context, broken};
 use crate::error::Result;
 use crate::slot::Slot;
 
-/// A variable of another schema, read by this one.
+/// A variable of another schema that this schema reads.
 #[derive(Debug)]
 pub struct Import<T> {
     slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
-/// An input that the father or an operator writes while the schema runs; it always has a value.
+/// An input that the father or an operator may change while the schema runs. It always has a value.
 #[derive(Debug)]
 pub struct Modulation<T> {
     slot: Slot,
@@ -34,7 +35,8 @@ pub struct Command<T> {
     value_type: PhantomData<fn() -> T>,
 }
 
-/// A value as a port shows it, with its time, number and writer; it stays as it is until the present call returns.
+/// A value of an input with its time, sequence number and writer. It does not change until the present call
+/// returns.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'call, T> {
     value: &'call T,
@@ -45,17 +47,19 @@ pub struct Sample<'call, T> {
 }
 
 impl<T: Value> Import<T> {
-    /// The newest value; `None` if none has been published yet, if its writer has taken it back since because it no longer tells
-    /// how things are (a device is not heard), or if the application left an optional import unbound.
+    /// Returns the newest value.
+    ///
+    /// `None` if no value has been published yet, if the writer has retracted it because it is no longer
+    /// valid (a device does not respond), or if the application left an optional import unbound.
     #[must_use]
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Option<Sample<'call, T>> {
         cx.read(&self.slot).unwrap_or_default()
     }
 
-    /// The newest value.
+    /// Returns the newest value.
     ///
     /// # Errors
-    /// If there is none, in words that name this import.
+    /// If there is none. The message names this import.
     pub fn require<'call>(&self, cx: &'call Context<'_>) -> Result<Sample<'call, T>> {
         let name = self.slot.name;
         match cx.read(&self.slot) {
@@ -67,7 +71,7 @@ impl<T: Value> Import<T> {
         }
     }
 
-    /// Whether the application bound it.
+    /// Returns whether the application bound this import.
     #[must_use]
     pub fn is_bound(&self, cx: &Context<'_>) -> bool {
         cx.read::<T>(&self.slot).is_ok()
@@ -75,7 +79,7 @@ impl<T: Value> Import<T> {
 }
 
 impl<T: Modulated> Modulation<T> {
-    /// Its value.
+    /// Returns the value.
     #[must_use]
     pub fn get(&self, cx: &Context<'_>) -> T {
         match T::of(&self.sample(cx)) {
@@ -84,7 +88,8 @@ impl<T: Modulated> Modulation<T> {
         }
     }
 
-    /// Its value in place, with its stamp; for large values. A `bool` is a `Flag` there, and one of several its number.
+    /// Returns the value in place, with its stamp; for large values. It has the wire type: a `bool` is a
+    /// `Flag`, and a `Choice` is its number.
     #[must_use]
     pub fn sample<'call>(&self, cx: &'call Context<'_>) -> Sample<'call, T::Wire> {
         match cx.read(&self.slot) {
@@ -95,14 +100,14 @@ impl<T: Modulated> Modulation<T> {
 }
 
 impl<T> Modulation<T> {
-    /// Its number in a call of the type whose ports begin there.
+    /// Returns the port's number in a call of the type whose ports start at `ports`.
     pub(crate) fn number(&self, ports: *const raw::Port) -> u32 {
         self.slot.number(ports)
     }
 }
 
 impl<T: Value> Command<T> {
-    /// The command in force; the neutral value when there is none.
+    /// Returns the command in force, or the neutral value if there is none.
     #[must_use]
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Sample<'call, T> {
         match cx.read(&self.slot) {
@@ -123,43 +128,43 @@ impl<'call, T> Sample<'call, T> {
         }
     }
 
-    /// The value, for as long as the present call.
+    /// Returns the value. The reference is valid until the present call returns.
     #[must_use]
     pub fn value(&self) -> &'call T {
         self.value
     }
 
-    /// When it was measured or written, since the application's start.
+    /// Returns the time of measurement or writing, since the application's start.
     #[must_use]
     pub fn time(&self) -> Duration {
         self.time
     }
 
-    /// How long ago that was.
+    /// Returns the time since [`time`](Self::time).
     #[must_use]
     pub fn age(&self, cx: &Context<'_>) -> Duration {
         cx.now().saturating_sub(self.time)
     }
 
-    /// Counts the values of this variable from 1; 0 for one that nobody has written.
+    /// Returns the sequence number of the value, from 1. It is 0 if the variable was never written.
     #[must_use]
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
 
-    /// Who wrote it: the number of an instance in this application.
+    /// Returns the writer: the number of an instance in this application.
     #[must_use]
     pub fn writer(&self) -> u32 {
         self.writer
     }
 
-    /// Whether a command is in force; else the value is the neutral one.
+    /// Returns whether a command is in force. If not, the value is the neutral one.
     #[must_use]
     pub fn in_force(&self) -> bool {
         self.flags & raw::SAMPLE_NEUTRAL == 0
     }
 
-    /// Whether nobody has written this modulation; the value is its default.
+    /// Returns whether this modulation was never written. Its value is then the default.
     #[must_use]
     pub fn is_default(&self) -> bool {
         self.flags & raw::SAMPLE_DEFAULT != 0
@@ -177,10 +182,10 @@ impl<T> Deref for Sample<'_, T> {
 macro_rules! derived {
     ($($port:ident),*) => { $(
         impl<T> $port<T> {
-            /// For derived code alone.
+            /// For generated code only.
             ///
             /// # Safety
-            /// Of these ports, which are those of one type alone, that of this number is of this kind and type.
+            /// `ports` are those of one type alone, and port `number` of them has this kind and type.
             #[doc(hidden)]
             #[must_use]
             pub const unsafe fn new(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {

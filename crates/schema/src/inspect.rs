@@ -1,4 +1,5 @@
-//! A look at what the modulations name, before anything starts: `jde check` and `jde run` ask for it.
+//! The inspection of what modulations name, before the application starts. `jde check` and `jde run` request
+//! it.
 //!
 //! ```
 //! use jde_schema::bench::Bench;
@@ -58,17 +59,18 @@ use crate::context::Context;
 use crate::input::Modulation;
 use crate::schema::Schema;
 
-/// A schema that looks at what its modulations name before anything starts.
+/// A schema that inspects what its modulations name before the application starts.
 pub trait Inspect: Schema {
-    /// Reports what cannot work. Called on an instance that never awakes, in a process of its own, which is ended if the call takes
-    /// more than a few seconds; with the modulations as the application sets them, and no other value.
+    /// Reports what cannot work. The host calls it on an instance that never awakes, in a separate process,
+    /// which it ends if the call takes more than a few seconds. The modulations have the values that the
+    /// application sets. No other port has a value.
     ///
-    /// It reads and changes nothing: it opens no device, writes no file and calls nobody over a network. A panic is reported with the
-    /// plugin's name, and is no reason not to start.
+    /// An inspection only reads: it must open no device, write no file and use no network. A panic is
+    /// reported with the plugin's name and does not prevent the start.
     fn inspect(&self, cx: &Context, problems: &mut Problems);
 }
 
-/// Takes the problems of one inspection; what is beyond [`raw::PROBLEMS_MOST`] is left out.
+/// Collects the problems of one inspection. Problems beyond [`raw::PROBLEMS_MOST`] are dropped.
 pub struct Problems<'call> {
     list: &'call raw::Problems,
     ports: *const raw::Port,
@@ -79,19 +81,19 @@ impl<'call> Problems<'call> {
         Self { list, ports }
     }
 
-    /// The schema would fail when it awakes, because of this modulation: what is wrong, and what to do. `jde run` does not start
-    /// then.
+    /// Reports that this modulation would make the schema fail when it awakes. `words` state what is wrong
+    /// and what to do. `jde run` then does not start.
     pub fn wrong<T>(&mut self, modulation: &Modulation<T>, words: impl fmt::Display) {
         self.add(raw::PROBLEM_WRONG, modulation, &words);
     }
 
-    /// What this modulation names is not there or may not be used at present, and the schema would start and wait for it: what is
-    /// missing, and what to do. `jde run` warns and starts.
+    /// Reports that what this modulation names is missing or may not be used at present. The schema would
+    /// start and wait for it. `words` state what is missing and what to do. `jde run` warns and starts.
     pub fn unavailable<T>(&mut self, modulation: &Modulation<T>, words: impl fmt::Display) {
         self.add(raw::PROBLEM_UNAVAILABLE, modulation, &words);
     }
 
-    /// What was made of this modulation; an error is [`wrong`](Self::wrong).
+    /// Returns the value of `made`, and reports an error in it as [`wrong`](Self::wrong).
     pub fn expect<T, R, E: fmt::Display>(
         &mut self,
         modulation: &Modulation<T>,
@@ -103,8 +105,8 @@ impl<'call> Problems<'call> {
     fn add<T>(&mut self, kind: u32, modulation: &Modulation<T>, words: &dyn fmt::Display) {
         let port = modulation.number(self.ports);
         let text = words.to_string();
-        // SAFETY: the host's function and the first argument that it wants, and a text of that length. What it refuses is beyond the
-        // most that it takes.
+        // SAFETY: the host's function, the first argument that it requires, and a text of that length. A
+        // refusal is ignored: it means that the list is full.
         unsafe {
             (self.list.add)(
                 self.list.found,

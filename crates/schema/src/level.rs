@@ -1,4 +1,4 @@
-//! The snapshot of a group that a father arbitrates, and its verdict.
+//! The snapshot of a group that a father arbitrates, and the father's verdict.
 
 #![allow(unsafe_code)]
 
@@ -8,7 +8,7 @@ use jde_abi::{raw, table};
 
 use crate::child::{Child, State};
 
-/// The awake children of a group, at one instant.
+/// The awake children of a group at one instant.
 #[derive(Debug)]
 pub struct Level<'call> {
     group: &'call str,
@@ -17,28 +17,28 @@ pub struct Level<'call> {
     winner: Option<u32>,
 }
 
-/// Why the father is asked.
+/// The reason for an arbitration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Case {
-    /// Two or more are READY.
+    /// Two or more candidates are READY.
     Collision,
-    /// None is READY.
+    /// No candidate is READY.
     Absence,
 }
 
-/// A child that competes.
+/// A child that competes in a group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     child: u32,
-    /// What it is doing.
+    /// Its state.
     pub state: State,
     /// Whether its precondition held at its last check.
     pub ready: bool,
-    /// What it offered at its last check.
+    /// The urgency that its last check returned.
     pub urgency: f64,
 }
 
-/// The father's answer: a child or nobody, and why.
+/// The father's choice, a child or none, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdict {
     pub(crate) child: Option<u32>,
@@ -46,37 +46,37 @@ pub struct Verdict {
 }
 
 impl<'call> Level<'call> {
-    /// Name of the group.
+    /// Returns the name of the group.
     #[must_use]
     pub fn group(&self) -> &'call str {
         self.group
     }
 
-    /// Why the father is asked.
+    /// Returns the reason for this arbitration.
     #[must_use]
     pub fn case(&self) -> Case {
         self.case
     }
 
-    /// The awake children, in the father's order.
+    /// Returns the awake children, in the father's order.
     #[must_use]
     pub fn candidates(&self) -> &[Candidate] {
         &self.candidates
     }
 
-    /// `child` as a candidate, if it is awake in this group.
+    /// Returns `child` as a candidate, if it is awake in this group.
     #[must_use]
     pub fn candidate(&self, child: &Child) -> Option<&Candidate> {
         self.candidates.iter().find(|candidate| candidate.is(child))
     }
 
-    /// Whether the precondition of `child` held at its last check; false if it is asleep.
+    /// Returns whether the precondition of `child` held at its last check. False if it is asleep.
     #[must_use]
     pub fn is_ready(&self, child: &Child) -> bool {
         self.candidate(child).is_some_and(|candidate| candidate.ready)
     }
 
-    /// The child that is WINNER now.
+    /// Returns the child that is WINNER now, if any.
     #[must_use]
     pub fn winner(&self) -> Option<&Candidate> {
         self.candidates
@@ -84,7 +84,7 @@ impl<'call> Level<'call> {
             .find(|candidate| Some(candidate.child) == self.winner)
     }
 
-    /// Reads the host's table; `None` for what breaks the contract of the ABI.
+    /// Reads the host's table. `None` if the table breaks the contract of the ABI.
     ///
     /// # Safety
     /// `level` and all it points to follow the rules of `raw`, and live until the present call returns.
@@ -126,7 +126,7 @@ impl<'call> Level<'call> {
 }
 
 impl Candidate {
-    /// Whether this is `child`.
+    /// Returns whether this candidate is `child`.
     #[must_use]
     pub fn is(&self, child: &Child) -> bool {
         self.child == child.index()
@@ -134,7 +134,7 @@ impl Candidate {
 }
 
 impl Verdict {
-    /// `child` is to win.
+    /// Chooses `child` as the winner.
     #[must_use]
     pub fn choose(child: &Child, reason: impl Into<String>) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl Verdict {
         }
     }
 
-    /// Nobody is to win; the group's policy of absence says what becomes of the actuators.
+    /// Chooses no winner. The group's absence policy (R9) decides what the actuators do.
     #[must_use]
     pub fn nobody(reason: impl Into<String>) -> Self {
         Self {

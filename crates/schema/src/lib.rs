@@ -1,5 +1,7 @@
-//! What an author of schemas imports: ports, traits, the derive and export macros, and a test bench. No author's code needs
-//! `unsafe`; none of it runs outside the calls that the host makes.
+//! The API for authors of schemas: ports, traits, the derive and export macros, and a test bench.
+//!
+//! It requires no `unsafe` code of an author. It runs an author's code only inside the calls that the host
+//! makes: it starts no thread.
 //!
 //! ```
 //! //! Brakes while something stands in a very close area ahead.
@@ -74,7 +76,7 @@ pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use panel::{Gesture, Panel, Pen};
 pub use schema::{Arbitrate, Describe, Precondition, Schema};
 
-/// Everything that a schema usually needs: `use jde_schema::prelude::*;`.
+/// The names that a schema usually needs: `use jde_schema::prelude::*;`.
 pub mod prelude {
     pub use core::time::Duration;
 
@@ -94,7 +96,7 @@ pub mod prelude {
     pub use crate::{debug, error, info, trace, warn};
 }
 
-/// What the macros write in terms of; not for people.
+/// The names that macro-generated code uses. Not a public API.
 #[doc(hidden)]
 pub mod derived {
     pub use crate::boundary::table::{
@@ -106,20 +108,21 @@ pub mod derived {
     pub use jde_types::{Modulated, wire};
 }
 
-/// Exports a plugin: its name, one sentence, and its types of schemas. Once in a library.
+/// Exports a plugin: its name, one sentence about it, and its types of schema. Use it once in a library.
 ///
-/// The library is a `cdylib`; its version is the crate's.
+/// The library is a `cdylib`. The plugin's version is the version of its crate.
 #[macro_export]
 macro_rules! export {
     ($name:literal, $doc:literal, [$($schema:ty),+ $(,)?]) => {
-        /// What the host reads of this library.
+        /// The plugin table that the host reads.
         #[unsafe(no_mangle)]
         #[allow(non_upper_case_globals)]
         pub static jde_plugin: $crate::derived::raw::Plugin = $crate::plugin!($name, $doc, [$($schema),+]);
     };
 }
 
-/// The table of a plugin as [`export!`] exports it, for linking one in: a constant of type `jde_abi::raw::Plugin`.
+/// Returns the table that [`export!`] exports, to link a plugin into a program: a constant of type
+/// `jde_abi::raw::Plugin`.
 #[macro_export]
 macro_rules! plugin {
     ($name:literal, $doc:literal, [$($schema:ty),+ $(,)?]) => {{

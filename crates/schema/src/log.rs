@@ -1,6 +1,6 @@
-//! The log: five macros, `trace!(cx, "...")` to `error!(cx, "...")`, with texts as `format!` takes them.
+//! The log: five macros, `trace!(cx, "...")` to `error!(cx, "...")`, with the arguments of `format!`.
 
-/// Says something for the developer of this schema, in every iteration if need be.
+/// Logs a message for the developer of this schema; may occur in every iteration.
 #[macro_export]
 macro_rules! trace {
     ($cx:expr, $($text:tt)+) => {
@@ -8,7 +8,7 @@ macro_rules! trace {
     };
 }
 
-/// Says something for the developer of this schema.
+/// Logs a message for the developer of this schema.
 #[macro_export]
 macro_rules! debug {
     ($cx:expr, $($text:tt)+) => {
@@ -16,7 +16,7 @@ macro_rules! debug {
     };
 }
 
-/// Says something for whoever runs the application.
+/// Logs a message for the operator of the application.
 #[macro_export]
 macro_rules! info {
     ($cx:expr, $($text:tt)+) => {
@@ -24,7 +24,7 @@ macro_rules! info {
     };
 }
 
-/// Says that something is off and the schema goes on.
+/// Logs a problem after which the schema continues.
 #[macro_export]
 macro_rules! warn {
     ($cx:expr, $($text:tt)+) => {
@@ -32,7 +32,7 @@ macro_rules! warn {
     };
 }
 
-/// Says that something failed.
+/// Logs a failure.
 #[macro_export]
 macro_rules! error {
     ($cx:expr, $($text:tt)+) => {

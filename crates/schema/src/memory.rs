@@ -1,5 +1,8 @@
-//! What a schema remembers, handed from one build of it to the next while it runs. A schema without a memory of its own begins
-//! anew when it is reloaded; its variables, its modulations and its state in the hierarchy stay in either case.
+//! The memory of a schema, which a reload passes from one build of the schema to the next while the
+//! application runs.
+//!
+//! A schema without [`Memory`] starts anew when it is reloaded. Its variables, its modulations and its state
+//! in the hierarchy are kept in both cases.
 //!
 //! ```
 //! use jde_schema::bench::Bench;
@@ -47,37 +50,39 @@ use crate::context::Context;
 use crate::error::Result;
 use crate::schema::Schema;
 
-/// A schema that hands what it remembers to its next build.
+/// A schema that passes its memory to its next build.
 pub trait Memory: Schema {
-    /// The version of what [`save`](Self::save) writes: count it up when that changes.
+    /// The version of the format that [`save`](Self::save) writes. Increase it when the format changes.
     const VERSION: u32 = 1;
 
-    /// Writes down what the next build is to know. Called between two iterations, or while the schema sleeps. It changes nothing:
-    /// whatever it might write is refused.
+    /// Saves the memory for the next build. Called between two iterations, or while the schema sleeps. It
+    /// must change nothing: the host refuses whatever it writes.
     fn save(&self, cx: &Context, saving: &mut Saving);
 
-    /// Takes over what another build wrote down, in the order in which it did; [`Saved::version`] says in which version. Called
-    /// after `awake`, if the schema is awake, and before the first check. It changes nothing else, as `save`.
+    /// Restores what another build saved, in the order of saving. [`Saved::version`] returns the version of
+    /// the format. Called after `awake`, if the schema is awake, and before the first check. The host refuses
+    /// whatever it writes, as for `save`.
     ///
     /// # Errors
-    /// Whatever makes it unable to go on from there: the other build goes on then, and this one ends.
+    /// Any reason why the schema cannot continue from that memory. The previous build then continues, and
+    /// this one ends.
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result;
 }
 
-/// What is written down for the next build: values one after another, each with its type.
+/// The memory that a schema saves for the next build: a series of values, each with its type.
 #[derive(Debug)]
 pub struct Saving {
     bytes: Vec<u8>,
 }
 
-/// What another build wrote down, to be taken in the same order.
+/// The memory that another build saved, to be taken in the order of saving.
 #[derive(Debug)]
 pub struct Saved<'a> {
     version: u32,
     rest: &'a [u8],
 }
 
-/// What an entry is called that holds a text.
+/// The type name of a text entry.
 const TEXT: &str = "a text";
 
 impl Saving {
@@ -89,18 +94,18 @@ impl Saving {
         self.bytes
     }
 
-    /// Adds a value: a number, a standard type, or one of your own.
+    /// Appends a value: a number, a standard type, or a type of your own.
     pub fn put<T: Value>(&mut self, value: &T) {
         self.entry(&one::<T>(), value.as_bytes());
     }
 
-    /// Adds any number of values of one type.
+    /// Appends a slice of any length of values of one type.
     pub fn put_all<T: Value>(&mut self, values: &[T]) {
         let bytes: Vec<u8> = values.iter().flat_map(T::as_bytes).copied().collect();
         self.entry(&several::<T>(), &bytes);
     }
 
-    /// Adds a text of any length.
+    /// Appends a text of any length.
     pub fn put_text(&mut self, text: &str) {
         self.entry(TEXT, text.as_bytes());
     }
@@ -118,7 +123,7 @@ impl<'a> Saved<'a> {
         Self { version, rest: bytes }
     }
 
-    /// The [`Memory::VERSION`] of the build that wrote it.
+    /// Returns the [`Memory::VERSION`] of the build that saved it.
     #[must_use]
     pub fn version(&self) -> u32 {
         self.version
@@ -127,14 +132,14 @@ impl<'a> Saved<'a> {
     /// Takes the next value.
     ///
     /// # Errors
-    /// When there is none, or it is of another type.
+    /// If there is none, or its type is another one.
     pub fn take<T: Value>(&mut self) -> Result<T> {
         let wanted = one::<T>();
         let bytes = self.entry(&wanted)?;
         T::from_bytes(bytes).ok_or_else(|| other_size(&wanted))
     }
 
-    /// Takes the next row of values.
+    /// Takes the next slice of values.
     ///
     /// # Errors
     /// As [`Self::take`].
@@ -185,7 +190,7 @@ fn several<T: Value>() -> String {
     format!("a row of {}", T::describe().name)
 }
 
-/// A type that kept its name and changed its size.
+/// The error for a type that kept its name and changed its size.
 fn other_size(wanted: &str) -> crate::Error {
     format!("{wanted} was to come, and one of another size was saved").into()
 }

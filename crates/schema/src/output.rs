@@ -1,4 +1,4 @@
-//! What a schema writes: exports, actuators, modulations of its children.
+//! The outputs of a schema: exports, actuators and modulations of its children.
 
 #![allow(unsafe_code)]
 
@@ -13,45 +13,45 @@ use jde_types::{Modulated, Value, wire};
 use crate::context::{Context, broken};
 use crate::slot::Slot;
 
-/// A variable that this schema writes and any may read.
+/// A variable that this schema writes and any other may read.
 #[derive(Debug)]
 pub struct Export<T> {
     slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
-/// A driver's command that this motor schema writes.
+/// A port through which this motor schema commands a driver.
 #[derive(Debug)]
 pub struct Actuator<T> {
     slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
-/// A modulation of a child that this schema writes.
+/// A port through which this schema writes a modulation of a child.
 #[derive(Debug)]
 pub struct Modulates<T> {
     slot: Slot,
     value_type: PhantomData<fn() -> T>,
 }
 
-/// What became of something a schema asked for. None of these is a fault: the host counts and shows what it refuses.
+/// The result of a request to the host. No outcome is a fault: the host counts and shows what it refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// It was done.
+    /// The request was granted.
     Accepted,
     /// The schema has no authority at this instant (R7), or an operator holds the child.
     Refused,
     /// The value holds a NaN or an infinity where a finite number is required.
     NotFinite,
-    /// The number is outside of what the child's modulation takes.
+    /// The number is outside the limits of the child's modulation.
     OutOfRange,
     /// The application left this optional port or child unbound.
     Unbound,
 }
 
-/// Room for the next value of an export, to be written in place; dropped without publishing, nobody sees it.
+/// A buffer for the next value of an export, to be written in place. Dropping it publishes nothing.
 ///
-/// It holds the bytes of some older value, or of none: write all of it.
+/// It contains the bytes of an older value, or none: write all of it.
 pub struct Loan<'call, T: Value> {
     room: NonNull<T>,
     cx: &'call Context<'call>,
@@ -60,23 +60,24 @@ pub struct Loan<'call, T: Value> {
 }
 
 impl<T: Value> Export<T> {
-    /// Publishes a value measured now.
+    /// Publishes a value as measured now.
     pub fn write(&mut self, cx: &Context<'_>, value: T) {
         self.loan(cx).put(value).publish();
     }
 
-    /// Publishes a value measured at `time` since the application's start.
+    /// Publishes a value as measured at `time` since the application's start.
     pub fn write_at(&mut self, cx: &Context<'_>, value: T, time: Duration) {
         self.loan(cx).put(value).publish_at(time);
     }
 
-    /// Takes back the newest value, because it no longer tells how things are: a sensor is not heard any more, a place was lost.
-    /// Until the next is published, whoever reads it gets none, and who is triggered by it looks again (R12).
+    /// Retracts the newest value because it is no longer valid: a sensor does not respond, a position was
+    /// lost. Until the next value is published, readers get none. Schemas with a trigger on it check again
+    /// (R12).
     pub fn retract(&mut self, cx: &Context<'_>) {
         cx.retract(&self.slot);
     }
 
-    /// Room to write the next value in place; for large ones.
+    /// Returns a buffer to write the next value in place; for large values.
     #[must_use]
     pub fn loan<'call>(&'call mut self, cx: &'call Context<'_>) -> Loan<'call, T> {
         // SAFETY: the port's type is `T`, by the contract of `new`.
@@ -93,7 +94,8 @@ impl<T: Value> Export<T> {
 }
 
 impl<T: Value> Actuator<T> {
-    /// Commands the driver bound here, until the command's validity ends or the next one comes.
+    /// Commands the bound driver. The command is in force until its validity ends or the next command
+    /// arrives.
     pub fn command(&self, cx: &Context<'_>, value: T) -> Outcome {
         // SAFETY: the port's type is `T`, by the contract of `new`.
         unsafe { cx.write(&self.slot, value) }
@@ -101,7 +103,7 @@ impl<T: Value> Actuator<T> {
 }
 
 impl<T: Modulated> Modulates<T> {
-    /// Writes the child's modulation; it counts from the child's next check or iteration.
+    /// Writes the child's modulation. It takes effect at the child's next check or iteration.
     pub fn set(&self, cx: &Context<'_>, value: T) -> Outcome {
         // SAFETY: the port's type is that of what stands for a `T`, by the contract of `new`.
         unsafe { cx.write(&self.slot, wire(value)) }
@@ -109,12 +111,12 @@ impl<T: Modulated> Modulates<T> {
 }
 
 impl<T: Value> Loan<'_, T> {
-    /// Publishes it as measured now.
+    /// Publishes the value as measured now.
     pub fn publish(self) {
         self.finish(None);
     }
 
-    /// Publishes it as measured at `time` since the application's start.
+    /// Publishes the value as measured at `time` since the application's start.
     pub fn publish_at(self, time: Duration) {
         self.finish(Some(time));
     }
@@ -139,8 +141,8 @@ impl<T: Value> Deref for Loan<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        // SAFETY: room for a `T`, of which every pattern of bytes is valid; nobody else's while the loan lives, because it
-        // borrows its export.
+        // SAFETY: room for a `T`, of which every pattern of bytes is valid. No other reference to it exists
+        // while the loan lives, because the loan borrows its export.
         unsafe { self.room.as_ref() }
     }
 }
@@ -153,13 +155,13 @@ impl<T: Value> DerefMut for Loan<'_, T> {
 }
 
 impl Outcome {
-    /// Whether it was done.
+    /// Returns whether the request was granted.
     #[must_use]
     pub fn accepted(self) -> bool {
         self == Self::Accepted
     }
 
-    /// What the host's code means; `None` for one that breaks the contract of the ABI.
+    /// Converts the host's code. `None` for a code that breaks the contract of the ABI.
     pub(crate) fn of(code: i32) -> Option<Self> {
         match code {
             raw::OK => Some(Self::Accepted),
@@ -175,10 +177,11 @@ impl Outcome {
 macro_rules! derived {
     ($($port:ident),*) => { $(
         impl<T> $port<T> {
-            /// For derived code alone.
+            /// For generated code only.
             ///
             /// # Safety
-            /// Of these ports, which are those of one type alone, that of this number is of this kind and type, and no other port value has the number.
+            /// `ports` are those of one type alone, port `number` of them has this kind and type, and no
+            /// other port value has that number.
             #[doc(hidden)]
             #[must_use]
             pub const unsafe fn new(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {

@@ -1,5 +1,6 @@
-//! Where a port is: its number, and the type of schema whose number that is. A port used in a call of another type would mean
-//! that one's ports, of other sizes; it is refused at each use, by one comparison.
+//! The position of a port: its number, and the type of schema that it belongs to. In a call of another type,
+//! the same number would mean another port, with values of another size. Each use refuses that with one
+//! comparison.
 
 use core::fmt;
 use core::ptr;
@@ -9,14 +10,14 @@ use jde_abi::raw;
 /// A port of a type of schema.
 #[derive(Clone, Copy)]
 pub(crate) struct Slot {
-    /// The first table of its type, whose place is the type's own.
+    /// The first port table of its type. Its address identifies the type.
     brand: &'static raw::Port,
     number: u32,
     pub(crate) name: &'static str,
 }
 
 impl Slot {
-    /// Port `number` of the type with these ports.
+    /// Refers to port `number` of the type with these ports.
     pub(crate) const fn new(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {
         assert!((number as usize) < ports.len(), "a port has a table");
         Self {
@@ -26,10 +27,10 @@ impl Slot {
         }
     }
 
-    /// Its number in a call of the type whose ports begin there.
+    /// Returns the port's number in a call of the type whose ports start at `ports`.
     ///
     /// # Panics
-    /// If that is another type.
+    /// If the port belongs to another type.
     pub(crate) fn number(&self, ports: *const raw::Port) -> u32 {
         if !ptr::eq(self.brand, ports) {
             stranger(self.name)
@@ -37,7 +38,7 @@ impl Slot {
         self.number
     }
 
-    /// The same for what the present call has already loaned.
+    /// Returns the number of a port that this call has loaned already, so its type is not compared again.
     pub(crate) fn number_loaned(&self) -> u32 {
         self.number
     }

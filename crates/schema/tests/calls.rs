@@ -1,4 +1,4 @@
-//! Panics and errors end at the boundary, with their words and their place.
+//! Panics and errors end at the boundary. Their message and place are kept.
 
 #![forbid(unsafe_code)]
 
@@ -83,7 +83,7 @@ fn a_panic_in_any_call_is_caught_with_its_words_and_place() {
         let mut bench = Bench::<Fragile>::new();
         bench.set("panics", Text::<32>::new(name));
         let failure = call(&mut bench, name).expect_err(name);
-        // A sleep has no code to return, and the words alone must do.
+        // A sleep returns no code, so the message alone reports the failure.
         assert_eq!(
             failure.code,
             if name == "sleep" { raw::OK } else { raw::PANICKED }
@@ -157,7 +157,7 @@ struct EndsBadly {
 
 impl Schema for EndsBadly {
     fn iterate(&mut self, _: &Context) -> Result {
-        // A payload whose own drop panics must not bring the process down either.
+        // A payload whose own drop panics must not end the process either.
         std::panic::panic_any(Bomb)
     }
 }

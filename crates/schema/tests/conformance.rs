@@ -1,4 +1,4 @@
-//! One suite for `stop` in Rust and in C; and C by the headers alone, in both standards and in C++.
+//! One suite for `stop` in Rust and in C. The headers alone also compile in both C standards and in C++.
 
 #![allow(unsafe_code)]
 
@@ -142,7 +142,7 @@ impl Panel for Gauge {
         pen.slider("level", "Level", self.height, 0.0..=1.0, "m");
         pen.choice("mode", "Mode", ["slow", "fast"], self.mode);
         pen.table("table", ["what", "value"], [["level", "half"]]);
-        // SAFETY: of a value every pattern of bits is one; it is too large for the stack of a test.
+        // SAFETY: every pattern of bits is a valid value. The value is too large for the stack of a test.
         let mut image = unsafe { Box::<Image>::new_zeroed().assume_init() };
         (image.width, image.height, image.step) = (2, 2, 3);
         image.encoding = Text::new("mono8");
@@ -291,7 +291,7 @@ fn the_headers_are_cplusplus_too() {
         .arg(source));
 }
 
-/// A plugin in C that exports a variable of each standard type.
+/// Writes a plugin in C that exports a variable of each standard type.
 fn write_types_plugin() -> PathBuf {
     let mut ports = String::new();
     for (number, ty) in jde_schema::types::standard().iter().enumerate() {
@@ -315,7 +315,7 @@ fn write_types_plugin() -> PathBuf {
     path
 }
 
-/// The first schema of a plugin in C; it stays loaded.
+/// Loads a plugin in C and returns the table of its first schema. The plugin stays loaded.
 fn load(source: &str) -> &'static raw::Schema {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(source);
     let name = source
@@ -324,7 +324,7 @@ fn load(source: &str) -> &'static raw::Schema {
         .expect("a name")
         .to_owned();
     let plugin = open(&compile(&source, &name));
-    // SAFETY: the table of a plugin that stays loaded, which the host's door looks at first.
+    // SAFETY: the table of a plugin that stays loaded; `read::plugin` validates it first.
     unsafe {
         read::plugin(plugin).expect("its tables are right");
         &*(*plugin).schemas
@@ -347,7 +347,7 @@ fn open(library: &Path) -> *const raw::Plugin {
 }
 
 fn compile(source: &Path, name: &str) -> PathBuf {
-    // Tests run side by side, and two may want the same.
+    // Tests run in parallel, and two of them may compile the same source.
     static COMPILED: AtomicUsize = AtomicUsize::new(0);
     let number = COMPILED.fetch_add(1, Ordering::Relaxed);
     let library = output(&format!("lib{name}-{number}.so"));

@@ -1,4 +1,4 @@
-//! What the derive macro says of a schema is what the host reads of it.
+//! The host reads the same description of a schema that the derive macro was given.
 
 #![forbid(unsafe_code)]
 

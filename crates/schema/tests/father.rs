@@ -1,4 +1,4 @@
-//! What fathers do: wake, put to sleep, modulate, look, set policies, arbitrate.
+//! Fathers: they wake, put to sleep, modulate and observe children, set policies, and arbitrate.
 
 #![forbid(unsafe_code)]
 

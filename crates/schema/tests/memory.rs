@@ -1,4 +1,4 @@
-//! What a schema remembers, from one instance to the next.
+//! The memory of a schema, from one instance to the next.
 
 use jde_schema::bench::{Bench, Remembered};
 use jde_schema::prelude::*;
@@ -15,7 +15,7 @@ struct Scholar {
     tries: Tries,
 }
 
-/// What it does against the rules when it is asked.
+/// What a save or a restore does against the rules.
 #[derive(Default, Clone, Copy, PartialEq)]
 enum Tries {
     #[default]

@@ -1,4 +1,4 @@
-//! Panels through the very tables that the host uses: what is drawn, what is refused, and what is handed in.
+//! Panels through the same tables as the host uses: drawings, refusals and gestures.
 
 #![allow(unsafe_code)]
 
@@ -168,10 +168,10 @@ fn a_schema_has_the_ability_if_it_has_a_panel_and_no_other() {
     };
     let panel = ask(c"jde.panel");
     assert!(!panel.is_null());
-    // SAFETY: what it gives for that id is such a table.
+    // SAFETY: for that id the function returns such a table.
     assert_eq!(unsafe { (*panel).size } as usize, size_of::<raw::Panel>());
     assert!(ask(c"jde.pane").is_null() && ask(c"jde.panel2").is_null() && ask(c"").is_null());
-    // SAFETY: null is looked at.
+    // SAFETY: null is checked.
     assert!(unsafe { ability(core::ptr::null()) }.is_null());
     assert!(Blind::TABLE.ability.is_none());
 }

@@ -1,4 +1,4 @@
-//! The table that `export!` exports passes the host's door, whole.
+//! The host reads the whole table that `export!` exports.
 
 #![allow(unsafe_code)]
 
@@ -75,12 +75,12 @@ fn an_instance_is_not_made_for_a_host_of_another_version() {
         let instance = unsafe { create(&table, head.as_ptr().cast(), (&raw mut place).cast()) };
         assert!(instance.is_null());
     }
-    // SAFETY: null is looked at.
+    // SAFETY: null is checked.
     let instance = unsafe { create(&table, std::ptr::null(), (&raw mut place).cast()) };
     assert!(instance.is_null());
 }
 
-/// A host's table of ABI 1.0, behind which is what nobody may call.
+/// A host's table of ABI 1.0. The functions after its end must not be called.
 #[repr(C)]
 struct Old {
     head: [u32; 4],
@@ -103,7 +103,7 @@ unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const std::ffi::c_char, 
 #[test]
 fn what_a_host_lacks_is_a_fault_in_words_and_not_a_call_into_nowhere() {
     let mut functions: [unsafe extern "C" fn(); 14] = [never; 14];
-    // SAFETY: it is called as what it is.
+    // SAFETY: it is called with its true type.
     functions[12] = unsafe { std::mem::transmute::<*const (), unsafe extern "C" fn()>(fail as *const ()) };
     let old = Old {
         head: [128, raw::ABI_MAJOR, 0, 0],

@@ -1,4 +1,4 @@
-//! Inputs and outputs: values, stamps, what is missing, what is refused.
+//! Inputs and outputs: values, stamps, missing values, refusals.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The page of the SDK names every method that a schema or its test may call.
+//! docs/sdk.md names every method that a schema or its test may call.
 
 use std::fs;
 use std::path::Path;

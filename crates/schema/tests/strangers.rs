@@ -1,4 +1,5 @@
-//! Ports belong to the type that declares them: used in a call of another type they would name its ports by their own numbers.
+//! A port belongs to the type that declares it. In a call of another type, its number would mean another
+//! port, so it is refused.
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
@@ -36,7 +37,7 @@ struct Narrow {
 
 impl Schema for Narrow {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        // Its own are there.
+        // Its own ports work.
         Ok((self.gain.get(cx) > 0.0 && self.read.get(cx).is_none()).into())
     }
 

@@ -1,4 +1,4 @@
-//! Values of an author's own, shared like the standard ones.
+//! An author's own value types are shared like the standard ones.
 
 #![forbid(unsafe_code)]
 

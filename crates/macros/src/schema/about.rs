@@ -1,4 +1,4 @@
-//! `#[schema(...)]`: what a schema type says of itself beside its fields.
+//! `#[schema(...)]`: the description of a schema type, apart from its fields.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -7,7 +7,7 @@ use syn::{DeriveInput, Error, LitStr, Result};
 
 use crate::text::{check_name, doc, duration, kebab};
 
-/// What a schema type says of itself beside its fields.
+/// The description of a schema type, apart from its fields.
 pub(super) struct About {
     pub(super) name: String,
     pub(super) doc: String,
@@ -16,7 +16,7 @@ pub(super) struct About {
     pub(super) budget_ns: u64,
 }
 
-/// Kinds of schema.
+/// The kinds of schema.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Perceptive,
@@ -89,7 +89,7 @@ impl About {
 }
 
 impl Kind {
-    /// The constant of the ABI.
+    /// Returns the constant of the ABI for this kind.
     pub(super) fn constant(self) -> TokenStream {
         match self {
             Self::Perceptive => quote!(derived::raw::PERCEPTIVE),

@@ -60,7 +60,7 @@ pub(super) enum Role {
 /// The type of a role that any number of children have.
 const MANY: &str = "Children";
 
-/// Attribute, type of the field, options.
+/// The name of each attribute, the type of its field, and its options.
 const KINDS: &[(&str, &str, &[&str])] = &[
     ("import", "Import", &["trigger", "optional", "unit", "name"]),
     ("export", "Export", &["unit", "name"]),
@@ -134,12 +134,12 @@ impl Field {
         Ok(this)
     }
 
-    /// Whether it is a role for a child.
+    /// Returns whether the field is a role for a child.
     pub(super) fn is_child(&self) -> bool {
         matches!(self.role, Role::Child { .. })
     }
 
-    /// Fields of one name space have different names.
+    /// Returns the field's name space, in which names must be unique. `None` for memory.
     pub(super) fn name_space(&self) -> Option<String> {
         match &self.role {
             Role::Memory => None,
@@ -151,7 +151,7 @@ impl Field {
         }
     }
 
-    /// The table of a port; `child` is the place of the child whose modulation it is.
+    /// Generates the table of a port. `child` is the index of the child whose modulation it is.
     pub(super) fn port_table(&self, child: Option<usize>) -> TokenStream {
         let Some(ty) = &self.value else {
             return TokenStream::new();
@@ -225,7 +225,7 @@ impl Field {
         }
     }
 
-    /// The table of a role for a child.
+    /// Generates the table of a role for a child.
     pub(super) fn child_table(&self) -> TokenStream {
         let Role::Child {
             group,
@@ -251,7 +251,8 @@ impl Field {
     }
 }
 
-/// Assertions that a default is within its limits, and these in order, each at the place of what is wrong.
+/// Generates assertions that a default is within its limits and that the limits are in order. Each points to
+/// the mistake.
 fn within(
     ty: &Type,
     value: &TokenStream,
@@ -345,7 +346,7 @@ fn kind_of(attribute: &Attribute) -> Option<(&Attribute, KindOf)> {
         .map(|&kind| (attribute, kind))
 }
 
-/// `Import` and `LaserScan` of `jde_schema::Import<LaserScan>`.
+/// Returns `Import` and `LaserScan` for `jde_schema::Import<LaserScan>`.
 fn last_segment(ty: &Type) -> (String, Option<Type>) {
     let Type::Path(path) = ty else {
         return (String::new(), None);

@@ -13,7 +13,7 @@ use self::about::{About, Kind};
 use self::field::{Field, Role};
 use crate::text::c;
 
-/// Writes the table of `input`.
+/// Generates the implementation of `Describe` for `input`.
 pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     let ident = &input.ident;
     let Data::Struct(data) = &input.data else {
@@ -86,7 +86,8 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
             static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
             const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
 
-            // SAFETY: tables and values are made from the same fields in the same order, and the static is this type's alone.
+            // SAFETY: tables and values are generated from the same fields in the same order, and the static
+            // is this type's alone.
             unsafe impl derived::Describe for #ident {
                 const TABLE: derived::raw::Schema = derived::schema::<#ident>(
                     derived::About {

@@ -1,9 +1,9 @@
-//! The options in the attribute of a field, each of which may stand there once and only where it means something.
+//! The options in the attribute of a field. Each may occur once, and only where it has a meaning.
 
 use syn::meta::ParseNestedMeta;
 use syn::{Attribute, Expr, Lit, LitStr, Meta, Result};
 
-/// What an attribute says, and what it may say.
+/// The options of one attribute, and the names of those it may have.
 #[derive(Default)]
 pub(super) struct Options {
     allowed: &'static [&'static str],
@@ -23,7 +23,7 @@ pub(super) struct Options {
 }
 
 impl Options {
-    /// Reads `attribute`, which may hold the options `allowed`.
+    /// Reads `attribute`, which may have the options `allowed`.
     pub(super) fn of(attribute: &Attribute, allowed: &'static [&'static str]) -> Result<Self> {
         let mut this = Self {
             allowed,
@@ -65,7 +65,7 @@ impl Options {
     }
 }
 
-/// Whether an expression is a literal text.
+/// Returns whether an expression is a text literal.
 pub(super) fn is_text(expr: &Expr) -> bool {
     matches!(expr, Expr::Lit(literal) if matches!(literal.lit, Lit::Str(_)))
 }

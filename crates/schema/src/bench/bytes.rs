@@ -1,4 +1,5 @@
-//! A value as bytes, aligned as any value may need; and whether its numbers are finite.
+//! The bytes of a value with the largest alignment that a value may need, and a check that its numbers are
+//! finite.
 
 #![allow(unsafe_code)]
 
@@ -35,7 +36,7 @@ impl Bytes {
         Self::copy(unsafe { slice::from_raw_parts(ptr::from_ref(value).cast(), size_of::<T>()) })
     }
 
-    /// The value, whose type the caller has compared.
+    /// Returns the value. The caller has compared the type.
     pub(super) fn as_value<T: Value>(&self) -> &T {
         assert_eq!(self.length, size_of::<T>(), "types are compared before");
         const {
@@ -62,7 +63,8 @@ impl Bytes {
     }
 }
 
-/// Whether every float of a value is finite, those beyond the length of a sequence apart.
+/// Returns whether every float of a value is finite. Elements beyond the length of a sequence are not
+/// checked.
 pub(super) fn finite(ty: &Type, bytes: &[u8]) -> bool {
     ty.fields.iter().all(|field| {
         let size = field.kind.bytes();

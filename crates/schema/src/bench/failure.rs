@@ -1,20 +1,20 @@
-//! How a call of a schema failed.
+//! The failure of a call of a schema.
 
 use core::fmt;
 
 use jde_abi::raw;
 
-/// How a call of a schema failed.
+/// The failure of a call of a schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What it returned: `FAILED`, `PANICKED` or another code of the ABI.
+    /// The code that the call returned: `FAILED`, `PANICKED` or another code of the ABI.
     pub code: i32,
-    /// The reason it gave.
+    /// The message of the error or the panic.
     pub reason: String,
 }
 
 impl Failure {
-    /// Whether it panicked.
+    /// Returns whether the call panicked.
     #[must_use]
     pub fn panicked(&self) -> bool {
         self.code == raw::PANICKED

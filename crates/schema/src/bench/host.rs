@@ -1,4 +1,5 @@
-//! The functions of the bench's host. They follow the contract of the ABI as the real one does, and never panic.
+//! The functions of the bench's host. They keep the contract of the ABI as the real host does, and never
+//! panic.
 
 #![allow(unsafe_code)]
 

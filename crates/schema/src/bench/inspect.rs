@@ -1,4 +1,4 @@
-//! An inspection on the bench: what a schema finds wrong with its modulations.
+//! The inspection of a schema's modulations, on the bench.
 
 #![allow(unsafe_code)]
 
@@ -6,27 +6,28 @@ use jde_abi::{inspect, raw};
 
 use super::{Bench, Failure};
 
-/// What an inspection found.
+/// A problem that an inspection reported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The name of the modulation.
     pub modulation: String,
-    /// The schema would start all the same, and wait for what is missing.
+    /// Whether the schema would start nevertheless, and wait for what is missing.
     pub unavailable: bool,
     /// What is wrong and what to do.
     pub words: String,
 }
 
 impl<S> Bench<S> {
-    /// Inspects what its modulations name, as `jde check` does.
+    /// Inspects what the modulations name, as `jde check` does.
     ///
     /// # Errors
-    /// As the schema says; or it tries to write, or reports what is no problem of a modulation.
+    /// If the schema fails or panics, tries to write, or reports a problem of something that is not a
+    /// modulation.
     ///
     /// # Panics
     /// If the schema has no inspection.
     pub fn inspect(&mut self) -> Result<Vec<Problem>, Failure> {
-        // SAFETY: the bench read this table, and found it right.
+        // SAFETY: the bench has read and validated this table.
         let table = unsafe { inspect::of(&self.table) }.unwrap_or_default();
         let Some(inspect) = table.and_then(|table| table.inspect) else {
             panic!(

@@ -1,4 +1,4 @@
-//! A memory on the bench: what one instance saves, another takes over, as at a reload.
+//! The memory of a schema, on the bench: one instance restores what another saved, as at a reload.
 
 #![allow(unsafe_code)]
 
@@ -6,21 +6,21 @@ use jde_abi::{raw, state};
 
 use super::{Bench, Failure};
 
-/// What an instance has saved.
+/// The memory that an instance saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remembered {
-    /// In which version.
+    /// The version of its format.
     pub version: u32,
-    /// What only the schema understands.
+    /// The saved bytes, which only the schema can interpret.
     pub bytes: Vec<u8>,
 }
 
-/// What the schema remembers.
+/// The schema's memory.
 impl<S> Bench<S> {
-    /// Saves what it remembers, as before a reload.
+    /// Saves the schema's memory, as before a reload.
     ///
     /// # Errors
-    /// As the schema says; it tries to write; or it saves too much.
+    /// If the schema panics, tries to write, or saves too many bytes.
     ///
     /// # Panics
     /// If the schema has no memory of its own.
@@ -45,10 +45,10 @@ impl<S> Bench<S> {
         })
     }
 
-    /// Takes over what another instance saved, as after a reload.
+    /// Restores what another instance saved, as after a reload.
     ///
     /// # Errors
-    /// As the schema says, or it tries to write.
+    /// If the schema fails, panics or tries to write.
     ///
     /// # Panics
     /// If the schema has no memory of its own.
@@ -66,7 +66,7 @@ impl<S> Bench<S> {
         done
     }
 
-    /// Fails if a call that changes nothing tried to.
+    /// Fails if a call that must change nothing tried to change something.
     pub(super) fn refuse_writes(&mut self, call: &str) -> Result<(), Failure> {
         let wrote = self.place.drawing.take().unwrap_or_default();
         match wrote.first() {
@@ -79,7 +79,7 @@ impl<S> Bench<S> {
     }
 
     fn memory(&self) -> raw::State {
-        // SAFETY: the bench read this table, and found it right.
+        // SAFETY: the bench has read and validated this table.
         match unsafe { state::of(&self.table) } {
             Ok(Some(table)) => table,
             Ok(None) => panic!(

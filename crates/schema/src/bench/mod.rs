@@ -1,5 +1,7 @@
-//! A bench to test a schema on: it goes through the very tables that the host uses, without plugins, threads or a clock of its
-//! own. It selects nothing: whether a motor schema is WINNER, and what its children do, is as the test says.
+//! A bench for tests of a schema. It uses the same tables as the host, without plugins, threads or a clock of
+//! its own.
+//!
+//! It selects nothing: the test decides whether a motor schema is WINNER and what its children do.
 
 #![allow(unsafe_code)]
 
@@ -32,9 +34,10 @@ use crate::context::Severity;
 use crate::level::Case;
 use crate::schema::{Precondition, Schema};
 
-/// A schema on the bench, asleep, with authority over its actuators and children, at time 0.
+/// A schema under test. At first it is asleep, at time 0, with authority over its actuators and children.
 ///
-/// Names of ports and children that do not exist, and values of another type, panic in words: they are mistakes of the test.
+/// Unknown names of ports and children, and values of another type, panic with a message, because they are
+/// mistakes of the test.
 ///
 /// ```
 /// use jde_schema::bench::Bench;
@@ -72,24 +75,24 @@ pub struct Bench<S = Foreign> {
     schema: PhantomData<S>,
 }
 
-/// A schema that another language wrote.
+/// A schema that is written in another language.
 #[derive(Debug)]
 pub enum Foreign {}
 
-/// What a father's own arbitration decided.
+/// The choice of a father's own arbitration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decision {
-    /// The role of the chosen child; `None` for nobody.
+    /// The role of the chosen child; `None` if it chose no child.
     pub child: Option<String>,
-    /// Why.
+    /// The reason for the choice.
     pub reason: String,
 }
 
 impl<S: Schema> Bench<S> {
-    /// A new instance.
+    /// Creates an instance.
     ///
     /// # Panics
-    /// If the instance cannot be made.
+    /// If the creation fails.
     #[must_use]
     pub fn new() -> Self {
         match Self::try_new() {
@@ -98,31 +101,31 @@ impl<S: Schema> Bench<S> {
         }
     }
 
-    /// A new instance.
+    /// Creates an instance.
     ///
     /// # Errors
-    /// If the instance cannot be made.
+    /// If the creation fails.
     pub fn try_new() -> Result<Self, Failure> {
-        // SAFETY: derived code makes tables by the rules, and a constant lives for ever.
+        // SAFETY: generated code builds tables that keep the rules, and a constant lives for ever.
         unsafe { Self::of(const { &S::TABLE }) }
     }
 
-    /// The instance, to look at its memory.
+    /// Returns the instance, to examine its memory.
     #[must_use]
     pub fn schema(&self) -> &S {
-        // SAFETY: the table is that of `S`, so `create` made an instance of it; no call of it is under way.
+        // SAFETY: the table is that of `S`, so `create` made an instance of it. No call of it runs.
         unsafe { crate::boundary::schema_of(self.instance) }
     }
 }
 
 impl Bench<Foreign> {
-    /// A new instance of the type that `table` describes.
+    /// Creates an instance of the type that `table` describes.
     ///
     /// # Errors
-    /// If the instance cannot be made.
+    /// If the creation fails.
     ///
     /// # Panics
-    /// If the table is wrong.
+    /// If the table is invalid.
     ///
     /// # Safety
     /// The table, all it points to, and its functions follow the rules of `raw`.
@@ -132,12 +135,12 @@ impl Bench<Foreign> {
     }
 }
 
-/// Life cycle: what the host calls.
+/// Life cycle: the calls that the host makes.
 impl<S> Bench<S> {
     /// Calls `awake`.
     ///
     /// # Errors
-    /// As the schema says.
+    /// If the schema fails or panics.
     pub fn awake(&mut self) -> Result<(), Failure> {
         let Some(awake) = self.table.awake else {
             return Ok(());
@@ -146,10 +149,10 @@ impl<S> Bench<S> {
         self.call(|instance, cx| unsafe { awake(instance, cx) })
     }
 
-    /// Calls `check`; a schema without one is always ready.
+    /// Calls `check`. A schema without one is always ready.
     ///
     /// # Errors
-    /// As the schema says.
+    /// If the schema fails or panics.
     pub fn check(&mut self) -> Result<Precondition, Failure> {
         let Some(check) = self.table.check else {
             return Ok(true.into());
@@ -167,10 +170,10 @@ impl<S> Bench<S> {
         })
     }
 
-    /// Calls `iterate`.
+    /// Calls `iterate`, after it has cleared what [`Self::commanded`] returns.
     ///
     /// # Errors
-    /// As the schema says.
+    /// If the schema fails or panics.
     pub fn iterate(&mut self) -> Result<(), Failure> {
         self.place.forget_commands();
         let Some(iterate) = self.table.iterate else {
@@ -183,7 +186,7 @@ impl<S> Bench<S> {
     /// Calls `sleep`.
     ///
     /// # Errors
-    /// If it panics.
+    /// If the schema panics.
     pub fn sleep(&mut self) -> Result<(), Failure> {
         let Some(sleep) = self.table.sleep else {
             return Ok(());
@@ -195,13 +198,13 @@ impl<S> Bench<S> {
         })
     }
 
-    /// Calls `arbitrate` for a group, with its awake children as [`Self::set_child`] says they are.
+    /// Calls `arbitrate` for a group. Its awake children are in the states that [`Self::set_child`] has set.
     ///
     /// # Errors
-    /// As the schema says.
+    /// If the schema fails or panics.
     ///
     /// # Panics
-    /// If the schema has no arbitration, or exactly one child is ready, for then nobody is asked.
+    /// If the schema has no arbitration, or if exactly one child is ready: the host would not arbitrate then.
     pub fn arbitrate(&mut self, group: &str) -> Result<Decision, Failure> {
         let Some(arbitrate) = self.table.arbitrate else {
             panic!(
@@ -241,15 +244,15 @@ impl<S> Bench<S> {
     }
 }
 
-/// What the schema reads.
+/// The inputs of the schema.
 impl<S> Bench<S> {
-    /// Publishes a value to an import, measured now.
+    /// Publishes a value of an import, measured now.
     pub fn import<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Import, name);
         self.place.put(port, value);
     }
 
-    /// Takes back the newest value of an import, as its writer would.
+    /// Retracts the newest value of an import, as its writer would.
     pub fn retract(&mut self, name: &str) {
         let port = names::port(&self.about, Kind::Import, name);
         self.place.ports[port].newest = None;
@@ -258,7 +261,7 @@ impl<S> Bench<S> {
     /// Writes a modulation, as its father would.
     ///
     /// # Panics
-    /// If it is not finite or outside of what the modulation takes, which every host refuses.
+    /// If the value is not finite or is outside the modulation's limits. Every host refuses such a value.
     #[track_caller]
     pub fn set<T: Modulated>(&mut self, name: &str, value: T) {
         let port = self.port::<T::Wire>(Kind::Modulation, name);
@@ -269,7 +272,7 @@ impl<S> Bench<S> {
         self.place.put(port, &value);
     }
 
-    /// Commands a driver; in force until its validity has passed.
+    /// Commands a driver. The command is in force until its validity ends.
     pub fn command<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Command, name);
         self.place.put(port, value);
@@ -293,83 +296,85 @@ impl<S> Bench<S> {
         self.place.unbind(index);
     }
 
-    /// Moves the clock; times are since the application's start.
+    /// Sets the clock, as a time since the application's start.
     pub fn set_now(&mut self, now: Duration) {
         self.place.now = now;
     }
 
-    /// Makes the schema believe that the application runs in real time, as it does on a new bench, or in lockstep.
+    /// Sets whether the application runs in real time, as it does on a new bench, or in lockstep.
     pub fn set_real_time(&mut self, real_time: bool) {
         self.place.real_time = real_time;
     }
 
-    /// Gives the schema authority over actuators and children, or takes it (R7).
+    /// Gives the schema authority over actuators and children, or withdraws it (R7).
     pub fn set_authority(&mut self, authority: bool) {
         self.place.authority = authority;
     }
 
-    /// Names the children of a role that any number may have, each with its group, as an application does: all asleep. Until
-    /// then there is one, with the name of the role.
+    /// Names the children of a role that any number of children may have, each with its group, as an
+    /// application does. All children are then asleep. Without this call there is one child, with the name of
+    /// the role.
     pub fn name_children(&mut self, named: &[(&str, &str)]) {
         self.about = self.about.with_children(named.iter().copied());
         self.place.children = place::Place::asleep(&self.about);
     }
 
-    /// Puts a child in a state; its precondition holds if that is READY or WINNER.
+    /// Sets the state of a child. Its precondition then holds if the state is READY or WINNER.
     pub fn set_child(&mut self, role: &str, state: State) {
         let child = self.child(role);
         self.place.set_child(child, state);
     }
 
-    /// What a child answered at its last check, whatever its state.
+    /// Sets the precondition that a child returned at its last check, in any state.
     pub fn set_precondition(&mut self, role: &str, precondition: impl Into<Precondition>) {
         let child = self.child(role);
         self.place.children[child].precondition = precondition.into();
     }
 
-    /// Makes a child Faulted, or not.
+    /// Sets whether a child is Faulted.
     pub fn set_faulted(&mut self, role: &str, faulted: bool) {
         let child = self.child(role);
         self.place.children[child].faulted = faulted;
     }
 }
 
-/// What the schema wrote.
+/// The outputs of the schema.
 impl<S> Bench<S> {
-    /// What the last iteration commanded; `None` if it commanded nothing, or was refused.
+    /// Returns the last command since the last `iterate` began. `None` if there was none, or if it was
+    /// refused.
     #[must_use]
     pub fn commanded<T: Value>(&self, name: &str) -> Option<T> {
         self.place.written(self.port::<T>(Kind::Actuator, name))
     }
 
-    /// The newest value of an export; `None` if there is none, or it was taken back.
+    /// Returns the newest value of an export. `None` if there is none, or if it was retracted.
     #[must_use]
     pub fn exported<T: Value>(&self, name: &str) -> Option<T> {
         self.place.written(self.port::<T>(Kind::Export, name))
     }
 
-    /// The newest value of an export where it stands, for those too large to copy, as an image is; `None` if there is none, or it
-    /// was taken back.
+    /// Returns the newest value of an export in place, for values too large to copy, such as an image. `None`
+    /// if there is none, or if it was retracted.
     #[must_use]
     pub fn exported_in_place<T: Value>(&self, name: &str) -> Option<&T> {
         self.place.written_in_place(self.port::<T>(Kind::Export, name))
     }
 
-    /// When the newest value of an export was measured.
+    /// Returns the time of measurement of the newest value of an export.
     #[must_use]
     pub fn exported_at(&self, name: &str) -> Option<Duration> {
         let port = names::port(&self.about, Kind::Export, name);
         self.place.written_at(port)
     }
 
-    /// The newest value written to a modulation of a child.
+    /// Returns the newest value written to a modulation of a child.
     #[must_use]
     pub fn modulated<T: Modulated>(&self, child: &str, name: &str) -> Option<T> {
         let port = self.port::<T::Wire>(Kind::ChildModulation(self.child(child)), name);
         T::of(&self.place.written(port)?)
     }
 
-    /// The children that are awake, in the order of their roles.
+    /// Returns the children that are awake, in the order of their roles.
     #[must_use]
     pub fn awake_children(&self) -> Vec<&str> {
         let children = self.about.children.iter().zip(&self.place.children);
@@ -379,19 +384,19 @@ impl<S> Bench<S> {
             .collect()
     }
 
-    /// The policy that the schema set through a child, if it did.
+    /// Returns the policy that the schema set through this child, if it did.
     #[must_use]
     pub fn policy(&self, child: &str) -> Option<Policy> {
         self.place.children[self.child(child)].policy
     }
 
-    /// What it said to the log since the bench was made.
+    /// Returns the log messages since the creation of the bench.
     #[must_use]
     pub fn log(&self) -> &[(Severity, String)] {
         &self.place.log
     }
 
-    /// What it says of itself.
+    /// Returns the description of the schema.
     #[must_use]
     pub fn description(&self) -> &describe::Schema {
         &self.about
@@ -415,7 +420,7 @@ impl<S> Bench<S> {
             schema_count: 1,
             reserved: 0,
         };
-        // SAFETY: a table of a plugin around the caller's.
+        // SAFETY: the table of a plugin that contains only the caller's.
         let about = match unsafe { read::plugin(&raw const plugin) } {
             Ok(plugin) => plugin.schemas.into_iter().next(),
             Err(refusal) => panic!("{refusal}"),
@@ -484,7 +489,7 @@ impl<S: Schema> Default for Bench<S> {
 impl<S> Drop for Bench<S> {
     fn drop(&mut self) {
         if let (Some(destroy), false) = (self.table.destroy, self.instance.is_null()) {
-            // SAFETY: what `create` gave, given back once, after any other call.
+            // SAFETY: what `create` returned, passed back once, after every other call.
             unsafe { destroy(self.instance) };
         }
     }

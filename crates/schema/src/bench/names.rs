@@ -1,8 +1,8 @@
-//! Finds ports and children by name, and panics with the nearest where there is none.
+//! Finds ports and children by name. An unknown name panics with the nearest known one.
 
 use jde_abi::describe::{Port, Role, Schema};
 
-/// Which kind of port a test means.
+/// The kind of a port that a test names.
 #[derive(Clone, Copy)]
 pub(super) enum Kind {
     Import,

@@ -1,5 +1,5 @@
-//! A panel on the bench: drawn, touched, and looked at widget by widget. Widgets that are not there panic in words: they are
-//! mistakes of the test, or of the schema.
+//! The panel of a schema, on the bench: it can be drawn, touched and examined widget by widget. A widget that
+//! does not exist panics with a message: it is a mistake of the test or of the schema.
 
 #![allow(unsafe_code)]
 
@@ -9,7 +9,7 @@ use jde_panel::{Item, List, Shape, Solid, Touch, Trace};
 use super::names::unknown;
 use super::{Bench, Failure};
 
-/// What a panel shows.
+/// The contents of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawn {
     list: List,
@@ -17,10 +17,11 @@ pub struct Drawn {
 
 /// The schema's own panel.
 impl<S> Bench<S> {
-    /// Draws the panel, as if somebody looked.
+    /// Draws the panel, as if a viewer showed it.
     ///
     /// # Errors
-    /// What the panel would show in place of itself: the schema panics, writes, or draws what cannot be shown.
+    /// The error that the panel would show instead of its contents: the schema panics, writes, or draws what
+    /// cannot be shown.
     ///
     /// # Panics
     /// If the schema has no panel.
@@ -51,10 +52,10 @@ impl<S> Bench<S> {
             .map_err(|broken| refused(broken.to_string()))
     }
 
-    /// Does something to a widget, as "ana@laptop".
+    /// Performs a gesture on a widget, as the operator "ana@laptop".
     ///
     /// # Errors
-    /// As the schema says.
+    /// If the schema fails or panics.
     ///
     /// # Panics
     /// If the schema has no panel, or one that cannot be touched.
@@ -76,7 +77,7 @@ impl<S> Bench<S> {
     }
 
     fn panel(&self) -> raw::Panel {
-        // SAFETY: the bench read this table, and found it right.
+        // SAFETY: the bench has read and validated this table.
         match unsafe { table::ability(&self.table, raw::ABILITY_PANEL) } {
             Ok(Some(panel)) => panel,
             Ok(None) => panic!("`{}` has no panel: `impl Panel` gives it one", self.about.name),
@@ -86,13 +87,13 @@ impl<S> Bench<S> {
 }
 
 impl Drawn {
-    /// All of it.
+    /// Returns all widgets.
     #[must_use]
     pub fn list(&self) -> &List {
         &self.list
     }
 
-    /// Its texts, from top to bottom.
+    /// Returns the texts, from top to bottom.
     #[must_use]
     pub fn texts(&self) -> Vec<&str> {
         let texts = self.list.walk().filter_map(|item| match item {
@@ -102,7 +103,7 @@ impl Drawn {
         texts.collect()
     }
 
-    /// The number with this name.
+    /// Returns the number with this name.
     #[must_use]
     #[track_caller]
     pub fn value(&self, label: &str) -> f64 {
@@ -118,7 +119,7 @@ impl Drawn {
         }
     }
 
-    /// The widget with this id.
+    /// Returns the widget with this id.
     #[must_use]
     #[track_caller]
     pub fn widget(&self, id: &str) -> &Item {
@@ -129,13 +130,13 @@ impl Drawn {
         }
     }
 
-    /// Whether there is a widget with this id.
+    /// Returns whether there is a widget with this id.
     #[must_use]
     pub fn has(&self, id: &str) -> bool {
         self.list.walk().any(|item| item.id() == Some(id))
     }
 
-    /// Whether this button can be pressed.
+    /// Returns whether this button can be pressed.
     #[must_use]
     #[track_caller]
     pub fn can_press(&self, button: &str) -> bool {
@@ -145,7 +146,7 @@ impl Drawn {
         }
     }
 
-    /// Whether this toggle is on.
+    /// Returns whether this toggle is on.
     #[must_use]
     #[track_caller]
     pub fn is_on(&self, toggle: &str) -> bool {
@@ -155,7 +156,7 @@ impl Drawn {
         }
     }
 
-    /// What this slider is at.
+    /// Returns the value of this slider.
     #[must_use]
     #[track_caller]
     pub fn slider(&self, slider: &str) -> f64 {
@@ -165,7 +166,7 @@ impl Drawn {
         }
     }
 
-    /// Which of this choice is taken.
+    /// Returns the chosen option of this choice.
     #[must_use]
     #[track_caller]
     pub fn chosen(&self, choice: &str) -> &str {
@@ -175,7 +176,7 @@ impl Drawn {
         }
     }
 
-    /// The shapes of this canvas.
+    /// Returns the shapes of this canvas.
     #[must_use]
     #[track_caller]
     pub fn shapes(&self, canvas: &str) -> &[Shape] {
@@ -185,7 +186,7 @@ impl Drawn {
         }
     }
 
-    /// The shapes of this scene.
+    /// Returns the shapes of this scene.
     #[must_use]
     #[track_caller]
     pub fn solids(&self, scene: &str) -> &[Solid] {
@@ -195,7 +196,7 @@ impl Drawn {
         }
     }
 
-    /// The curves of this plot.
+    /// Returns the curves of this plot.
     #[must_use]
     #[track_caller]
     pub fn curves(&self, plot: &str) -> &[Trace] {

@@ -1,4 +1,4 @@
-//! What the bench keeps of the application around the schema: values, children, time, authority.
+//! The simulated application around the schema on the bench: values, children, time, authority.
 
 use core::time::Duration;
 
@@ -21,17 +21,18 @@ pub(super) struct Place {
     pub(super) real_time: bool,
     pub(super) log: Vec<(Severity, String)>,
     pub(super) reason: Option<String>,
-    /// While a panel is drawn, what it tried to change.
+    /// What a call that must change nothing (drawing, saving, restoring, inspecting) tried to change. `None`
+    /// outside such calls.
     pub(super) drawing: Option<Vec<&'static str>>,
 }
 
 pub(super) struct PortPlace {
     pub(super) port: jde_abi::describe::Port,
     pub(super) bound: bool,
-    /// The newest value, with its time and number; none before the first.
+    /// The newest value and its time. `None` before the first value and after a retraction.
     pub(super) newest: Option<(Bytes, Duration)>,
     pub(super) sequence: u64,
-    /// Default or neutral value.
+    /// The default or neutral value.
     pub(super) initial: Option<Bytes>,
     pub(super) loan: Bytes,
     pub(super) loaned: bool,
@@ -45,7 +46,7 @@ pub(super) struct ChildPlace {
     pub(super) policy: Option<Policy>,
 }
 
-/// What an arbitration is asked about.
+/// The input of an arbitration.
 pub(super) struct Snapshot {
     pub(super) case: Case,
     pub(super) candidates: Vec<raw::Candidate>,
@@ -80,7 +81,7 @@ impl Place {
         }
     }
 
-    /// Its children, all asleep.
+    /// The children of the schema, all asleep.
     pub(super) fn asleep(about: &Schema) -> Vec<ChildPlace> {
         let child = |child: &jde_abi::describe::Child| ChildPlace {
             motor: child.motor,
@@ -92,7 +93,7 @@ impl Place {
         about.children.iter().map(child).collect()
     }
 
-    /// Why a modulation does not take a value.
+    /// Returns the reason why a modulation refuses a value, as an `Err`.
     pub(super) fn refuses_value(&self, port: usize, bytes: &[u8]) -> Result<(), String> {
         let port = &self.ports[port].port;
         if !finite(&port.value_type, bytes) {
@@ -112,7 +113,7 @@ impl Place {
         port.bound = true;
     }
 
-    /// Whether a panel is drawn, which may not do that.
+    /// Returns whether the present call must change nothing, and records the attempt.
     pub(super) fn refuses(&mut self, what: &'static str) -> bool {
         let drawing = self.drawing.as_mut();
         drawing.map(|tried| tried.push(what)).is_some()
@@ -157,7 +158,7 @@ impl Place {
         self.ports.iter_mut().for_each(|port| port.loaned = false);
     }
 
-    /// Takes back the newest value of an export.
+    /// Retracts the newest value of an export.
     pub(super) fn retract(&mut self, port: usize) -> i32 {
         match self.ports.get_mut(port) {
             Some(port) if matches!(port.port.role, Role::Export) => {
@@ -168,7 +169,7 @@ impl Place {
         }
     }
 
-    /// Takes what was loaned as the newest value.
+    /// Publishes the loaned value as the newest one.
     pub(super) fn publish(&mut self, port: usize, time_ns: u64) -> i32 {
         let (now, authority) = (self.now, self.authority);
         let Some(port) = self.ports.get_mut(port) else {

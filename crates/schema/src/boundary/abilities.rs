@@ -1,5 +1,5 @@
-//! What some types of schema can beside what all can: their tables, and the functions in them. Each catches panics, as those of
-//! `calls`.
+//! The optional abilities of a type of schema: their tables, and the functions in them. Each function catches
+//! panics, like those of `calls`.
 
 #![allow(unsafe_code)]
 
@@ -15,7 +15,7 @@ use crate::memory::{Memory, Saved, Saving};
 use crate::panel::{self, Gesture, Panel};
 use crate::schema::Describe;
 
-/// The table of a panel.
+/// Builds the table of a panel.
 pub(super) const fn panel<S: Panel>() -> raw::Panel {
     raw::Panel {
         size: size_of::<raw::Panel>() as u32,
@@ -25,7 +25,7 @@ pub(super) const fn panel<S: Panel>() -> raw::Panel {
     }
 }
 
-/// The table of a memory.
+/// Builds the table of a memory.
 pub(super) const fn state<S: Memory>() -> raw::State {
     raw::State {
         size: size_of::<raw::State>() as u32,
@@ -35,7 +35,7 @@ pub(super) const fn state<S: Memory>() -> raw::State {
     }
 }
 
-/// The table of an inspection.
+/// Builds the table of an inspection.
 pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
     raw::Inspect {
         size: size_of::<raw::Inspect>() as u32,
@@ -44,7 +44,8 @@ pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
     }
 }
 
-/// Its panel, its memory and its inspection, if it has them; no other.
+/// Returns the table of the panel, the memory or the inspection, or null if the type does not have that
+/// ability.
 ///
 /// # Safety
 /// As [`raw::Schema::ability`]; so for all functions here, each as the field of its name.
@@ -155,7 +156,7 @@ unsafe extern "C" fn touch<S: Panel>(
     // SAFETY: the host's table, which lives until this call returns.
     let (by, gesture) = match unsafe { jde_panel::read_gesture(gesture) } {
         Ok(Some(known)) => known,
-        // A later host tells of something that this schema cannot have asked for.
+        // A later host reports a kind of gesture that this schema cannot have requested.
         Ok(None) => return raw::OK,
         Err(_) => return raw::BAD_ARGUMENT,
     };

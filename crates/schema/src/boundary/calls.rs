@@ -1,4 +1,5 @@
-//! The functions of an instance, in C layout. Each catches panics, and looks at what the host gave before it uses it.
+//! The functions of an instance, in C layout. Each one catches panics and validates what the host passes
+//! before it uses it.
 
 #![allow(unsafe_code)]
 
@@ -13,9 +14,9 @@ use crate::error::{Result, words};
 use crate::level::{Level, Verdict};
 use crate::schema::{Arbitrate, Schema};
 
-/// What the host's pointer to an instance points to.
+/// The target of the host's pointer to an instance.
 struct Instance<S> {
-    /// As this SDK has it: what the host's lacks is missing here.
+    /// The host's table in the layout of this SDK. Functions that an older host does not have are absent.
     host: raw::Host,
     schema: S,
 }
@@ -27,7 +28,8 @@ pub(super) unsafe extern "C" fn create<S: Schema>(
     host: *const raw::Host,
     raw: *mut raw::Context,
 ) -> *mut c_void {
-    // SAFETY: a host's table begins with its size and version, which never move; only with both right is the rest of it used.
+    // SAFETY: a host's table starts with its size and version, whose positions never change. The rest is used
+    // only if both are right.
     let host = unsafe {
         if host.is_null() || host.cast::<u32>().add(1).read() != raw::ABI_MAJOR {
             return ptr::null_mut();
@@ -40,7 +42,7 @@ pub(super) unsafe extern "C" fn create<S: Schema>(
     let Some(raw) = NonNull::new(raw) else {
         return ptr::null_mut();
     };
-    // SAFETY: what is made here is called through its own table alone.
+    // SAFETY: the new instance is called only through its own table.
     match guard(|| unsafe { S::build() }) {
         Ok(schema) => Box::into_raw(Box::new(Instance { host, schema })).cast(),
         Err(said) => {
@@ -62,7 +64,7 @@ pub(super) unsafe extern "C" fn destroy<S: Schema>(instance: *mut c_void) {
     }
     // SAFETY: the pointer that `create` gave, which the host gives back once.
     let instance = unsafe { Box::from_raw(instance.cast::<Instance<S>>()) };
-    // There is no call left to tell the words to.
+    // No call is left to which the message could belong.
     let _ = guard(|| drop(instance));
 }
 
@@ -131,23 +133,24 @@ pub(super) unsafe extern "C" fn sleep<S: Schema>(instance: *mut c_void, cx: *mut
         schema.sleep(cx);
         Ok(())
     };
-    // SAFETY: the host's pointers. What went wrong was given to `fail`; the call itself has nothing to return.
+    // SAFETY: the host's pointers. `fail` has received any error. The call itself returns nothing.
     let _ = unsafe { call::<S>(instance, cx, sleep) };
 }
 
-/// The schema in an instance.
+/// Returns the schema in an instance.
 ///
 /// # Safety
-/// `instance` is what `create::<S>` gave, and no call of it is under way while the answer is in use.
+/// `instance` is what `create::<S>` returned, and no call of it runs while the returned reference is in use.
 pub(crate) unsafe fn schema_of<'a, S: Schema>(instance: *mut c_void) -> &'a S {
     // SAFETY: the caller's.
     unsafe { &(*instance.cast::<Instance<S>>()).schema }
 }
 
-/// Calls a function of an instance, and tells the host in words what went wrong.
+/// Calls a function of an instance, and reports an error or a panic to the host with its message.
 ///
 /// # Safety
-/// `instance` is what `create` gave, and no other call of it is under way; `cx` is that of the present call.
+/// `instance` is what `create` returned, and no other call of it runs. `cx` is the context of the present
+/// call.
 pub(super) unsafe fn call<S: Schema>(
     instance: *mut c_void,
     cx: *mut raw::Context,
@@ -156,7 +159,7 @@ pub(super) unsafe fn call<S: Schema>(
     let Some(raw) = NonNull::new(cx) else {
         return raw::BAD_ARGUMENT;
     };
-    // SAFETY: the caller's; null is looked at.
+    // SAFETY: the caller's; null is checked.
     let Some(instance) = (unsafe { instance.cast::<Instance<S>>().as_mut() }) else {
         return raw::BAD_ARGUMENT;
     };
@@ -179,7 +182,7 @@ pub(super) unsafe fn call<S: Schema>(
     }
 }
 
-/// The answer in C layout; a reason that does not fit is cut between characters.
+/// Converts a verdict to C layout. A reason that is too long is cut at a character boundary.
 fn raw_verdict(verdict: &Verdict) -> raw::Verdict {
     const ROOM: usize = 128;
     let mut reason = [0 as c_char; ROOM];

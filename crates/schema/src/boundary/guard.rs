@@ -1,5 +1,5 @@
-//! Catches panics, with where they were raised. A panic within a drop while another unwinds still ends the process: that is
-//! Rust's, not ours.
+//! Catches panics and records where they occurred. A panic in a drop during another panic's unwinding still
+//! ends the process: Rust does not allow otherwise.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -9,13 +9,14 @@ use std::sync::Once;
 thread_local! {
     /// Whether this thread is inside [`guard`].
     static GUARDED: Cell<bool> = const { Cell::new(false) };
-    /// What the last panic inside it said.
+    /// The message of the last panic inside it.
     static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Calls `call`; `Err` with the words and the place of a panic.
+/// Calls `call`. `Err` contains the message and the place of a panic.
 ///
-/// What `call` changes may be left half-changed by a panic: the host puts the schema to sleep and says that it is Faulted.
+/// A panic may leave incomplete what `call` was changing. The host therefore puts the schema to sleep and
+/// marks it Faulted.
 pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     listen();
     let outer = GUARDED.replace(true);
@@ -23,7 +24,8 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
         let said = SAID
             .take()
             .unwrap_or_else(|| format!("panicked: {}", words(&*payload)));
-        // The payload is the author's, and so is its drop, which may panic again; that one's is let go of.
+        // The author's code defines the drop of the payload, so it may panic too. The payload of that second
+        // panic is leaked.
         if let Err(again) = panic::catch_unwind(AssertUnwindSafe(|| drop(payload))) {
             std::mem::forget(again);
             SAID.take();
@@ -34,8 +36,8 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     result
 }
 
-/// Keeps the words of panics that are caught here off the standard error, and leaves others as they were. Hooks belong to a
-/// copy of the standard library, so a plugin's concern only the plugin.
+/// Installs a hook that keeps panics caught here off the standard error and passes all others to the previous
+/// hook. Each copy of the standard library has its own hook, so a plugin's hook affects only that plugin.
 fn listen() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -48,7 +50,8 @@ fn listen() {
                 format!(" at {}:{}", place.file(), place.line())
             });
             let said = format!("panicked{place}: {}", words(info.payload()));
-            // Only a thread that is ending has lost it; then the payload's words must do.
+            // This fails only in a thread that is ending. The message is then that of the payload, without
+            // the place.
             let _ = SAID.try_with(|last| last.replace(Some(said)));
         }));
     });

@@ -1,4 +1,4 @@
-//! Where the host's calls come in: tables made of constants, functions in C layout, and panics that end here.
+//! The entry points for the host's calls: constant tables and functions in C layout. No panic passes them.
 
 mod abilities;
 mod calls;

@@ -1,4 +1,4 @@
-//! The tables that macros make, as constants.
+//! The tables that the macros generate, as constants.
 
 use core::ffi::CStr;
 use core::marker::PhantomData;
@@ -13,13 +13,13 @@ use crate::memory::Memory;
 use crate::panel::Panel;
 use crate::schema::{Arbitrate, Schema};
 
-/// What a schema type says of itself beside its ports and children.
+/// The description of a schema type, apart from its ports and children.
 pub struct About {
     /// Name of the type.
     pub name: &'static CStr,
-    /// What it does.
+    /// What the type does.
     pub doc: &'static CStr,
-    /// Its kind.
+    /// The kind of schema.
     pub kind: u32,
     /// Default period, ns.
     pub period_ns: u64,
@@ -27,18 +27,19 @@ pub struct About {
     pub budget_ns: u64,
 }
 
-/// What a schema type has beside [`Schema`]: an arbitration of its own, a panel, a memory, an inspection. Hides those of [`Without`].
+/// The abilities that a schema type has beyond [`Schema`]: an arbitration, a panel, a memory, an inspection.
+/// Its constants hide those of [`Without`].
 pub struct Own<S>(PhantomData<S>);
 
-/// What a schema type has not.
+/// The default for each ability that a schema type does not have.
 pub trait Without {
-    /// None.
+    /// No arbitration.
     const ARBITRATE: Option<ArbitrateFn> = None;
-    /// None.
+    /// No panel.
     const PANEL: Option<raw::Panel> = None;
-    /// None.
+    /// No memory.
     const STATE: Option<raw::State> = None;
-    /// None.
+    /// No inspection.
     const INSPECT: Option<raw::Inspect> = None;
 }
 
@@ -50,28 +51,28 @@ type ArbitrateFn = unsafe extern "C" fn(
 ) -> i32;
 
 impl<S: Arbitrate> Own<S> {
-    /// Its function.
+    /// The function that arbitrates.
     pub const ARBITRATE: Option<ArbitrateFn> = Some(calls::arbitrate::<S>);
 }
 
 impl<S: Panel> Own<S> {
-    /// Its table.
+    /// The table of the panel.
     pub const PANEL: Option<raw::Panel> = Some(abilities::panel::<S>());
 }
 
 impl<S: Memory> Own<S> {
-    /// Its table.
+    /// The table of the memory.
     pub const STATE: Option<raw::State> = Some(abilities::state::<S>());
 }
 
 impl<S: Inspect> Own<S> {
-    /// Its table.
+    /// The table of the inspection.
     pub const INSPECT: Option<raw::Inspect> = Some(abilities::inspection::<S>());
 }
 
 impl<S> Without for Own<S> {}
 
-/// The table of a schema type.
+/// Builds the table of a schema type.
 #[must_use]
 pub const fn schema<S: Schema>(
     about: About,
@@ -109,7 +110,7 @@ pub const fn schema<S: Schema>(
     }
 }
 
-/// The table of an import.
+/// Builds the table of an import.
 #[must_use]
 pub const fn import<T: Value>(
     name: &'static CStr,
@@ -123,13 +124,13 @@ pub const fn import<T: Value>(
     }
 }
 
-/// The table of an export.
+/// Builds the table of an export.
 #[must_use]
 pub const fn export<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> raw::Port {
     port::<T>(raw::EXPORT, name, doc, unit)
 }
 
-/// The table of a modulation.
+/// Builds the table of a modulation.
 #[must_use]
 pub const fn modulation<T: Modulated>(
     name: &'static CStr,
@@ -155,7 +156,7 @@ pub const fn modulation<T: Modulated>(
     }
 }
 
-/// The table of a command.
+/// Builds the table of a command.
 #[must_use]
 pub const fn command<T: Value>(
     name: &'static CStr,
@@ -171,7 +172,7 @@ pub const fn command<T: Value>(
     }
 }
 
-/// The table of an actuator.
+/// Builds the table of an actuator.
 #[must_use]
 pub const fn actuator<T: Value>(
     name: &'static CStr,
@@ -185,7 +186,7 @@ pub const fn actuator<T: Value>(
     }
 }
 
-/// The table of a modulation of a child.
+/// Builds the table of a modulation of a child.
 #[must_use]
 pub const fn child_modulation<T: Modulated>(
     name: &'static CStr,
@@ -201,7 +202,7 @@ pub const fn child_modulation<T: Modulated>(
     }
 }
 
-/// The table of a role for a child.
+/// Builds the table of a role for a child.
 #[must_use]
 pub const fn child(
     kind: u32,
@@ -221,7 +222,7 @@ pub const fn child(
     }
 }
 
-/// The table of a plugin; the texts end with a NUL.
+/// Builds the table of a plugin. Each text ends with a NUL.
 #[must_use]
 pub const fn plugin(
     name: &'static str,

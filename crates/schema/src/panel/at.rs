@@ -1,10 +1,10 @@
-//! What is a place: pairs, points and poses.
+//! The types that can state a place: pairs, points and poses.
 
 use jde_types::{LaserPoint, Point, Pose2D};
 
-/// A place in a plane (two numbers) or in space (three), m.
+/// A place in a plane (two coordinates) or in space (three), in m.
 pub trait At<const N: usize> {
-    /// Its coordinates.
+    /// Returns the coordinates, in m.
     fn at(&self) -> [f64; N];
 }
 

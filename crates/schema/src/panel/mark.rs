@@ -1,4 +1,4 @@
-//! Shapes on their way to the host.
+//! Shapes that are passed to the host.
 
 use core::ptr;
 use std::ffi::CString;
@@ -9,12 +9,13 @@ use jde_panel::{Color, Ink};
 use super::At;
 use super::widget::c;
 
-/// A shape that is drawn where it stands, once what is said of it in this expression is said: `plane.line(points).ink(Ink::Goal);`.
+/// A shape under construction. It is drawn at the end of the expression that builds it:
+/// `plane.line(points).ink(Ink::Goal);`.
 pub struct Mark<'p> {
     pen: &'p raw::Pen,
     numbers: Vec<f64>,
     text: CString,
-    /// What is neither points nor text.
+    /// Everything except the points and the text.
     pub(super) table: raw::Shape,
 }
 
@@ -46,18 +47,18 @@ impl<'p> Mark<'p> {
         }
     }
 
-    /// In a color that fits the viewer's theme.
+    /// Sets a color that fits the viewer's theme.
     pub fn ink(self, ink: Ink) -> Self {
         self.color(Color::Ink(ink))
     }
 
-    /// In any color.
+    /// Sets any color.
     pub fn color(mut self, color: Color) -> Self {
         self.table.color = color.code();
         self
     }
 
-    /// Of this width, or for points diameter, in points of the screen.
+    /// Sets the line width, or the diameter of points, in points of the screen.
     pub fn width(mut self, width: f64) -> Self {
         self.table.width = width;
         self

@@ -1,4 +1,5 @@
-//! A schema's own panel: widgets and shapes that any viewer shows, near or far, and what people do to them.
+//! A schema's own panel: widgets and shapes that any viewer shows, local or remote, and the gestures of its
+//! users.
 //!
 //! ```
 //! use jde_schema::bench::Bench;
@@ -72,23 +73,26 @@ use crate::schema::Schema;
 
 /// A schema with a panel of its own.
 pub trait Panel: Schema {
-    /// Draws the panel as it is now, anew each time. Called only while somebody looks: after an iteration or check, whose values
-    /// the inputs still give; and while the schema sleeps. What it takes is taken from the schema's own time.
+    /// Draws the whole panel in its present state. Called only while a viewer shows it: after an iteration or
+    /// check, whose values the inputs still have, and while the schema sleeps. The time that it takes counts
+    /// as the schema's own.
     ///
-    /// It shows, and changes nothing: whatever it might write is refused. A panic is shown in the panel and is no fault.
+    /// It must change nothing: the host refuses whatever it writes. A panic is shown in the panel and is not
+    /// a fault.
     fn draw(&self, cx: &Context, pen: &mut Pen);
 
-    /// Somebody did something to a widget. Called between two iterations, before the next check.
+    /// Handles a gesture on a widget. Called between two iterations, before the next check.
     ///
     /// # Errors
-    /// Whatever makes the schema unable to go on: it becomes Faulted. What somebody may do is no error.
+    /// Any reason why the schema cannot continue. It becomes Faulted. A gesture that a user may make is not
+    /// an error.
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         let (_, _) = (cx, gesture);
         Ok(())
     }
 }
 
-/// What somebody did to a widget: which one and what, and who it was.
+/// A gesture on a widget: which widget, what was done, and by which operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gesture {
     inner: jde_panel::Gesture,
@@ -100,7 +104,7 @@ impl Gesture {
         Self { inner, by }
     }
 
-    /// Who did it: "ana@laptop".
+    /// Returns the operator, such as "ana@laptop".
     #[must_use]
     pub fn by(&self) -> &str {
         &self.by

@@ -1,4 +1,4 @@
-//! What a panel is drawn with.
+//! The pen with which a schema draws its panel.
 
 use core::ops::RangeInclusive;
 
@@ -11,8 +11,8 @@ use super::plane::{Canvas, Plot};
 use super::space::Scene;
 use super::widget::Widget;
 
-/// Draws one widget below another. An `id` names a widget in gestures and is unique in the panel; it is not shown. The first
-/// mistake, such as an id used twice or a number that is none, is shown in place of the panel.
+/// Draws widgets from top to bottom. An `id` names a widget in gestures, is unique in the panel and is not
+/// shown. The first mistake, such as a duplicate id or a number that is NaN, is shown instead of the panel.
 pub struct Pen<'p> {
     raw: &'p raw::Pen,
 }
@@ -24,40 +24,42 @@ impl<'p> Pen<'p> {
 }
 
 impl Pen<'_> {
-    /// A heading.
+    /// Draws a heading.
     pub fn heading(&mut self, text: impl AsRef<str>) {
         self.words(Words::Heading, text);
     }
 
-    /// A text.
+    /// Draws a text.
     pub fn text(&mut self, text: impl AsRef<str>) {
         self.words(Words::Plain, text);
     }
 
-    /// A text that matters in some way.
+    /// Draws a text in the style that `words` states.
     pub fn words(&mut self, words: Words, text: impl AsRef<str>) {
         self.widget(raw::WIDGET_TEXT, "", text.as_ref())
             .number(words.code());
     }
 
-    /// A number with its name and its unit, "m/s" or "rad"; viewers show it in the units their users like.
+    /// Draws a number with its name and its unit, such as "m/s" or "rad". Viewers convert it to the units
+    /// that their users prefer.
     pub fn value(&mut self, label: impl AsRef<str>, value: impl Into<f64>, unit: &str) {
         self.widget(raw::WIDGET_VALUE, "", label.as_ref())
             .value(value.into(), unit);
     }
 
-    /// Something to press: see [`Gesture::pressed`](super::Gesture). Follow it by `.enabled(false)` when it cannot be.
+    /// Draws a button: see [`Gesture::pressed`](super::Gesture). Append `.enabled(false)` if it cannot be
+    /// pressed at present.
     pub fn button(&mut self, id: &str, label: impl AsRef<str>) -> Widget<'_> {
         self.widget(raw::WIDGET_BUTTON, id, label.as_ref())
     }
 
-    /// Something that is on or off.
+    /// Draws a toggle, which is on or off.
     pub fn toggle(&mut self, id: &str, label: impl AsRef<str>, on: bool) {
         self.widget(raw::WIDGET_TOGGLE, id, label.as_ref())
             .number(u32::from(on));
     }
 
-    /// A number to move between two others.
+    /// Draws a slider for a number within `range`.
     pub fn slider(
         &mut self,
         id: &str,
@@ -73,7 +75,7 @@ impl Pen<'_> {
         slider.table.greatest = *range.end();
     }
 
-    /// One of several; `chosen` is the place of the present one.
+    /// Draws a choice of one among several options. `chosen` is the index of the present one.
     pub fn choice<T: AsRef<str>>(
         &mut self,
         id: &str,
@@ -86,7 +88,8 @@ impl Pen<'_> {
             .number(u32::try_from(chosen).unwrap_or(u32::MAX));
     }
 
-    /// An image as cameras give it: "rgb8", "bgr8", "rgba8", "bgra8" or "mono8". Clicks come in pixels.
+    /// Draws an image in an encoding of cameras: "rgb8", "bgr8", "rgba8", "bgra8" or "mono8". The coordinates
+    /// of clicks are pixels.
     pub fn image<'s>(&'s mut self, id: &str, image: &'s Image) -> Widget<'s> {
         let (channels, pixels) = pixels::of(image);
         let mut widget = self.widget(raw::WIDGET_IMAGE, id, "").pixels(pixels);
@@ -95,7 +98,7 @@ impl Pen<'_> {
         widget
     }
 
-    /// Texts in rows, each as long as the heads of the columns.
+    /// Draws a table of texts. Each row has as many cells as `heads`.
     pub fn table<H: AsRef<str>, C: AsRef<str>, R: IntoIterator<Item = C>>(
         &mut self,
         id: &str,
@@ -107,36 +110,37 @@ impl Pen<'_> {
         table.number(columns).texts(rows.into_iter().flatten());
     }
 
-    /// Widgets beside each other.
+    /// Draws widgets beside each other.
     pub fn row(&mut self, inside: impl FnOnce(&mut Pen)) {
         self.widget(raw::WIDGET_ROW, "", "")
             .around(|raw| inside(&mut Pen { raw }));
     }
 
-    /// Widgets below a heading that can be folded.
+    /// Draws widgets below a heading, which the user can fold.
     pub fn group(&mut self, id: &str, label: impl AsRef<str>, inside: impl FnOnce(&mut Pen)) {
         self.widget(raw::WIDGET_GROUP, id, label.as_ref())
             .around(|raw| inside(&mut Pen { raw }));
     }
 
-    /// The same, folded at first.
+    /// Draws the same as [`group`](Self::group), folded at first.
     pub fn folded(&mut self, id: &str, label: impl AsRef<str>, inside: impl FnOnce(&mut Pen)) {
         let mut group = self.widget(raw::WIDGET_GROUP, id, label.as_ref());
         group.flag(raw::FOLDED, true);
         group.around(|raw| inside(&mut Pen { raw }));
     }
 
-    /// A plane in metres, with pan and zoom: `pen.canvas("field").forward_up().show(|plane| { ... })`.
+    /// Draws a plane in metres, with pan and zoom: `pen.canvas("field").forward_up().show(|plane| { ... })`.
     pub fn canvas(&mut self, id: &str) -> Canvas<'_> {
         Canvas::new(self.widget(raw::WIDGET_CANVAS, id, ""))
     }
 
-    /// A space in metres, in a frame of REP-105: "odom", "base_link". Viewers show it by itself and in their 3D view.
+    /// Draws a space in metres, in a frame of REP-105 such as "odom" or "base_link". Viewers show it by
+    /// itself and in their 3D view.
     pub fn scene(&mut self, id: &str, frame: &str) -> Scene<'_> {
         Scene::new(self.widget(raw::WIDGET_SCENE, id, frame))
     }
 
-    /// Curves: `pen.plot("speed", "Speed").axes("time, s", "m/s").show(|curves| { ... })`.
+    /// Draws curves: `pen.plot("speed", "Speed").axes("time, s", "m/s").show(|curves| { ... })`.
     pub fn plot(&mut self, id: &str, label: impl AsRef<str>) -> Plot<'_> {
         Plot::new(self.widget(raw::WIDGET_PLOT, id, label.as_ref()))
     }

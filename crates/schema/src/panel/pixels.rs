@@ -1,11 +1,13 @@
-//! The pixels of an image as panels have them: rows without gaps, red before blue.
+//! The pixels of an image in the layout of panels: rows without gaps, red before blue.
 
 use std::borrow::Cow;
 
 use jde_types::Image;
 
-/// Bytes of a pixel, and the pixels; no bytes for an encoding that panels do not show, or fewer than the image says it has: the
-/// host then says what is wrong.
+/// Returns the bytes of each pixel, and the pixels.
+///
+/// Returns 0 and no pixels for an encoding that panels do not show, or if there is less data than the image
+/// states. The host then reports the mistake.
 pub(super) fn of(image: &Image) -> (u32, Cow<'_, [u8]>) {
     let (channels, swapped) = match image.encoding.as_str() {
         "mono8" | "8UC1" => (1, false),
@@ -43,7 +45,8 @@ mod tests {
 
     use super::*;
 
-    /// What becomes of 2 by 2 pixels with rows of `step` bytes. An image is too large for the stack of a test.
+    /// Passes to `look` what `of` makes of 2 by 2 pixels with rows of `step` bytes. An image is too large for
+    /// the stack of a test.
     fn of_image<R>(
         encoding: &str,
         step: u32,
@@ -51,7 +54,7 @@ mod tests {
         look: impl FnOnce((u32, &[u8])) -> R,
     ) -> Result<R, TooLong> {
         let mut image: Vec<Image> = Vec::with_capacity(1);
-        // SAFETY: of a value every pattern of bits is one.
+        // SAFETY: every pattern of bits is a valid value.
         unsafe {
             image.as_mut_ptr().write_bytes(0, 1);
             image.set_len(1);

@@ -1,18 +1,18 @@
-//! Scenes: what is drawn in space.
+//! Scenes: drawings in space.
 
 use jde_abi::raw;
 
 use super::widget::Widget;
 use super::{At, Mark};
 
-/// A scene that is to be drawn: what is said of it comes before [`show`](Self::show).
+/// A scene under construction. Set its options before [`show`](Self::show), which draws it.
 #[must_use = "a scene is drawn by `show`"]
 pub struct Scene<'p> {
     widget: Widget<'p>,
 }
 
-/// The inside of a scene: metres, x ahead, y left, z up (REP-103). Angles are roll, pitch and yaw, rad: about z first, then y,
-/// then x.
+/// The inside of a scene, in metres: x ahead, y left, z up (REP-103). Angles are roll, pitch and yaw in rad,
+/// applied about z first, then y, then x.
 pub struct Space<'p> {
     pen: &'p raw::Pen,
 }
@@ -22,22 +22,22 @@ impl<'p> Scene<'p> {
         Self { widget }
     }
 
-    /// Hands clicks back.
+    /// Reports clicks to the schema.
     pub fn wants_clicks(self) -> Self {
         self.flag(raw::WANTS_CLICKS)
     }
 
-    /// Hands drags back; without it a drag moves the view.
+    /// Reports drags to the schema. Otherwise a drag moves the view.
     pub fn wants_drags(self) -> Self {
         self.flag(raw::WANTS_DRAGS)
     }
 
-    /// Hands keys back while it has the focus.
+    /// Reports keys to the schema while the scene has the focus.
     pub fn wants_keys(self) -> Self {
         self.flag(raw::WANTS_KEYS)
     }
 
-    /// Draws it.
+    /// Draws the scene.
     pub fn show(self, inside: impl FnOnce(&mut Space)) {
         self.widget.around(|pen| inside(&mut Space { pen }));
     }
@@ -49,37 +49,37 @@ impl<'p> Scene<'p> {
 }
 
 impl Space<'_> {
-    /// A line through points in turn.
+    /// Draws a line through points, in their order.
     pub fn line(&mut self, points: impl IntoIterator<Item = impl At<3>>) -> Mark<'_> {
         self.mark(raw::SHAPE_LINE, points)
     }
 
-    /// Points.
+    /// Draws points.
     pub fn points(&mut self, points: impl IntoIterator<Item = impl At<3>>) -> Mark<'_> {
         self.mark(raw::SHAPE_POINTS, points)
     }
 
-    /// A line with a head.
+    /// Draws an arrow.
     pub fn arrow(&mut self, from: impl At<3>, to: impl At<3>) -> Mark<'_> {
         self.mark(raw::SHAPE_ARROW, [from.at(), to.at()])
     }
 
-    /// A text that faces whoever looks.
+    /// Draws a text that always faces the viewer.
     pub fn label(&mut self, at: impl At<3>, text: impl AsRef<str>) -> Mark<'_> {
         self.mark(raw::SHAPE_LABEL, [at]).text(text.as_ref())
     }
 
-    /// A box about its middle, so long along its x, y and z.
+    /// Draws a box about its middle. `size` is its extent along its own x, y and z, in m.
     pub fn cuboid(&mut self, middle: impl At<3>, turned: [f64; 3], size: [f64; 3]) -> Mark<'_> {
         self.mark(raw::SHAPE_BOX, [middle]).turned(turned).extent(size)
     }
 
-    /// A sphere.
+    /// Draws a sphere. The radius is in m.
     pub fn sphere(&mut self, center: impl At<3>, radius: f64) -> Mark<'_> {
         self.mark(raw::SHAPE_SPHERE, [center]).radius(radius)
     }
 
-    /// A cylinder along its z, about its middle.
+    /// Draws a cylinder along its own z, about its middle. The radius and the height are in m.
     pub fn cylinder(&mut self, middle: impl At<3>, turned: [f64; 3], radius: f64, height: f64) -> Mark<'_> {
         self.mark(raw::SHAPE_CYLINDER, [middle])
             .turned(turned)
@@ -87,7 +87,7 @@ impl Space<'_> {
             .extent([0.0, 0.0, height])
     }
 
-    /// Triangles, three corners each, counter-clockwise from outside.
+    /// Draws triangles with three corners each, counter-clockwise seen from outside.
     pub fn mesh(&mut self, corners: impl IntoIterator<Item = impl At<3>>) -> Mark<'_> {
         self.mark(raw::SHAPE_MESH, corners)
     }

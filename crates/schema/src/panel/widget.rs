@@ -1,4 +1,4 @@
-//! Widgets on their way to the host.
+//! Widgets that are passed to the host.
 
 use core::ffi::{CStr, c_char};
 use core::ptr;
@@ -7,7 +7,7 @@ use std::ffi::CString;
 
 use jde_abi::raw;
 
-/// A widget that is drawn where it stands, once what is said of it in this expression is said.
+/// A widget under construction. It is drawn at the end of the expression that builds it.
 pub struct Widget<'p> {
     pen: &'p raw::Pen,
     id: CString,
@@ -15,9 +15,9 @@ pub struct Widget<'p> {
     unit: CString,
     texts: Vec<CString>,
     pixels: Cow<'p, [u8]>,
-    /// What is neither text nor pixels.
+    /// Everything except the texts and the pixels.
     pub(super) table: raw::Widget,
-    /// It is open, to be ended by whoever opened it.
+    /// Whether the host has received the widget already, so that the drop does not add it again.
     done: bool,
 }
 
@@ -53,18 +53,18 @@ impl<'p> Widget<'p> {
         }
     }
 
-    /// Whether it can be pressed: a button can unless this says no.
+    /// Sets whether the button can be pressed. The default is that it can.
     pub fn enabled(mut self, enabled: bool) {
         self.flag(raw::DISABLED, !enabled);
     }
 
-    /// Hands back clicks on an image.
+    /// Reports clicks on an image to the schema.
     pub fn wants_clicks(mut self) -> Self {
         self.flag(raw::WANTS_CLICKS, true);
         self
     }
 
-    /// Hands back drags on an image.
+    /// Reports drags on an image to the schema.
     pub fn wants_drags(mut self) -> Self {
         self.flag(raw::WANTS_DRAGS, true);
         self
@@ -103,7 +103,7 @@ impl<'p> Widget<'p> {
         }
     }
 
-    /// Opens it, has its inside be drawn, and ends it.
+    /// Opens the widget, draws its inside, and ends it.
     pub(super) fn around<R>(mut self, inside: impl FnOnce(&'p raw::Pen) -> R) -> R {
         self.add();
         let result = inside(self.pen);
@@ -112,7 +112,8 @@ impl<'p> Widget<'p> {
         result
     }
 
-    /// What is wrong with it the host shows in the panel; there is nothing that its author could do about it here.
+    /// Passes the widget to the host. The host shows any mistake in the panel; the author's code cannot react
+    /// to it here.
     fn add(&mut self) {
         self.done = true;
         let texts: Vec<*const c_char> = self.texts.iter().map(|text| text.as_ptr()).collect();
@@ -143,7 +144,7 @@ impl Drop for Widget<'_> {
     }
 }
 
-/// A text as C has it, up to its first NUL.
+/// Converts a text to a C string, up to its first NUL.
 pub(super) fn c(text: &str) -> CString {
     let text = text.split('\0').next().unwrap_or_default();
     CString::new(text).unwrap_or_default()

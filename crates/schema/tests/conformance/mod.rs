@@ -1,11 +1,11 @@
-//! The suite that every `stop` passes, whatever language it is written in.
+//! The suite that every `stop` must pass, in any language.
 
 use jde_abi::describe::{Kind, Role};
 use jde_abi::raw;
 use jde_schema::bench::{Bench, Foreign};
 use jde_schema::prelude::*;
 
-/// A scan of one beam straight ahead and one far to each side.
+/// Returns a scan with one beam straight ahead and one far to each side.
 fn scan(ahead: f32) -> LaserScan {
     let right_angle = core::f32::consts::FRAC_PI_2;
     LaserScan {
@@ -24,7 +24,7 @@ fn bench(table: &'static raw::Schema) -> Bench<Foreign> {
     unsafe { Bench::foreign(table) }.expect("an instance")
 }
 
-/// All of it.
+/// Runs the whole suite.
 pub(crate) fn stop_conforms(table: &'static raw::Schema) {
     it_describes_itself(table);
     it_is_not_ready_without_a_scan(table);
@@ -116,7 +116,7 @@ fn it_sleeps_and_awakes_again(table: &'static raw::Schema) {
 
 fn it_survives_scans_that_lie(table: &'static raw::Schema) {
     let mut bench = bench(table);
-    // The bytes of a scan that says it holds four thousand million ranges.
+    // The bytes of a scan whose length states four thousand million ranges.
     let mut lie = Words([u32::MAX; size_of::<LaserScan>() / 4]);
     lie.0[..16].fill(0);
     // SAFETY: as many bytes, aligned, of which every pattern is a scan.
@@ -133,7 +133,7 @@ fn it_refuses_pointers_to_nothing(table: &'static raw::Schema) {
     let (Some(create), Some(iterate), Some(check)) = (table.create, table.iterate, table.check) else {
         panic!("all three are there")
     };
-    // SAFETY: null is what these calls look at before anything else.
+    // SAFETY: these calls check for null before anything else.
     unsafe {
         assert!(create(table, core::ptr::null(), null_mut()).is_null());
         assert_eq!(iterate(null_mut(), null_mut()), raw::BAD_ARGUMENT);
