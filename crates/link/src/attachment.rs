@@ -1,41 +1,43 @@
-//! What goes beside a value on the wire: when, which, whose. Little endian, of fixed places, the writer's name at the end.
+//! The attachments of values and panels on the wire: time, sequence and writer. Little endian with fixed
+//! offsets; the writer's name is last.
 
 use jde_board::Nanos;
 
 /// Bytes before the writer's name.
 const HEAD: usize = 33;
-/// Bytes beside a panel.
+/// Bytes of a panel's attachment.
 const PANEL: usize = 25;
-/// Longest name that is sent.
+/// Longest name that is sent, bytes.
 const NAME: usize = 255;
 
 const RETRACTED: u8 = 1;
 
-/// What goes beside a value.
+/// The attachment of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Tag {
     /// Counts the values of the variable from 1; 0 is the initial value, or none.
     pub(crate) sequence: u64,
-    /// When it was measured or written, ns since the application's start.
+    /// When the value was measured or written, ns since the application's start.
     pub(crate) time: Nanos,
-    /// How old it was when it was sent, ns of the application.
+    /// The age of the value when it was sent, ns of the application.
     pub(crate) age: Nanos,
-    /// When a command stops being in force; the greatest number for values that stay.
+    /// When a command expires, ns since the application's start; the greatest number for values that do not
+    /// expire.
     pub(crate) valid_until: Nanos,
-    /// There is no value: it was taken back, or there has been none yet.
+    /// There is no value: it was retracted, or none was written yet.
     pub(crate) retracted: bool,
-    /// Who wrote it; empty for nobody.
+    /// The writer; empty if there is none.
     pub(crate) writer: String,
 }
 
-/// What goes beside a panel.
+/// The attachment of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PanelTag {
     /// Counts the drawings of the panel from 1.
     pub(crate) sequence: u64,
-    /// When it was drawn, ns since the application's start.
+    /// When the panel was drawn, ns since the application's start.
     pub(crate) time: Nanos,
-    /// How long ago that was when it was sent, ns of the application.
+    /// The age of the drawing when it was sent, ns of the application.
     pub(crate) age: Nanos,
     /// There is no list; the message is the reason.
     pub(crate) nothing: bool,
@@ -95,7 +97,7 @@ impl Tag {
     }
 }
 
-/// The running number of an event.
+/// Reads the sequence number of an event.
 pub(crate) fn number(bytes: &[u8]) -> Option<u64> {
     bytes.try_into().ok().map(u64::from_le_bytes)
 }

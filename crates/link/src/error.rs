@@ -1,24 +1,24 @@
-//! What can go wrong between an application and its tools, in words that say what to do.
+//! The errors between an application and its tools, with texts that name a remedy.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::keys::PROTOCOL;
 
-/// Why something could not be done over the link.
+/// Why an operation over the link failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The folder in which applications announce themselves cannot be used.
     #[error("the folder {path} cannot be used: {reason}; {advice}")]
     Folder {
-        /// Which.
+        /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
-        /// What to do.
+        /// The remedy.
         advice: String,
     },
-    /// An application of that name runs here.
+    /// An application of that name already runs here.
     #[error(
         "an application called `{name}` already runs here (process {pid}); stop it, or choose another name"
     )]
@@ -28,18 +28,18 @@ pub enum Error {
         /// The process that has it.
         pid: u32,
     },
-    /// No name that an application may have.
+    /// Not a valid name of an application.
     #[error("`{0}` is no name for an application; use 1 to 64 letters, digits, `_` and `-`")]
     Name(String),
     /// Listening failed.
     #[error("cannot listen on {endpoint}: {reason}; is the port in use, or the address not of this machine?")]
     Listen {
-        /// Where.
+        /// The endpoint.
         endpoint: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// Nobody may be let in like this.
+    /// Listening here would admit everybody.
     #[error(
         "{endpoint} would let in whoever gets there; listen by `tls/...` with an `authority` in `tls`, which asks for certificates or for `user` and `password-file`, or say `insecure = true`"
     )]
@@ -47,7 +47,7 @@ pub enum Error {
         /// The endpoint.
         endpoint: String,
     },
-    /// Nobody may be connected to like this.
+    /// Connecting here would not authenticate the other end.
     #[error(
         "nothing proves who answers at {endpoint}; connect by `tls/...` with an `authority` in `tls`, or say `insecure = true`"
     )]
@@ -55,7 +55,7 @@ pub enum Error {
         /// The endpoint.
         endpoint: String,
     },
-    /// A password would be given away.
+    /// A password would be sent to an unauthenticated end.
     #[error(
         "a password is given to whoever has a certificate of an authority, and to nobody at {endpoint}; use `tls/...` with an `authority` in `tls`, or leave `user` and `password-file` out"
     )]
@@ -63,61 +63,61 @@ pub enum Error {
         /// The endpoint.
         endpoint: String,
     },
-    /// A password that cannot be had.
+    /// A password that cannot be read from its file.
     #[error("the password file {file}: {reason}")]
     Password {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// A setting that does not work.
+    /// A setting that is not valid.
     #[error("[link] {key}: {reason}")]
     Setting {
-        /// Which.
+        /// The key of the setting.
         key: &'static str,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// The session could not be opened.
     #[error("the link cannot be opened: {0}")]
     Open(String),
-    /// Nobody answers there, or does not let us in.
+    /// The endpoint does not answer, or refuses the connection.
     #[error("cannot connect to {endpoint}: {reason}")]
     Connect {
-        /// Where.
+        /// The endpoint.
         endpoint: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// No application runs where we looked.
+    /// No application runs at the searched place.
     #[error("no application runs {0}; start one with `jde run`")]
     NothingRuns(String),
-    /// Several run, and none was named.
+    /// Several applications run, and the request names none.
     #[error("several applications run: {}; name one", .0.join(", "))]
     Several(Vec<String>),
-    /// None of that name.
+    /// No application of that name.
     #[error("no application is called `{name}`{}", or(.nearest, .running))]
     UnknownApplication {
         /// The name asked for.
         name: String,
-        /// The nearest that runs.
+        /// The most similar name of a running application.
         nearest: Option<String>,
-        /// All that run.
+        /// The names of all that run.
         running: Vec<String>,
     },
-    /// Nobody there was asked for.
+    /// No application of that name answered.
     #[error("no application called `{name}` answered {whereabouts}")]
     NotThere {
         /// The name asked for.
         name: String,
-        /// Where.
+        /// The searched place.
         whereabouts: String,
     },
-    /// Only what cannot move anything is there.
+    /// Only replays run there, and they move nothing.
     #[error("only recordings play; they move nothing")]
     OnlyRecordings,
-    /// The other end speaks another version.
+    /// The other end implements another version of the protocol.
     #[error(
         "`{application}` (jde {theirs_version}) speaks link protocol {theirs}, and this is protocol {PROTOCOL} (jde {}); use the same version of jde on both",
         env!("CARGO_PKG_VERSION")
@@ -130,34 +130,34 @@ pub enum Error {
         /// Its version.
         theirs_version: String,
     },
-    /// The application ended, was killed, or cannot be reached any more.
+    /// The application ended, was killed, or can no longer be reached.
     #[error("`{0}` is gone: it ended, was killed, or the network to it is cut")]
     Gone(String),
-    /// It is there and does not answer.
+    /// The application runs and does not answer.
     #[error("`{application}` did not answer within {:.1} s; it is stopped, or too busy", .waited.as_secs_f64())]
     NoAnswer {
-        /// Who.
+        /// The application.
         application: String,
-        /// How long.
+        /// How long the caller waited.
         waited: Duration,
     },
-    /// The application refused.
+    /// The application refused the request.
     #[error("{text}{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Refused {
-        /// Why.
+        /// The reason.
         text: String,
-        /// The nearest name there is.
+        /// The most similar name that exists.
         nearest: Option<String>,
     },
-    /// An answer that makes no sense.
+    /// An answer that cannot be read.
     #[error("`{application}` gave an answer that cannot be read ({reason}); is it another version of jde?")]
     Garbled {
-        /// Who.
+        /// The application.
         application: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// The machine refused a thread.
+    /// The system refused to create a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[source] std::io::Error),
 }

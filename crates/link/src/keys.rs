@@ -1,16 +1,16 @@
-//! The layout of keys: `jde/1/<name>/<id>/...`. One robot or a fleet: the same keys, only more names. Sends nothing.
+//! The layout of keys, `jde/1/<name>/<id>/...`, for one robot or a fleet. Sends nothing.
 
 use std::fmt;
 
 use jde_host::story::Kind;
 
-/// The version of this protocol, the second part of every key. Both ends must speak the same.
+/// The version of this protocol, the second part of every key. Both ends must use the same version.
 pub const PROTOCOL: u32 = 1;
 
-/// The key by which every application of any version answers what it is.
+/// The key at which every application, of any version, answers with its `About`.
 pub(crate) const EVERYBODY: &str = "jde/*/*/*/about";
 
-/// What an application can be asked or listened to for, below its own key.
+/// The queries and publications of an application, below its own key.
 pub(crate) const ABOUT: &str = "about";
 pub(crate) const ALIVE: &str = "alive";
 pub(crate) const SCHEMAS: &str = "schemas";
@@ -18,7 +18,7 @@ pub(crate) const VARIABLES: &str = "variables";
 pub(crate) const HIERARCHY: &str = "hierarchy";
 pub(crate) const OPERATE: &str = "operate";
 
-/// Where lines of a kind are published, and asked for.
+/// The key at which events of a kind are published and queried.
 pub(crate) fn events(kind: Kind) -> &'static str {
     match kind {
         Kind::Decision => "events/decisions",
@@ -27,7 +27,7 @@ pub(crate) fn events(kind: Kind) -> &'static str {
     }
 }
 
-/// The key of all applications of a name.
+/// The key expression for all applications of a name.
 pub(crate) fn of_name(name: &str) -> String {
     format!("jde/{PROTOCOL}/{}/*", chunk(name))
 }
@@ -35,9 +35,9 @@ pub(crate) fn of_name(name: &str) -> String {
 /// What a client's token is for.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Wanted {
-    /// Values of the variable at this place below `var/`: `owner/variable`, as it stands in keys.
+    /// Values of the variable at this path below `var/`: `owner/variable`, escaped as in keys.
     Variable(String),
-    /// The panel of this schema, as it stands in keys.
+    /// The panel of this schema, escaped as in keys.
     Panel(String),
 }
 
@@ -47,19 +47,19 @@ pub(crate) struct Keys {
     root: String,
 }
 
-/// How often a value is wanted.
+/// How often a client wants a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rate {
-    /// At most so many values a second: the newest each time, if it is new.
+    /// At most this many values per second. Each time the newest value is sent, if it is new.
     Hz(u16),
-    /// Every value that is seen: as it is published, and none twice.
+    /// Every value that the link sees: each at its publication, and none twice.
     Full,
 }
 
-/// The rates on offer, so that those who ask for nearly the same share one stream.
+/// The rates on offer, so that clients with similar demands share one stream.
 const RATES: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
 
-/// What is said for the rates in keys.
+/// The text of [`Rate::Full`] in keys.
 const FULL: &str = "full";
 
 impl Keys {
@@ -74,22 +74,22 @@ impl Keys {
         format!("{}/{what}", self.root)
     }
 
-    /// Everything of the application.
+    /// The expression for all keys of the application.
     pub(crate) fn all(&self) -> String {
         self.of("**")
     }
 
-    /// Where values of a variable are published for those who want this rate.
+    /// The key at which values of a variable are published at this rate.
     pub(crate) fn values(&self, owner: &str, variable: &str, rate: Rate) -> String {
         format!("{}/{rate}", self.variable(owner, variable))
     }
 
-    /// Where the newest value of a variable is asked for.
+    /// The key at which the newest value of a variable is queried.
     pub(crate) fn variable(&self, owner: &str, variable: &str) -> String {
         self.of(&format!("var/{}/{}", chunk(owner), chunk(variable)))
     }
 
-    /// The token by which a client says that it wants values.
+    /// The liveliness token by which a client requests values.
     pub(crate) fn want(&self, owner: &str, variable: &str, rate: Rate, client: &str) -> String {
         self.of(&format!(
             "want/{}/{}/{rate}/{}",
@@ -99,28 +99,28 @@ impl Keys {
         ))
     }
 
-    /// Where the panel of a schema is published for those who look at this rate.
+    /// The key at which the panel of a schema is published at this rate.
     pub(crate) fn panel(&self, schema: &str, rate: Rate) -> String {
         self.of(&format!("panel/{}/{rate}", chunk(schema)))
     }
 
-    /// The token by which a client says that it looks at a panel.
+    /// The liveliness token by which a client requests a panel.
     pub(crate) fn look(&self, schema: &str, rate: Rate, client: &str) -> String {
         self.of(&format!("look/{}/{rate}/{}", chunk(schema), chunk(client)))
     }
 
-    /// All such tokens.
+    /// The expressions for all such tokens.
     pub(crate) fn tokens(&self) -> [String; 2] {
         [self.of("want/**"), self.of("look/**")]
     }
 
-    /// What stands behind the application's own key.
+    /// The part of a key below the application's own; none for another application's key.
     pub(crate) fn below<'a>(&self, key: &'a str) -> Option<&'a str> {
         key.strip_prefix(&self.root)?.strip_prefix('/')
     }
 }
 
-/// What a token is for, and at which rate.
+/// Reads a token: what it requests, and at which rate.
 pub(crate) fn wanted(below: &str) -> Option<(Wanted, Rate)> {
     let parts: Vec<&str> = below.splitn(6, '/').collect();
     let (wanted, rate) = match parts.as_slice() {
@@ -131,12 +131,13 @@ pub(crate) fn wanted(below: &str) -> Option<(Wanted, Rate)> {
     Some((wanted, Rate::read(rate)?))
 }
 
-/// Where a variable is found below `var/` and `want/`.
+/// The path of a variable below `var/` and `want/`.
 pub(crate) fn place(owner: &str, variable: &str) -> String {
     format!("{}/{}", chunk(owner), chunk(variable))
 }
 
-/// A name as one part of a key: what has a meaning in key expressions is written as `%` and its number in hexadecimal.
+/// Escapes a name as one part of a key: each byte of a character with a meaning in key expressions becomes
+/// `%` and two hexadecimal digits.
 pub(crate) fn chunk(name: &str) -> String {
     let mut chunk = String::with_capacity(name.len());
     for letter in name.chars() {
@@ -155,14 +156,14 @@ pub(crate) fn chunk(name: &str) -> String {
     chunk
 }
 
-/// Whether an application may be called so: 1 to 64 letters, digits, `-` and `_`.
+/// Whether a text is a valid name of an application: 1 to 64 letters, digits, `-` and `_`.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     (1..=64).contains(&name.len()) && name.chars().all(legal)
 }
 
-/// A name made of whatever letters of a text an application may be called by.
+/// Makes a valid name from any text: the first 64 characters, each invalid one replaced by `-`.
 #[must_use]
 pub fn as_name(text: &str) -> String {
     let legal = |c: char| {
@@ -181,10 +182,10 @@ pub fn as_name(text: &str) -> String {
 }
 
 impl Rate {
-    /// What tools ask for unless told otherwise.
+    /// The default rate of the tools.
     pub const USUAL: Self = Self::Hz(50);
 
-    /// The rate on offer for so many values a second: the least that is not below it; every value beyond 100 Hz.
+    /// The least rate on offer that is not below this many values per second; every value beyond 100 Hz.
     #[must_use]
     pub fn at_least(hz: f64) -> Self {
         RATES
@@ -193,7 +194,7 @@ impl Rate {
             .map_or(Self::Full, Self::Hz)
     }
 
-    /// Time between two values, ns; none if every value is wanted.
+    /// The time between two values, ns; none if every value is wanted.
     pub(crate) fn period_ns(self) -> Option<u64> {
         match self {
             Self::Hz(hz) => Some(1_000_000_000 / u64::from(hz.max(1))),
@@ -201,7 +202,7 @@ impl Rate {
         }
     }
 
-    /// This rate, or the next that is on offer.
+    /// This rate, or the next higher one on offer.
     pub(crate) fn on_offer(self) -> Self {
         match self {
             Self::Hz(hz) => Self::at_least(hz.into()),

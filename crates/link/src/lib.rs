@@ -1,8 +1,9 @@
-//! The one way out of the process: a running application announces itself, and tools on this machine or across the network look
-//! into it and steer it, over Zenoh. [`Link`] is the application's end, [`Client`] the tools'.
+//! Zenoh link between an application and its tools. An application announces itself; tools on this machine or
+//! on the network inspect and control it. [`Link`] is the application's end, [`Client`] the end of the tools.
 //!
-//! Nothing is open unless the application says so, and nothing that a client does delays an iteration. No Zenoh type and nothing
-//! asynchronous leaves this crate; `docs/protocol.md` describes the keys and messages for clients in other languages.
+//! The link opens nothing unless the application's configuration asks for it, and no client can delay an
+//! iteration. No Zenoh type and nothing asynchronous is part of this crate's interface. `docs/protocol.md`
+//! describes the keys and messages for clients in other languages.
 
 mod attachment;
 mod client;

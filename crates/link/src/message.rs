@@ -1,5 +1,5 @@
-//! The messages of the link: JSON, for people who write clients in any language. Unknown fields are passed over, so that a
-//! newer peer may say more. Data only; `docs/protocol.md` shows each.
+//! The messages of the link, in JSON, for clients in any language. Unknown fields are ignored, so that a
+//! newer peer may send more. Data only; `docs/protocol.md` shows each message.
 
 use std::fmt;
 
@@ -8,46 +8,46 @@ use jde_host::reload::Reloaded;
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
-/// What an application is, and where: the answer to `about`, and the file by which it announces itself.
+/// An application's identity and location: the answer to `about`, and the content of its announcement file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    /// How others call it.
+    /// The name by which others address it.
     pub name: String,
-    /// What tells it from others of its name: 16 hexadecimal digits, new for each run.
+    /// The id that distinguishes it from others of the same name: 16 hexadecimal digits, new for each run.
     pub id: String,
-    /// The version of the link protocol that it speaks.
+    /// The version of the link protocol that it implements.
     pub protocol: u32,
-    /// Its version of jde.
+    /// The version of jde that it runs.
     pub version: String,
-    /// The machine it runs on.
+    /// The machine on which it runs.
     pub host: String,
-    /// The user it runs as.
+    /// The user as which it runs.
     pub user: String,
-    /// Its process.
+    /// Its process id.
     pub pid: u32,
     /// The name of the application.
     pub application: String,
-    /// The file it was read from, on its own machine.
+    /// The file that it was loaded from, on its own machine.
     pub file: String,
     /// When it started, ns since 1970.
     pub started_ns: u64,
     /// `threads`, `pool`, `lockstep` or `replay`.
     pub executor: String,
-    /// Seconds of the application in a second of the machine.
+    /// Seconds of application time per second of real time.
     pub speed: f64,
-    /// What clients from the network may do.
+    /// What clients on the network may do.
     pub network: Network,
 }
 
-/// What clients from the network may do.
+/// What clients on the network may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Network {
-    /// They do not get in.
+    /// They cannot connect.
     Closed,
-    /// Look.
+    /// They may read.
     Read,
-    /// Look and operate.
+    /// They may read and operate.
     Operate,
 }
 
@@ -70,33 +70,33 @@ pub struct SchemaInfo {
     pub type_name: String,
     /// `perceptive`, `motor` or `driver`.
     pub kind: String,
-    /// What it does.
+    /// The purpose of its type.
     pub doc: String,
-    /// Its father, if it has one.
+    /// Its father, if any.
     pub father: Option<String>,
-    /// The group in which it competes, if it does.
+    /// The group in which it competes, if any.
     pub group: Option<String>,
     /// Its period at the start, s.
     pub period_s: f64,
-    /// Longest iteration, s.
+    /// The longest allowed iteration, s.
     pub budget_s: f64,
     /// Its children by role.
     pub children: Vec<ChildInfo>,
     /// Its inputs and outputs.
     pub ports: Vec<PortInfo>,
-    /// Whether it has a panel of its own.
+    /// Whether it has a panel.
     #[serde(default)]
     pub panel: bool,
 }
 
-/// A child in its role.
+/// A role of a father, and the child that fills it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChildInfo {
     /// The role.
     pub role: String,
-    /// What it is for.
+    /// The purpose of the role.
     pub doc: String,
-    /// Who has it.
+    /// The schema in this role, if any.
     pub schema: Option<String>,
 }
 
@@ -110,26 +110,26 @@ pub struct PortInfo {
     /// The ROS 2 name of its type.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Unit of a plain number; empty for none.
+    /// The unit of a plain number; empty if there is none.
     pub unit: String,
-    /// What it means.
+    /// The meaning.
     pub doc: String,
-    /// What it takes, of a plain number.
+    /// The allowed values of a plain number.
     pub range: Range,
-    /// Taken on awakening, and kept until its schema sleeps.
+    /// Read when the schema awakens, and constant until it sleeps.
     pub fixed: bool,
-    /// The variable it reads or writes; none if left unbound.
+    /// The variable that it reads or writes; none if the port is unbound.
     pub variable: Option<String>,
 }
 
-/// What is allowed of a plain number.
+/// The allowed values of a plain number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// Least.
+    /// The least.
     pub least: Option<f64>,
-    /// Greatest.
+    /// The greatest.
     pub greatest: Option<f64>,
-    /// Names of the numbers from 0 on, where it is one of several.
+    /// For an enumeration: the names of the numbers, from 0 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<String>,
 }
@@ -145,7 +145,7 @@ impl From<&Limits> for Range {
 }
 
 impl Range {
-    /// Whether a number is within.
+    /// Whether a number is within the range.
     #[must_use]
     pub fn holds(&self, number: f64) -> bool {
         self.least.is_none_or(|least| number >= least)
@@ -172,59 +172,59 @@ impl fmt::Display for Range {
 pub struct GroupInfo {
     /// Its name.
     pub name: String,
-    /// Its father; none for the roots.
+    /// Its father; none for the group of the roots.
     pub father: Option<String>,
-    /// Who competes, in the order of priority.
+    /// Its members, in order of priority.
     pub members: Vec<String>,
-    /// How collisions are settled.
+    /// The policy that settles collisions.
     pub policy: String,
 }
 
-/// A shared variable: one of the answer to `variables`.
+/// A shared variable: one element of the answer to `variables`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VariableInfo {
     /// Its full name, `owner.variable`.
     pub name: String,
-    /// The schema that has it; `peer:schema` for one imported from another application.
+    /// The schema that owns it; `peer:schema` for one imported from another application.
     pub owner: String,
-    /// Its name there.
+    /// Its name within the owner.
     pub variable: String,
     /// `export`, `modulation` or `command`.
     pub access: String,
     /// The ROS 2 name of its type.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// The type's definition, as `ros2msg` of MCAP.
+    /// The definition of the type, in MCAP's `ros2msg` form.
     pub definition: String,
-    /// Unit of a plain number; empty for none.
+    /// The unit of a plain number; empty if there is none.
     pub unit: String,
-    /// What it means.
+    /// The meaning.
     pub doc: String,
-    /// What it takes, of a plain number.
+    /// The allowed values of a plain number.
     pub range: Range,
-    /// Taken on awakening, and kept until its schema sleeps.
+    /// Read when its schema awakens, and constant until it sleeps.
     pub fixed: bool,
-    /// How it is doing; only where that was asked for.
+    /// Its status; only if the client asked for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<Status>,
 }
 
-/// How a variable is doing.
+/// The status of a variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// Number of the newest value; 0 before the first.
+    /// The sequence number of the newest value; 0 before the first.
     pub sequence: u64,
     /// Age of the newest value, s; none before the first.
     pub age_s: Option<f64>,
     /// Values per second, estimated.
     pub rate_hz: f64,
-    /// Whether the newest value was taken back.
+    /// Whether the newest value was retracted.
     pub retracted: bool,
-    /// Who wrote the newest value.
+    /// The writer of the newest value.
     pub last_writer: Option<String>,
-    /// Who has it open for writing.
+    /// The names under which it is open for writing.
     pub writers: Vec<String>,
-    /// Who has it open for reading.
+    /// The names under which it is open for reading.
     pub readers: Vec<String>,
     /// Values refused because their writer held no grant.
     pub refused: u64,
@@ -232,99 +232,100 @@ pub struct Status {
     pub not_finite: u64,
 }
 
-/// What is asked of `operate`.
+/// A request to `operate`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Who acts: `ana@laptop`.
+    /// The operator: `ana@laptop`.
     pub by: String,
-    /// What.
+    /// The action.
     #[serde(flatten)]
     pub action: Action,
-    /// Undo it after so long unless it is renewed, ms; without one it stands until it is released.
+    /// The action is undone after this time unless it is renewed, ms. Without a lease it lasts until it is
+    /// released.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lease_ms: Option<u64>,
 }
 
-/// What an operator can do (R14).
+/// An action of an operator (R14).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "action", rename_all = "kebab-case")]
 pub enum Action {
     /// Wakes a schema as its father would.
     Play {
-        /// Which.
+        /// The schema.
         schema: String,
     },
     /// Puts a schema to sleep until it is released.
     Stop {
-        /// Which.
+        /// The schema.
         schema: String,
     },
     /// Makes a schema the winner of its group while it is awake.
     Force {
-        /// Which.
+        /// The schema.
         schema: String,
     },
-    /// Undoes what operators did to a schema, whoever they are.
+    /// Undoes what any operator did to a schema.
     Release {
-        /// Which.
+        /// The schema.
         schema: String,
     },
-    /// Puts every root to sleep, and every command to its neutral value.
+    /// Puts every root to sleep and sets every command to its neutral value.
     StopAll,
-    /// Lets the roots go on that were stopped with everything.
+    /// Lets the roots that `StopAll` stopped run again.
     ReleaseAll,
-    /// Undoes what this operator did to a schema; what others did stays.
+    /// Undoes what this operator did to a schema; actions of other operators remain.
     LetGo {
-        /// Which.
+        /// The schema.
         schema: String,
     },
     /// Changes the period of a schema.
     Period {
-        /// Of which.
+        /// The schema.
         schema: String,
-        /// The new one, s.
+        /// The new period, s.
         period_s: f64,
     },
     /// Writes a modulation.
     Modulate {
-        /// Of which schema.
+        /// The schema.
         schema: String,
         /// Its name.
         variable: String,
-        /// A number, text, list, or fields by name; what is left out stays.
+        /// The new value: a number, text, list, or fields by name. Omitted fields keep their values.
         value: serde_json::Value,
     },
-    /// Puts a schema to sleep and ends its instance; its variables stay.
+    /// Puts a schema to sleep and destroys its instance. Its variables remain.
     Unload {
-        /// Which.
+        /// The schema.
         schema: String,
     },
-    /// Makes a fresh instance of an unloaded schema, and lets it go.
+    /// Creates a fresh instance of an unloaded schema and lets it run.
     Load {
-        /// Which.
+        /// The schema.
         schema: String,
     },
-    /// Has the build that is now in its plugin's file take over between two iterations.
+    /// Replaces the running build by the one that is now in the plugin's file, between two iterations.
     Reload {
-        /// Which; or a plugin, for all schemas of it.
+        /// The schema; or a plugin, for all its schemas.
         schema: String,
-        /// How long it is on trial, s; none for the usual.
+        /// The length of its probation, s; none for the default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         probation_s: Option<f64>,
-        /// It begins anew, whatever the build before remembers.
+        /// The new instance starts afresh and ignores the state of the previous one.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         fresh: bool,
     },
-    /// Does something to a widget of a schema's panel.
+    /// Performs a gesture on a widget of a schema's panel.
     Touch {
-        /// Whose panel.
+        /// The schema.
         schema: String,
-        /// What, and to which widget.
+        /// The gesture and its widget.
         gesture: Gesture,
     },
-    /// Renews the lease on what this operator holds at a schema.
+    /// Renews the lease on what this operator holds of a schema.
     Renew {
-        /// Which.
+        /// The schema.
         schema: String,
     },
 }
@@ -332,28 +333,28 @@ pub enum Action {
 /// The answer to `operate`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fine {
-    /// True.
+    /// Always true: a refusal is an error reply.
     pub ok: bool,
-    /// What came of a reload.
+    /// The outcome of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reloaded: Option<Reloaded>,
-    /// The roots that were stopped or released, by what is about everything.
+    /// The roots that a request to all schemas stopped or released.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub roots: Vec<String>,
 }
 
-/// Why a request was refused.
+/// The reason why a request was refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// In words.
+    /// The reason as text.
     pub error: String,
-    /// The nearest name there is, if a name was not known.
+    /// The most similar name that exists, if a name was unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearest: Option<String>,
 }
 
 impl Action {
-    /// The schema it is about; empty if that is all of them.
+    /// The schema that the action applies to; empty if it applies to all.
     #[must_use]
     pub fn schema(&self) -> &str {
         match self {
@@ -373,7 +374,7 @@ impl Action {
         }
     }
 
-    /// Whether it is about everything that an application does.
+    /// Whether the action applies to the whole application.
     #[must_use]
     pub fn is_about_everything(&self) -> bool {
         matches!(self, Self::StopAll | Self::ReleaseAll)
@@ -381,7 +382,7 @@ impl Action {
 }
 
 impl Refusal {
-    /// A refusal in words alone.
+    /// A refusal without a suggestion.
     pub(crate) fn new(error: impl Into<String>) -> Self {
         Self {
             error: error.into(),
@@ -389,12 +390,12 @@ impl Refusal {
         }
     }
 
-    /// That what is about everything takes no lease.
+    /// Refuses a lease for an action on the whole application.
     pub(crate) fn everything_stays() -> Self {
         Self::new("to stop everything is held by no lease: it must not end by itself")
     }
 
-    /// That there is no such name.
+    /// Refuses an unknown name and suggests the most similar one.
     pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
             error: format!("there is no {what} `{name}`"),
@@ -404,10 +405,10 @@ impl Refusal {
 }
 
 impl VariableInfo {
-    /// Its type, rebuilt from the definition.
+    /// The type, rebuilt from its definition.
     ///
     /// # Errors
-    /// Why the definition cannot be read.
+    /// The definition cannot be read.
     pub fn value_type(&self) -> Result<jde_abi::describe::Type, jde_ros::definition::ReadError> {
         jde_ros::definition::read(&self.type_name, &self.definition)
     }

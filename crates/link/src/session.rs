@@ -1,5 +1,5 @@
-//! Zenoh sessions that open nothing by themselves: no multicast, no gossip, no port, no shared memory, no admin space; only the
-//! endpoints they are given, and no other protocol than theirs. Knows nothing of applications.
+//! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless asked for. A session
+//! uses only the endpoints given to it, and only their protocols. Knows nothing of applications.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -12,39 +12,41 @@ use zenoh::{Config, Session, Wait};
 
 use crate::Error;
 
-/// How much less urgent than the application all threads of the link are: a tenth of the share of a thread of its own.
+/// Niceness added to all threads of the link: they get about a tenth of the CPU share of a thread of the
+/// application.
 const NICE: i32 = 10;
-/// How long a connection may be silent before it counts as cut. Each end sends a sign of life four times in it.
+/// A connection counts as cut after this silence, ms. Each end sends a keep-alive four times in it.
 const LEASE_MS: u64 = 3000;
-/// How long an endpoint may take to let us in, and when we no longer wait to be told that it did not.
+/// Longest time in which an endpoint may accept a connection, ms; and how long the caller waits for the
+/// outcome.
 const OPEN_MS: u64 = 3000;
 const OPENING: Duration = Duration::from_secs(4);
-/// Whoever does not take what he asked for is cut off after this, us: his answers hold up those of others.
+/// A receiver that takes no data for this long is disconnected, µs, since it delays the answers to others.
 const BLOCKED_US: u64 = 200_000;
-/// Longest file of a password that is read, bytes.
+/// Longest password file that is read, bytes.
 const LONGEST: u64 = 4096;
-/// Largest message: the largest picture with room to spare.
+/// Largest message, bytes: the largest picture with room to spare.
 const LARGEST: u64 = 64 << 20;
-/// How long a session may take to say good-bye.
+/// Longest time for closing a session.
 const CLOSING: Duration = Duration::from_secs(1);
 
-/// What to open.
+/// Parameters of a session.
 #[derive(Default)]
 pub(crate) struct Opening<'a> {
     pub(crate) listen: &'a [String],
     pub(crate) connect: &'a [String],
-    /// Go on looking for those to connect to, for ever; else not reaching one is an error.
+    /// Retry unreachable endpoints forever. Otherwise an unreachable endpoint is an error.
     pub(crate) patient: bool,
-    /// Find others by multicast, and connect to them by these protocols.
+    /// Discover peers by multicast, and connect to them by these protocols.
     pub(crate) discover: Option<&'a [&'a str]>,
     pub(crate) login: Option<&'a Login>,
-    /// The file of users who may connect, `user:password` a line.
+    /// The file of users that may connect, one `user:password` per line.
     pub(crate) users: Option<&'a str>,
     pub(crate) tls: Option<&'a Tls>,
     pub(crate) guard: Option<Value>,
 }
 
-/// Who we are to those we connect to.
+/// The credentials with which a session connects.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Login {
     /// The user.
@@ -53,22 +55,22 @@ pub struct Login {
     pub password: String,
 }
 
-/// Certificates, as files in PEM.
+/// Certificates, as PEM files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tls {
-    /// Our certificate and its key, to be recognised by.
+    /// The own certificate and its key.
     pub identity: Option<(String, String)>,
-    /// Who signs those we believe; without one nobody is believed.
+    /// The authority whose certificates are trusted; without one no peer is trusted.
     pub authority: Option<String>,
-    /// Whoever connects must show a certificate of the authority.
+    /// Connecting peers must show a certificate of the authority.
     pub clients: bool,
 }
 
 impl Login {
-    /// A user whose password is the first line of a file, without the end of that line.
+    /// Reads the password of a user from the first line of a file, without its line break.
     ///
     /// # Errors
-    /// [`Error::Password`]: the file cannot be read, or what is in it is no password.
+    /// [`Error::Password`]: the file cannot be read, or its first line is not a valid password.
     pub fn read(user: &str, file: &Path) -> Result<Self, Error> {
         let wrong = |reason: String| Error::Password {
             file: file.to_owned(),
@@ -89,8 +91,8 @@ impl Login {
         Ok(login)
     }
 
-    /// Whether both ends will take it for the same: what reads users from files cuts blanks off at either end, and what is behind a
-    /// colon or a line break.
+    /// Refuses credentials that the two ends would read differently: the reader of user files trims blanks at
+    /// both ends and cuts at a colon or a line break.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let plain = |text: &str| !text.is_empty() && text.trim() == text && !text.contains(char::is_control);
         let setting = |key, reason: &str| Error::Setting {
@@ -113,18 +115,19 @@ impl Login {
     }
 }
 
-/// A password is not for logs.
+/// Omits the password, so that it never reaches a log.
 impl std::fmt::Debug for Login {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Login {{ user: {:?} }}", self.user)
     }
 }
 
-/// Opens a session; all its threads give way to the application's.
+/// Opens a session. All its threads run at the link's niceness.
 pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
     let config = config(opening)?;
     let (tell, opened) = mpsc::channel();
-    // A session that could not connect takes its time to say so: it is left to itself.
+    // Opening a session that cannot connect takes long. This thread is left to finish alone, and closes a
+    // session that opens too late.
     std::thread::Builder::new()
         .name("link-open".to_owned())
         .spawn(move || {
@@ -143,7 +146,7 @@ pub(crate) fn open(opening: &Opening<'_>) -> Result<Session, Error> {
     }
 }
 
-/// What Zenoh says, without the places in its source that say it: ` at /.../tcp.rs:105.`
+/// Removes the source locations from a message of Zenoh: ` at /.../tcp.rs:105.`
 fn words(error: &str) -> String {
     let place = |word: &str| word.trim_end_matches('.').rsplit_once(".rs:").is_some();
     let mut kept: Vec<&str> = Vec::new();
@@ -157,11 +160,11 @@ fn words(error: &str) -> String {
     kept.join(" ")
 }
 
-/// Says good-bye to all peers, in bounded time.
+/// Closes a session and notifies its peers, waiting a bounded time.
 pub(crate) fn close(session: Session) {
     let (done, closed) = mpsc::channel();
     let close = move || {
-        // Whether it can still say so or not, it goes.
+        // The session is dropped even if the peers cannot be notified.
         let _ = session.close().wait();
         drop(session);
         let _ = done.send(());
@@ -175,9 +178,9 @@ pub(crate) fn close(session: Session) {
     }
 }
 
-/// Makes the calling thread, and those that it starts, give way to others.
+/// Raises the niceness of the calling thread and of threads that it starts.
 pub(crate) fn give_way() {
-    // A system that refuses even this leaves it as urgent as the others.
+    // If the system refuses, the thread keeps its priority.
     let _ = rustix::process::nice(NICE);
 }
 
@@ -191,7 +194,7 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
     protocols.dedup();
     let mut settings = vec![
         ("mode", json!("peer")),
-        // Whom multicast finds may name an address of any protocol.
+        // A peer found by multicast may announce an address of any protocol.
         ("transport/link/protocols", json!(protocols)),
         ("listen/endpoints", json!(opening.listen)),
         ("listen/timeout_ms", json!(0)),
@@ -215,7 +218,7 @@ fn config(opening: &Opening<'_>) -> Result<Config, Error> {
         ("transport/link/rx/max_message_size", json!(LARGEST)),
     ];
     if opening.patient {
-        // Whether peers are there at the start makes no difference.
+        // Opening does not wait for discovered peers.
         settings.push(("open/return_conditions/connect_scouted", json!(false)));
     }
     if opening.discover.is_some() {

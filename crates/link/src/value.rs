@@ -1,10 +1,11 @@
-//! Values of any type as JSON, both ways: what people type and what scripts read. Units and ranges are checked by who owns
-//! the variable.
+//! Values of any type to and from JSON, as operators type them and scripts read them. The owner of a variable
+//! checks units and ranges, not this file.
 
 use jde_board::value::Value;
 use serde_json::{Map, Number};
 
-/// A value as JSON. A NaN or an infinity, which JSON has no number for, becomes the text `nan`, `inf` or `-inf`.
+/// Converts a value to JSON. A NaN or an infinity, for which JSON has no number, becomes the text `nan`,
+/// `inf` or `-inf`.
 #[must_use]
 pub fn to_json(value: &Value) -> serde_json::Value {
     use serde_json::Value as Json;
@@ -27,10 +28,10 @@ pub fn to_json(value: &Value) -> serde_json::Value {
     }
 }
 
-/// A value from JSON.
+/// Converts JSON to a value.
 ///
 /// # Errors
-/// `null`, which no value is.
+/// `null`, which is no value.
 pub fn from_json(json: &serde_json::Value) -> Result<Value, String> {
     use serde_json::Value as Json;
     Ok(match json {

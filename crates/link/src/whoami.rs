@@ -1,4 +1,4 @@
-//! Who we are, in words that others see. Decides nothing by it: names are not proof.
+//! The names of this machine and user, for display only: they prove nothing.
 
 use std::path::PathBuf;
 
@@ -8,13 +8,13 @@ pub(crate) fn host() -> String {
     names.nodename().to_string_lossy().into_owned()
 }
 
-/// The home of this user, as the system has it.
+/// The home of this user from the system's user database.
 pub(crate) fn home() -> Option<PathBuf> {
     let known = nix::unistd::User::from_uid(nix::unistd::Uid::current());
     known.ok().flatten().map(|user| user.dir)
 }
 
-/// The name of this user: of the environment, of the system's users, or the number where there is none.
+/// The name of this user: from the environment, else from the system's user database, else the numeric id.
 pub(crate) fn user() -> String {
     let said = |key: &str| std::env::var(key).ok();
     named(
@@ -34,7 +34,7 @@ fn named(said: [Option<String>; 2], number: u32) -> String {
     })
 }
 
-/// Who acts, as operators are shown: `ana@laptop`.
+/// The operator's name as displayed: `ana@laptop`.
 #[must_use]
 pub fn operator() -> String {
     format!("{}@{}", user(), host())

@@ -1,9 +1,9 @@
-//! Which application is meant. Asks nobody.
+//! Chooses an application among those found, by name. Communicates with none.
 
 use crate::Error;
 use crate::message::About;
 
-/// The place of the application that a name means; without a name, of the only one.
+/// The index of the application that a name selects; without a name, of the only one.
 pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) -> Result<usize, Error> {
     let Some(name) = name else {
         return match running {
@@ -33,17 +33,17 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
     }
 }
 
-/// The name and the beginning of the id, each empty if any will do.
+/// Splits `name@id` into the name and the beginning of the id. An empty part matches any.
 pub(super) fn parts(name: &str) -> (&str, &str) {
     name.split_once('@').unwrap_or((name, ""))
 }
 
-/// Whether an application has that name, and an id that begins so.
+/// Whether an application has this name, and an id with this beginning.
 pub(super) fn fits(about: &About, name: &str, id: &str) -> bool {
     (name.is_empty() || about.name == name) && about.id.starts_with(id)
 }
 
-/// Names by which each can be told from the others.
+/// Names that distinguish each application from the others.
 fn distinct(running: &[&About]) -> Vec<String> {
     let name = |about: &&About| {
         let same = |other: &&&About| other.name == about.name;

@@ -1,4 +1,5 @@
-//! A session of a client to one place. Each place has its own, so that nobody there is heard as somebody elsewhere.
+//! A client's session to one endpoint. Each endpoint has its own, so that no application there can pose as
+//! one elsewhere.
 
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -12,46 +13,47 @@ use crate::folder::{Entry, new_id};
 use crate::message::{About, Refusal};
 use crate::session::{self, Login, Opening, Tls};
 
-/// How long is knocked where nobody is let in, and how often.
+/// How long a busy socket is retried, and how often.
 const KNOCKING: Duration = Duration::from_secs(1);
 const AGAIN: Duration = Duration::from_millis(20);
 
-/// Answers of one place that are taken to one question: whoever sends without end is not heard to the end.
+/// Most answers accepted from one endpoint to one query; bounds endless senders.
 const ANSWERS: usize = 256;
-/// How long others there may take to answer after the first.
+/// How long further applications may take to answer after the first.
 const OTHERS: Duration = Duration::from_secs(1);
 
-/// A session; closed when dropped, unless it is somebody else's.
+/// A session; closed when dropped, unless another component owns it.
 pub(crate) struct Connection {
     session: Option<Session>,
     endpoint: String,
-    /// What applications tell our questions from those of others by, so that a flood of theirs does not crowd out ours.
+    /// Distinguishes this client's queries from those of others, so that a flood of theirs does not displace
+    /// them.
     client: String,
     shared: bool,
 }
 
-/// An answer with what is attached to it.
+/// An answer with its attachment.
 pub(crate) struct Answer {
     pub(crate) message: Vec<u8>,
     pub(crate) attachment: Option<Vec<u8>>,
 }
 
-/// How a question ended.
+/// The outcome of a query.
 pub(crate) enum Answered {
     With(Answer),
     Refused(Refusal),
-    /// It ended at once: nobody was there, or there was no room for it.
+    /// The query ended without an answer: no application received it, or the application had no room for it.
     NotAtAll,
     TooLate,
 }
 
-/// Connects to all endpoints at once; to one at least.
+/// Connects to all endpoints concurrently. Succeeds if at least one connects.
 pub(super) fn all(
     endpoints: &[String],
     login: Option<&Login>,
     tls: Option<&Tls>,
 ) -> Result<Vec<std::sync::Arc<Connection>>, Error> {
-    // Whoever has an identity shows it.
+    // A client with a certificate always presents it.
     let tls = tls.map(|tls| Tls {
         clients: tls.identity.is_some(),
         ..tls.clone()
@@ -88,8 +90,8 @@ impl Connection {
                 Ok(session) => {
                     return Self::of(session, endpoint, false);
                 }
-                // It holds the lock on its announcement, so it is there. Where more knock than are let in at a time, a socket
-                // says so at once.
+                // The application holds the lock on its announcement, so it runs. A socket refuses at once
+                // when more clients connect than it accepts at a time.
                 Err(Error::Open(reason)) => {
                     tracing::debug!("{endpoint}: {reason}");
                     let waited = start.elapsed();
@@ -138,12 +140,12 @@ impl Connection {
         }
     }
 
-    /// Speaks over a session that somebody else closes.
+    /// Uses a session that another component closes.
     pub(crate) fn shared(session: Session, endpoint: &str) -> Result<Self, Error> {
         Self::of(session, endpoint.to_owned(), true)
     }
 
-    /// What an application is, by its key.
+    /// The description of the application at a key.
     pub(crate) fn about(&self, key: &str) -> Result<About, Error> {
         let garbled = |reason: String| Error::Garbled {
             application: self.endpoint.clone(),
@@ -169,7 +171,8 @@ impl Connection {
         self.session.as_ref().expect("taken only when it is dropped")
     }
 
-    /// Has `hear` called with all answers to a question, by their keys, as they come. Answers whether it came to its end in time.
+    /// Calls `hear` with the key and content of each answer as it arrives. Returns whether the query ended in
+    /// time.
     pub(super) fn ask(
         &self,
         selector: &str,
@@ -186,7 +189,7 @@ impl Connection {
             .congestion_control(CongestionControl::Block)
             .attachment(self.client.as_str())
             .timeout(timeout);
-        // What is to be done goes before what is asked, and so does its answer.
+        // Orders take precedence over queries, and so do their answers.
         if let Some(payload) = payload {
             get = get.payload(payload).priority(Priority::RealTime).express(true);
         }
@@ -201,7 +204,7 @@ impl Connection {
                     hear(sample.key_expr().as_str(), Ok(answer));
                     deadline = deadline.min(Instant::now() + OTHERS);
                 }
-                // What is no refusal says that time is up.
+                // An error that is no refusal is a timeout.
                 Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
                     Ok(refusal) => hear("", Err(refusal)),
                     Err(_) => return Ok(false),
@@ -213,7 +216,7 @@ impl Connection {
         Ok(false)
     }
 
-    /// The answer to a question that has one.
+    /// Sends a query that has one answer.
     pub(crate) fn ask_one(
         &self,
         selector: &str,
@@ -230,7 +233,7 @@ impl Connection {
             .congestion_control(CongestionControl::Block)
             .attachment(self.client.as_str())
             .timeout(timeout);
-        // What is to be done goes before what is asked, and so does its answer.
+        // Orders take precedence over queries, and so do their answers.
         if let Some(payload) = payload {
             get = get.payload(payload).priority(Priority::RealTime).express(true);
         }
@@ -239,7 +242,7 @@ impl Connection {
         })
         .wait()
         .map_err(|error| Error::Open(error.to_string()))?;
-        // Zenoh itself tells of a question that took too long.
+        // Zenoh itself reports a query that timed out.
         let answered = answers.recv_timeout(timeout + Duration::from_secs(1));
         let waited = start.elapsed();
         Ok(match answered {

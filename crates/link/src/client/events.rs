@@ -1,4 +1,4 @@
-//! What happened, in one order: what is told now behind what was told before, each once, and what is missing counted.
+//! Merges past and new events into one order, without duplicates, and counts missing ones.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,21 +7,21 @@ use serde::Deserialize;
 
 use crate::attachment;
 
-/// Lines that come while the earlier ones are fetched; of more the first go, and are counted as missing.
+/// Most new events kept while past ones are fetched. Of more, the oldest are dropped and counted as missing.
 const WAITING: usize = 4096;
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Happened {
-    /// What.
+    /// The event.
     pub line: Line,
-    /// Its running number among those of its kind.
+    /// Its sequence number among events of its kind.
     pub number: u64,
-    /// How many between the one before and this did not come: of this kind, at most.
+    /// Upper bound of the events of this kind lost since the previous one.
     pub missed: u64,
 }
 
-/// A line as the application keeps it.
+/// An event as the application stores it.
 #[derive(Deserialize)]
 pub(super) struct Numbered {
     number: u64,
@@ -30,7 +30,7 @@ pub(super) struct Numbered {
 
 type Call = Box<dyn FnMut(Happened) + Send>;
 
-/// Puts them in order.
+/// Merges the events of all kinds.
 pub(super) struct Merge {
     state: Mutex<State>,
 }
@@ -38,7 +38,7 @@ pub(super) struct Merge {
 struct State {
     call: Call,
     last: [Option<u64>; Kind::ALL.len()],
-    /// What came while the earlier ones were fetched.
+    /// Events that arrived while past ones were fetched.
     waiting: Option<Vec<(u64, Line)>>,
 }
 
@@ -53,7 +53,7 @@ impl Merge {
         })
     }
 
-    /// A line is told.
+    /// Accepts a published event.
     pub(super) fn hear(&self, kind: Kind, message: &[u8], attachment: Option<&[u8]>) -> Result<(), String> {
         let number = attachment
             .and_then(attachment::number)
@@ -72,7 +72,7 @@ impl Merge {
         Ok(())
     }
 
-    /// Tells the earlier ones, then those that have come since, and from now on each as it comes.
+    /// Delivers the past events, then those that arrived meanwhile, and from then on each on arrival.
     pub(super) fn begin(&self, earlier: Vec<(Kind, Numbered)>) -> Result<(), String> {
         let mut lines = Vec::with_capacity(earlier.len());
         for (kind, Numbered { number, line }) in earlier {
@@ -80,7 +80,7 @@ impl Merge {
             let line = Line::read(kind, json.as_bytes()).map_err(|error| error.to_string())?;
             lines.push((number, line));
         }
-        // Kinds apart they are in order already.
+        // Each kind is in order already.
         lines.sort_by_key(|(_, line)| line.time());
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         lines.extend(state.waiting.take().unwrap_or_default());

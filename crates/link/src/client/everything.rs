@@ -1,5 +1,6 @@
-//! What is about everything, asked of everybody at once (R14). The order is the first thing that is said to each, and its own answer is
-//! all that counts: nothing is asked before it, and nobody waits for anybody else.
+//! Requests that concern all schemas of all applications, sent to all of them concurrently (R14). The order
+//! is the first message to each application, and only its own answer counts: no query precedes it, and no
+//! application delays another.
 
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, PoisonError};
@@ -14,27 +15,28 @@ use crate::keys::{OPERATE, PROTOCOL, chunk};
 use crate::message::{About, Fine, Request};
 use crate::session::{Login, Tls};
 
-/// How long an order is said again that nobody took: an application may just be showing what it has, or have no room.
+/// How long an order without an answer is repeated: the application may still be declaring its keys, or have
+/// no room.
 const UNHEARD: Duration = Duration::from_secs(2);
 const AGAIN: Duration = Duration::from_millis(50);
-/// What replays a recording calls itself so.
+/// The executor's name of an application that replays a recording.
 const REPLAY: &str = "replay";
 
-/// What came of it at one application, or at an endpoint where none could be heard.
+/// The outcome at one application, or at an endpoint that no application answered from.
 #[derive(Debug)]
 pub struct Heard {
     /// The name of the application, or the endpoint.
     pub who: String,
-    /// The roots that were meant.
+    /// The affected roots.
     pub outcome: Result<Vec<String>, Error>,
 }
 
-/// Has all applications there do something about everything, or the one of that name, and has `tell` called with what came of it as
-/// answers come. Whoever does not answer is told as well.
+/// Sends a request to all applications in reach, or to those of that name, and calls `tell` with each outcome
+/// as it arrives. An application that does not answer is reported as well.
 ///
 /// # Errors
-/// [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`] if nobody
-/// was meant. Takes 16 s at most.
+/// [`Error::NothingRuns`], [`Error::UnknownApplication`], [`Error::NotThere`] and [`Error::OnlyRecordings`]
+/// if the request applied to no application. Takes 16 s at most.
 pub fn everything(
     reach: &Reach,
     name: Option<&str>,
@@ -68,7 +70,7 @@ pub fn everything(
     }
 }
 
-/// Works at each place at the same time, and has what is heard told as it comes.
+/// Works on all places concurrently, and calls `tell` with each outcome as it arrives.
 fn each<T: Send>(
     places: impl IntoIterator<Item = T>,
     work: impl Fn(T, &Sender<Heard>) + Sync,
@@ -85,7 +87,8 @@ fn each<T: Send>(
     });
 }
 
-/// Orders in each folder as soon as that is listed. One that cannot be listed is told as if it were an application: some may be in it.
+/// Sends the order in each folder as soon as it is listed. A folder that cannot be listed is reported like an
+/// application, since it may contain some.
 fn here(
     folders: &Folders,
     name: Option<&str>,
@@ -94,11 +97,11 @@ fn here(
 ) -> Result<(), Error> {
     let (wanted, id) = choice::parts(name.unwrap_or_default());
     let meant = |entry: &Entry| entry.about.executor != REPLAY && choice::fits(&entry.about, wanted, id);
-    // All that run, meant or not.
+    // All running applications, selected or not.
     let abouts: Mutex<Vec<About>> = Mutex::default();
     let first = |entry: &Entry| {
         let mut abouts = abouts.lock().unwrap_or_else(PoisonError::into_inner);
-        // Two names of one folder.
+        // The same folder may be found under two names.
         let known = abouts.iter().any(|about| about.id == entry.about.id);
         if !known {
             abouts.push(entry.about.clone());
@@ -110,7 +113,7 @@ fn here(
             outcome: at(&entry, order),
             who: entry.about.name,
         };
-        // Whoever listens listens to the end.
+        // The receiver lives until all senders are dropped.
         let _ = told.send(heard);
     };
     let folder = |listing: Listing, told: &Sender<Heard>| {
@@ -134,7 +137,7 @@ fn here(
     if anybody {
         return Ok(());
     }
-    // Says which there are, if another was meant.
+    // Names the running applications if another was requested.
     let mut abouts = abouts.into_inner().unwrap_or_else(PoisonError::into_inner);
     abouts.sort_by_key(|about| about.started_ns);
     choice::choose(&abouts.iter().collect::<Vec<_>>(), name, super::HERE)?;
@@ -175,7 +178,7 @@ fn there(
 ) {
     let tell = |who: &str, outcome| {
         let who = who.to_owned();
-        // Whoever listens listens to the end.
+        // The receiver lives until all senders are dropped.
         let _ = told.send(Heard { who, outcome });
     };
     if let Err(error) = say(endpoint, (login, tls), name, order, &tell) {
@@ -183,10 +186,10 @@ fn there(
     }
 }
 
-/// Takes who answered, and what.
+/// Receives the name of the application and its outcome.
 type Tell<'a> = dyn Fn(&str, Result<Vec<String>, Error>) + 'a;
 
-/// Says it to all whom an endpoint leads to.
+/// Sends the order to all applications behind an endpoint.
 fn say(
     endpoint: &String,
     (login, tls): (Option<&Login>, Option<&Tls>),
@@ -240,14 +243,14 @@ fn say(
             }
             if start.elapsed() >= UNHEARD {
                 return match name {
-                    // It may be elsewhere.
+                    // The application may be behind another endpoint.
                     Some(_) => Ok(()),
                     None => Err(Error::NothingRuns(format!("at {endpoint}"))),
                 };
             }
             thread::sleep(AGAIN);
         } else if !ended {
-            // Somebody answered, and somebody else may be there who has not.
+            // One application answered; another may not have.
             return Err(Error::NoAnswer {
                 application: endpoint.clone(),
                 waited: start.elapsed(),
@@ -286,7 +289,7 @@ mod tests {
     use crate::message::Action;
     use crate::session::{Opening, open};
 
-    /// Two folders of the user's, the second with an application called `robot` that says that it stopped.
+    /// Two folders of the user, the second with an application called `robot` that confirms every order.
     struct Two {
         first: PathBuf,
         folders: Folders,
@@ -327,7 +330,7 @@ mod tests {
             }
         }
 
-        /// Stops everything, and gives what was heard in its order.
+        /// Stops everything, and returns the outcomes in their order of arrival.
         fn stopped(&self) -> Vec<(String, Result<Vec<String>, String>)> {
             let stop = Request {
                 by: "ana".to_owned(),
@@ -351,7 +354,7 @@ mod tests {
     fn r14_a_folder_that_does_not_answer_delays_nobody_and_is_named() {
         let _watchdog = Watchdog::of_a_test();
         let two = Two::new();
-        // Who opens it to read waits until somebody writes, as a file system of the network may have one wait.
+        // Opening a fifo to read waits for a writer, as a network file system may block.
         let hung = two.first.join("hung.json");
         mknodat(CWD, &hung, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
         let heard = two.stopped();
@@ -362,7 +365,7 @@ mod tests {
             error.as_ref().unwrap_err().contains("cannot be listed within"),
             "{error:?}"
         );
-        // The thread that waits ends with the folder.
+        // Opening the other end lets the waiting thread finish.
         let nonblock = OFlags::NONBLOCK.bits().cast_signed();
         let _end = OpenOptions::new()
             .write(true)

@@ -1,5 +1,5 @@
-//! A hold of an operator that lasts as long as its client: renewed while that lives, and ended by the application when it does
-//! not.
+//! An operator's hold that lasts as long as its client. The client renews it, and the application ends it
+//! when renewals stop.
 
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use crate::Error;
 use crate::folder::new_id;
 use crate::message::{Action, Request};
 
-/// Ended when dropped.
+/// A hold; dropping it ends it.
 pub struct Hold {
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -22,7 +22,8 @@ impl Hold {
     pub(super) fn begin(remote: Remote, request: &Request, lease: Duration) -> Result<Self, Error> {
         let lease_ms = u64::try_from(lease.as_millis()).unwrap_or(u64::MAX);
         let schema = request.action.schema().to_owned();
-        // A name of its own: what is done under the operator's plain name stands, and neither undoes the other.
+        // The name is unique to this hold, so that it and what the operator did under the plain name do not
+        // undo each other.
         let by = format!("{} (lease {:.6})", request.by, new_id()?);
         let leased = |action: Action, lease_ms: Option<u64>| Request {
             by: by.clone(),
@@ -41,7 +42,7 @@ impl Hold {
         let lost = Arc::new(Mutex::new(None));
         let tell = Arc::clone(&lost);
         let keep = move || {
-            // Twice may fail before the third would be too late.
+            // Two renewals may fail before the lease expires.
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(lease / 3) {
                 match remote.operate(&renew) {
                     Ok(()) => {}
@@ -67,14 +68,14 @@ impl Hold {
         })
     }
 
-    /// Why it ended before it was dropped, if it did.
+    /// Why the hold ended before it was dropped, if it did.
     #[must_use]
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// Lets go, and waits until the application has.
+/// Ends the hold and waits for the application's confirmation.
 impl Drop for Hold {
     fn drop(&mut self) {
         drop(self.end.take());

@@ -1,11 +1,11 @@
-//! Whether an application is there: for whoever waits for it to come or to go.
+//! Whether an application is reachable, with waits and callbacks for changes.
 
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 type OnGone = Box<dyn FnOnce() + Send>;
 
-/// Whether it is there.
+/// The liveliness of an application.
 #[derive(Default)]
 pub(super) struct Life {
     state: Mutex<State>,
@@ -36,7 +36,7 @@ impl Life {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
     }
 
-    /// Waits until it is as wanted; answers whether it is.
+    /// Waits until the state is as wanted, at most for `timeout`. Returns whether it is.
     pub(super) fn wait(&self, alive: bool, timeout: Duration) -> bool {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (state, _) = self

@@ -1,20 +1,20 @@
-//! A panel as it came over the link: a list that was looked through before anybody sees it, or the reason why there is none.
+//! A panel received over the link: a checked list, or the reason why there is none.
 
 use jde_board::Nanos;
 use jde_panel::List;
 
 use crate::attachment::PanelTag;
 
-/// What a schema's panel showed at one instant.
+/// The content of a schema's panel at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelSample {
-    /// What it shows, within all limits of `jde_panel`; or why it shows nothing, in words.
+    /// The list, within all limits of `jde_panel`; or the reason why there is none.
     pub list: Result<List, String>,
-    /// Counts the drawings of the panel from 1; those that nobody wanted so soon are left out.
+    /// Counts the drawings of the panel from 1; drawings beyond the requested rate are skipped.
     pub sequence: u64,
-    /// When it was drawn, ns since the application's start.
+    /// When the panel was drawn, ns since the application's start.
     pub time: Nanos,
-    /// How long ago that was when it was sent, ns of the application.
+    /// The age of the drawing when it was sent, ns of the application.
     pub age: Nanos,
 }
 
@@ -29,7 +29,7 @@ impl PanelSample {
             .and_then(PanelTag::read)
             .ok_or("a panel without its attachment")?;
         let list = if nothing {
-            // As long as any text of a panel may be.
+            // A reason may be as long as any text of a panel.
             let reason = &message[..message.len().min(jde_panel::MOST_TEXT)];
             Err(String::from_utf8_lossy(reason).into_owned())
         } else {

@@ -1,4 +1,4 @@
-//! An application as tools see it. Any thread may call it; a clone is the same application.
+//! An application as seen by tools. Callable from any thread; a clone refers to the same application.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -23,15 +23,16 @@ use crate::keys::{self as key, Keys, Rate};
 use crate::message::{About, Action, Fine, Request, Schemas, VariableInfo};
 use crate::server::no_panel;
 
-/// How long an application may take to be seen once there is a connection.
+/// How long an application may take to appear on a new connection.
 const APPEAR: Duration = Duration::from_secs(3);
-/// How often a question is asked again that the application had no room for, and how long we wait in between.
+/// How often a query that the application had no room for is repeated, and the pause in between.
 const TRIES: usize = 5;
-/// How long a reload may take: a library of any size is read and loaded, and every schema has come to the end of its iteration.
+/// Longest reload: the application reads and loads a library of any size, and every schema finishes its
+/// iteration.
 const RELOAD: Duration = Duration::from_secs(30);
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// An application, near or far.
+/// An application on this machine or on the network.
 #[derive(Clone)]
 pub struct Remote {
     inner: Arc<Inner>,
@@ -44,7 +45,7 @@ struct Inner {
     tokens: Tokens,
     variables: Mutex<Option<Arc<Vec<VariableInfo>>>>,
     _alive: Subscriber<()>,
-    // The last to go.
+    // Dropped last.
     connection: Arc<Connection>,
 }
 
@@ -81,38 +82,38 @@ impl Remote {
         })
     }
 
-    /// What it is.
+    /// The application's description.
     #[must_use]
     pub fn about(&self) -> &About {
         &self.inner.about
     }
 
-    /// Whether it is still there.
+    /// Whether the application is reachable.
     #[must_use]
     pub fn alive(&self) -> bool {
         self.inner.alive.is()
     }
 
-    /// Waits until it is gone, at most so long; answers whether it is.
+    /// Waits until the application is gone, at most for `timeout`. Returns whether it is.
     #[must_use]
     pub fn wait_gone(&self, timeout: Duration) -> bool {
         self.inner.alive.wait(false, timeout)
     }
 
-    /// Has `call` called once when it is gone: at once if it is.
+    /// Calls `call` once when the application is gone; at once if it already is.
     pub fn on_gone(&self, call: impl FnOnce() + Send + 'static) {
         self.inner.alive.on_gone(Box::new(call));
     }
 
-    /// Its schemas and groups.
+    /// The application's schemas and groups.
     ///
     /// # Errors
-    /// [`Error::Gone`], [`Error::NoAnswer`] after 5 s, [`Error::Garbled`]; so for all below.
+    /// [`Error::Gone`], [`Error::NoAnswer`] after 5 s, [`Error::Garbled`]; likewise for all methods below.
     pub fn schemas(&self) -> Result<Schemas, Error> {
         self.ask(&self.inner.keys.of(key::SCHEMAS))
     }
 
-    /// Its variables; with how each is doing, if that is wanted.
+    /// The application's variables, with their status if requested.
     ///
     /// # Errors
     /// As above.
@@ -127,7 +128,7 @@ impl Remote {
     /// A variable by its full name.
     ///
     /// # Errors
-    /// [`Error::Refused`] with the nearest name there is; and as above.
+    /// [`Error::Refused`] with the most similar name; and as above.
     pub fn variable(&self, name: &str) -> Result<VariableInfo, Error> {
         let variables = self.known_variables()?;
         let found = variables.iter().find(|variable| variable.name == name);
@@ -152,8 +153,8 @@ impl Remote {
             .map_err(|reason| self.garbled(reason))
     }
 
-    /// Has `call` called with the newest value at once and with others as they come, on a thread of the link: it may take
-    /// its time, but then values are left out.
+    /// Calls `call` with the newest value at once and with each further value, on a thread of the link. While
+    /// `call` runs, values may be skipped.
     ///
     /// # Errors
     /// As [`Self::variable`].
@@ -167,7 +168,7 @@ impl Remote {
         self.watch_as(&variable, value_type, rate, call)
     }
 
-    /// As [`Self::watch`], with values laid out as a type that is known to be the same.
+    /// As [`Self::watch`], with values decoded by a type that is known to be the same.
     pub(crate) fn watch_as(
         &self,
         variable: &VariableInfo,
@@ -183,7 +184,7 @@ impl Remote {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
             match Sample::read(&value_type, &sample.payload().to_bytes(), attachment.as_deref()) {
                 Ok(sample) => {
-                    // When others join, the newest comes again.
+                    // The newest value is sent again when another client joins.
                     let this = (sample.sequence, sample.bytes.is_some());
                     if last.replace(this) != Some(this) {
                         call(sample);
@@ -205,11 +206,12 @@ impl Remote {
         Ok(Watching::new(vec![subscriber], Some(token), self))
     }
 
-    /// Has `call` called with the panel of a schema as it is drawn, at most at this rate, on a thread of the link. It is drawn
-    /// for whoever looks, 30 times a second at most; whoever comes later gets the newest at once.
+    /// Calls `call` with the panel of a schema each time it is drawn, at most at this rate, on a thread of
+    /// the link. A panel is drawn only while clients watch it, at most 30 times a second. A client that joins
+    /// later receives the newest drawing at once.
     ///
     /// # Errors
-    /// [`Error::Refused`] if it has none; and as above.
+    /// [`Error::Refused`] if the schema has no panel; and as above.
     pub fn watch_panel(
         &self,
         schema: &str,
@@ -223,7 +225,7 @@ impl Remote {
         let hear = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
             match PanelSample::read(&sample.payload().to_bytes(), attachment.as_deref()) {
-                // When others join, the newest comes again.
+                // The newest drawing is sent again when another client joins.
                 Ok(panel) if last.replace(panel.sequence) == Some(panel.sequence) => {}
                 Ok(panel) => call(panel),
                 Err(reason) => tracing::warn!("a panel of {application} cannot be read: {reason}"),
@@ -242,8 +244,8 @@ impl Remote {
         Ok(Watching::new(vec![subscriber], Some(token), self))
     }
 
-    /// Does something to a widget of a schema's panel, as `by`, `ana@laptop`: the schema takes it up between two of its
-    /// iterations.
+    /// Performs a gesture on a widget of a schema's panel as the operator `by`, such as `ana@laptop`. The
+    /// schema receives it between two iterations.
     ///
     /// # Errors
     /// [`Error::Refused`] with the reason; and as above.
@@ -258,7 +260,7 @@ impl Remote {
         })
     }
 
-    /// What every schema and group is doing, at most 50 ms ago.
+    /// The state of every schema and group, at most 50 ms old.
     ///
     /// # Errors
     /// As above.
@@ -266,7 +268,7 @@ impl Remote {
         self.ask(&self.inner.keys.of(key::HIERARCHY))
     }
 
-    /// Has `call` called with what every schema and group is doing, 20 times a second, on a thread of the link.
+    /// Calls `call` with the state of every schema and group 20 times a second, on a thread of the link.
     ///
     /// # Errors
     /// As above.
@@ -291,8 +293,8 @@ impl Remote {
         Ok(Watching::new(vec![subscriber], None, self))
     }
 
-    /// Has `call` called with what happens, after the last so many lines of each kind that happened before; in the order of
-    /// each kind, on a thread of the link.
+    /// Calls `call` with the last `last` events of each kind and then with each new one, in the order of each
+    /// kind, on a thread of the link.
     ///
     /// # Errors
     /// As above.
@@ -334,7 +336,7 @@ impl Remote {
         Ok(Watching::new(subscribers, None, self))
     }
 
-    /// Has the application do what an operator wants (R14).
+    /// Sends an operator's request to the application (R14).
     ///
     /// # Errors
     /// [`Error::Refused`] with the reason; and as above.
@@ -344,10 +346,10 @@ impl Remote {
             .map(drop)
     }
 
-    /// Has the build that is now in a plugin's file take over, by an [`Action::Reload`].
+    /// Replaces a plugin's build by the one now in its file, by an [`Action::Reload`].
     ///
     /// # Errors
-    /// [`Error::Refused`] with everything that speaks against it; nothing was touched then. And as above.
+    /// [`Error::Refused`] with all reasons; nothing has changed then. And as above.
     pub fn reload(&self, request: &Request) -> Result<Reloaded, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
         let answer = self.answer_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
@@ -357,8 +359,8 @@ impl Remote {
             .ok_or_else(|| self.garbled("it does not say what came of the reload"))
     }
 
-    /// As [`Self::operate`], until the answer is dropped, this process dies or the network is cut; then the operator's hold on
-    /// the schema ends within `lease`.
+    /// As [`Self::operate`], until the returned hold is dropped, this process dies or the network is cut.
+    /// Then the operator's hold on the schema ends within `lease`.
     ///
     /// # Errors
     /// As [`Self::operate`].
@@ -366,7 +368,7 @@ impl Remote {
         Hold::begin(self.clone(), request, lease)
     }
 
-    /// That a schema has a panel; refused in words if not.
+    /// Refuses a schema without a panel.
     fn check_panel(&self, schema: &str) -> Result<(), Error> {
         let schemas = self.schemas()?.schemas;
         let names = schemas.iter().map(|schema| schema.name.as_str());
@@ -396,7 +398,7 @@ impl Remote {
         Ok(Arc::clone(known.insert(Arc::new(variables))))
     }
 
-    /// A variable with its type.
+    /// A variable and its type.
     fn typed(&self, name: &str) -> Result<(VariableInfo, Arc<Type>), Error> {
         let variable = self.variable(name)?;
         let value_type = variable

@@ -1,4 +1,4 @@
-//! A value as it came over the link, with all that is known of it.
+//! A value received over the link, with its attachment.
 
 use std::sync::Arc;
 
@@ -8,22 +8,23 @@ use jde_board::value::{self, Value};
 
 use crate::attachment::Tag;
 
-/// A value of a variable, or that there is none.
+/// A value of a variable, or the fact that there is none.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Its type.
     pub value_type: Arc<Type>,
-    /// Its bytes, laid out as the type says; none if there was no value yet or it was taken back.
+    /// The bytes, laid out as the type defines; none if no value was written yet or it was retracted.
     pub bytes: Option<Vec<u8>>,
     /// Counts the values of the variable from 1; 0 is the initial value, or none.
     pub sequence: u64,
-    /// When it was measured or written, ns since the application's start.
+    /// When the value was measured or written, ns since the application's start.
     pub time: Nanos,
-    /// How old it was when it was sent, ns of the application.
+    /// The age of the value when it was sent, ns of the application.
     pub age: Nanos,
-    /// When a command stops being in force; the greatest number for values that stay.
+    /// When a command expires, ns since the application's start; the greatest number for values that do not
+    /// expire.
     pub valid_until: Nanos,
-    /// Who wrote it; empty for nobody.
+    /// The writer; empty if there is none.
     pub writer: String,
 }
 
@@ -53,7 +54,7 @@ impl Sample {
         })
     }
 
-    /// Its fields by name.
+    /// The value as fields by name.
     #[must_use]
     pub fn value(&self) -> Option<Value> {
         let bytes = self.bytes.as_ref()?;

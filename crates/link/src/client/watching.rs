@@ -1,5 +1,5 @@
-//! What is listened to, and the tokens by which an application knows that. A token's name is used again once it is free: each that
-//! was ever declared stays in the memory of both ends for as long as they are connected.
+//! Subscriptions, and the liveliness tokens by which an application learns of them. Free token names are
+//! reused, because both ends keep each name ever declared in memory while they are connected.
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 use super::Remote;
 use crate::Error;
 
-/// Something that is listened to; dropped, it is not any more.
+/// A subscription; dropping it ends it.
 pub struct Watching {
     _subscribers: Vec<Subscriber<()>>,
     _token: Option<Token>,
@@ -28,24 +28,24 @@ impl Watching {
     }
 }
 
-/// Says that something is wanted, until dropped.
+/// Requests a publication until dropped.
 pub(super) struct Token {
-    // Goes before its name is free.
+    // Undeclared before its name is free.
     _declared: LivelinessToken,
     _name: Name,
 }
 
-/// The tokens of a client.
+/// The tokens of one client.
 pub(super) struct Tokens {
-    /// Tells ours from those of others.
+    /// Distinguishes this client's tokens from those of others.
     client: String,
     taken: Arc<Taken>,
 }
 
-/// The names that are in use.
+/// The names in use.
 type Taken = Mutex<HashSet<String>>;
 
-/// One of them; free when dropped.
+/// A name in use; free when dropped.
 struct Name {
     key: String,
     taken: Arc<Taken>,
@@ -59,7 +59,7 @@ impl Tokens {
         }
     }
 
-    /// Declares one; `key` makes its name of a client's.
+    /// Declares a token; `key` makes its name from the client's.
     ///
     /// # Errors
     /// [`Error::Open`].
@@ -72,7 +72,7 @@ impl Tokens {
         })
     }
 
-    /// The first that is free: several may want the same.
+    /// Takes the first free name: several subscriptions may want the same publication.
     fn name(&self, key: impl Fn(&str) -> String) -> Name {
         let mut taken = lock(&self.taken);
         let mut number = 0_u64;

@@ -1,6 +1,6 @@
-//! Where the applications of one user on one machine announce themselves, and where tools look for them. An application takes the
-//! first place that is its user's alone; a tool looks in all, since a boot service, a login and `su` are told different ones. Opens no
-//! session.
+//! The folders in which applications of one user announce themselves on one machine, and in which tools
+//! search for them. An application uses the first folder that only its user controls. A tool searches all of
+//! them, since a boot service, a login and `su` have different environments. Opens no session.
 
 pub(crate) mod place;
 
@@ -10,22 +10,24 @@ use crate::{Error, whoami};
 pub(crate) use place::{Announced, Claim, Entry, Listing, Secret, new_id};
 use place::{Place, is_own};
 
-/// Names the only folder there is to be, for tests and whoever wants an island.
+/// Environment variable with the only folder to use, for tests and for isolated applications.
 const ONLY: &str = "JDE_RUNTIME_DIR";
 
-/// Where temporary files are, below the root, for whoever is told of no other folder for them, as a boot service is.
+/// The folder for temporary files below the root, for processes without another one in their environment,
+/// such as boot services.
 const TEMPORARY: &str = "tmp";
 
 /// The private folders of a user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folders {
-    /// One at least.
+    /// At least one.
     places: Vec<Place>,
 }
 
 impl Folders {
-    /// Those of this user: what `$JDE_RUNTIME_DIR` says alone, else `jde` in `$XDG_RUNTIME_DIR` and in `/run/user/<uid>`, `jde-<uid>`
-    /// among the temporary files, and one below the user's home for each machine, where nobody else can put anything in the way.
+    /// The folders of this user: the one in `$JDE_RUNTIME_DIR` alone, if that is set. Otherwise `jde` in
+    /// `$XDG_RUNTIME_DIR` and in `/run/user/<uid>`, `jde-<uid>` among the temporary files, and one per
+    /// machine below the user's home, where other users cannot interfere.
     #[must_use]
     pub fn of_user() -> Self {
         let named = |key: &str| {
@@ -44,7 +46,7 @@ impl Folders {
         )
     }
 
-    /// Out of runtime folders, which count if they are the user's, of folders for temporary files, and of a home.
+    /// Combines runtime folders, as far as the user owns them, folders for temporary files, and a home.
     fn among(
         user: u32,
         runtime: [Option<PathBuf>; 2],
@@ -54,7 +56,7 @@ impl Folders {
         let runtime = runtime.into_iter().flatten().filter(|folder| is_own(folder));
         let temporary = temporary.map(|folder| folder.join(format!("jde-{user}")));
         let home = home.map(|home| {
-            // A home may be shared by machines.
+            // Machines may share a home.
             let run = format!("run-{}", whoami::host());
             Place::below(home, Path::new(".local/state/jde").join(run))
         });
@@ -68,7 +70,7 @@ impl Folders {
         Self { places }
     }
 
-    /// One folder and no other.
+    /// A single folder.
     #[must_use]
     pub fn at(path: impl Into<PathBuf>) -> Self {
         Self {
@@ -76,7 +78,7 @@ impl Folders {
         }
     }
 
-    /// Several, for tests of what asks all of them.
+    /// Several folders, for tests of searches in all of them.
     #[cfg(test)]
     pub(crate) fn several(paths: [PathBuf; 2]) -> Self {
         Self {
@@ -84,23 +86,23 @@ impl Folders {
         }
     }
 
-    /// The first of them.
+    /// The first folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.places[0].path()
     }
 
-    /// Begins to list all of them at once.
+    /// Starts listing all folders concurrently.
     pub(crate) fn listings(&self) -> Vec<Listing> {
         let only = self.places.len() == 1;
         self.places.iter().map(|place| place.listing(only)).collect()
     }
 
-    /// The applications that run, in the order of their start. Clears away what those left that were killed. Of several folders one that
-    /// cannot be listed is passed over.
+    /// Lists the running applications in order of their start, and removes the files of killed ones. A folder
+    /// that cannot be listed is skipped, unless it is the only one.
     ///
     /// # Errors
-    /// [`Error::Folder`]; there being none is no error. Takes 5 s at most.
+    /// [`Error::Folder`]. A folder that does not exist is no error. Takes 5 s at most.
     pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
         let mut entries: Vec<Entry> = Vec::new();
         for listing in self.listings() {
@@ -111,16 +113,17 @@ impl Folders {
             }
         }
         entries.sort_by(|a, b| (a.about.started_ns, &a.about.id).cmp(&(b.about.started_ns, &b.about.id)));
-        // Two names of one folder.
+        // The same folder may be found under two names.
         entries.dedup_by(|a, b| a.about.id == b.about.id);
         Ok(entries)
     }
 
-    /// Chooses a name in the first folder that is this user's alone: the one wanted, or, if that is taken and was not asked for, the same
-    /// with a number.
+    /// Claims a name in the first folder that only this user controls: the wanted name, or, if it is taken
+    /// and was not explicitly requested, the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`], of the first, if none can be used; [`Error::NameTaken`] for a name that was asked for; [`Error::Name`].
+    /// [`Error::Folder`] of the first folder if none is usable; [`Error::NameTaken`] for a requested name;
+    /// [`Error::Name`].
     pub(crate) fn claim(&self, wanted: &str, asked_for: bool) -> Result<Claim, Error> {
         let mut refused = None;
         for place in &self.places {
@@ -146,7 +149,8 @@ mod tests {
 
     use super::*;
 
-    /// As of a user, below one folder: a runtime folder, a folder for temporary files and a home, if they are there.
+    /// The folders of a user below one root: a runtime folder if `named`, a folder for temporary files, and a
+    /// home.
     fn of_user(root: &Path, named: bool) -> Folders {
         let user = rustix::process::getuid().as_raw();
         let temporary = root.join("tmp");
@@ -197,7 +201,7 @@ mod tests {
         let folders = of_user(root.path(), false);
         let squatted = folders.path().to_owned();
         assert_eq!(squatted.parent(), Some(&*root.path().join("tmp")));
-        // What somebody else may put there: a folder that others may enter, a link, a file.
+        // Another user may create there: a folder that others may enter, a link, or a file.
         std::fs::DirBuilder::new().mode(0o777).create(&squatted).unwrap();
         let mode = std::os::unix::fs::PermissionsExt::from_mode(0o777);
         std::fs::set_permissions(&squatted, mode).unwrap();

@@ -1,5 +1,6 @@
-//! A folder in which applications announce themselves: private to the user, a file and a socket for each application. A file counts
-//! for as long as its application holds a lock on it, so that neither `kill -9` nor a number of a process used twice can deceive.
+//! A folder in which applications announce themselves. It is private to the user and has a file and a socket
+//! for each application. A file is valid only while its application holds a lock on it, so neither `kill -9`
+//! nor a reused process id leaves a false announcement.
 
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{Read, Write as _};
@@ -13,53 +14,53 @@ use crate::Error;
 use crate::keys;
 use crate::message::About;
 
-/// Longest file of an announcement that is read.
+/// Longest announcement file that is read, bytes.
 const LONGEST: u64 = 64 << 10;
-/// Longest path that a socket can have.
+/// Longest path of a socket, bytes.
 const SOCKET_PATH: usize = 107;
-/// Held while an application chooses its name.
+/// Lock file, held while an application claims its name.
 const LOCK: &str = "lock";
-/// How long others may take to choose theirs.
+/// Longest wait for another application's claim.
 const CHOOSING: Duration = Duration::from_secs(10);
-/// How long a folder may take to be listed.
+/// Longest time for listing a folder.
 const LISTING: Duration = Duration::from_secs(5);
-/// Most listings that are under way at once: those of a folder that does not answer never end.
+/// Most concurrent listings. Listings of a folder that does not answer never end.
 const MOST_LISTINGS: usize = 64;
 static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
 
-/// A folder that is to be the user's alone.
+/// A folder that only the user may control.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     path: PathBuf,
-    /// The folder of the user's below which it is. What is in between is made as well.
+    /// The user's own folder above it. Folders in between are created as needed.
     below: Option<PathBuf>,
 }
 
-/// What a folder says when it is listed.
+/// A listing in progress.
 pub(crate) struct Listing {
     place: Place,
     since: Instant,
     listed: Receiver<Result<Vec<Entry>, Error>>,
 }
 
-/// A name that is ours, while nobody else can choose one.
+/// A claimed name. No other application can claim one in this folder meanwhile.
 pub(crate) struct Claim {
     folder: Place,
     pub(crate) name: String,
     pub(crate) id: String,
-    /// Let go of with the claim.
+    /// Released with the claim.
     _lock: File,
 }
 
-/// An application that is announced; dropped, it is not any more.
+/// An announced application; dropping it withdraws the announcement.
 pub(crate) struct Announced {
     folder: Place,
     id: String,
-    /// Its lock says that the application is there.
+    /// Its lock marks the application as running.
     _file: File,
 }
 
-/// An application that runs on this machine.
+/// A running application on this machine.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub(crate) about: About,
@@ -71,7 +72,7 @@ impl Place {
         Self { path, below: None }
     }
 
-    /// One below a folder that counts if it is the user's. The folder is not looked at before the place is used.
+    /// A folder below one that must be the user's. The ownership is checked at use, not here.
     pub(super) fn below(folder: PathBuf, path: impl AsRef<Path>) -> Self {
         Self {
             path: folder.join(path),
@@ -79,13 +80,14 @@ impl Place {
         }
     }
 
-    /// Where it is.
+    /// The path.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Begins to list the applications that run, on a thread of its own: a file system of the network may not answer. A folder that
-    /// somebody else made has none of this user's; only if it is the `only` one, that is an error.
+    /// Starts listing the running applications on a thread of its own, since a network file system may not
+    /// answer. A folder that another user made contains none; this is an error only if it is the `only`
+    /// folder.
     pub(super) fn listing(&self, only: bool) -> Listing {
         let (tell, listed) = sync_channel(1);
         let since = Instant::now();
@@ -110,16 +112,16 @@ impl Place {
         }
     }
 
-    /// Whether no application of this user can be in it.
+    /// Whether another user owns it or it is no folder, so that no application of this user can be in it.
     fn is_of_others(&self) -> bool {
         let user = rustix::process::getuid().as_raw();
         std::fs::symlink_metadata(&self.path).is_ok_and(|found| !found.is_dir() || found.uid() != user)
     }
 
-    /// The applications that run, in no order. Clears away what those left that were killed.
+    /// Lists the running applications in no order, and removes the files of killed ones.
     ///
     /// # Errors
-    /// [`Error::Folder`]; there being none is no error.
+    /// [`Error::Folder`]; a folder that does not exist is no error.
     fn list(&self) -> Result<Vec<Entry>, Error> {
         if self.below.as_deref().is_some_and(|folder| !is_own(folder)) {
             return Ok(Vec::new());
@@ -149,10 +151,11 @@ impl Place {
         Ok(entries)
     }
 
-    /// Chooses a name: the one wanted, or, if that is taken by one of those who run and was not asked for, the same with a number.
+    /// Claims a name: the wanted one, or, if a running application has it and it was not explicitly
+    /// requested, the name with a number appended.
     ///
     /// # Errors
-    /// [`Error::Folder`]; [`Error::NameTaken`] for a name that was asked for; [`Error::Name`].
+    /// [`Error::Folder`]; [`Error::NameTaken`] for a requested name; [`Error::Name`].
     pub(super) fn claim(
         &self,
         wanted: &str,
@@ -217,7 +220,7 @@ impl Place {
         }
     }
 
-    /// Whether nobody but this user can have put anything there.
+    /// Refuses a folder in which another user could have placed a file.
     fn check(&self) -> Result<(), Error> {
         let found = std::fs::symlink_metadata(&self.path).map_err(|error| self.unusable(error))?;
         let user = rustix::process::getuid().as_raw();
@@ -265,7 +268,8 @@ impl Place {
         }
     }
 
-    /// Removes what belongs to nobody that runs; under the lock, so that nobody is just coming.
+    /// Removes files of applications that do not run. The caller holds the lock, so no application is
+    /// starting up here.
     fn sweep(&self, running: &[Entry]) -> Result<(), Error> {
         let names = std::fs::read_dir(&self.path).map_err(|error| self.unusable(error))?;
         for file in names.flatten() {
@@ -284,7 +288,7 @@ impl Place {
 
     fn clear(&self, id: &str) {
         for end in ["json", "sock", "sock.lock"] {
-            // Somebody else may clear it away at the same time.
+            // Another process may remove it at the same time.
             let _ = std::fs::remove_file(self.path.join(format!("{id}.{end}")));
         }
     }
@@ -306,15 +310,16 @@ impl Place {
 }
 
 impl Listing {
-    /// Where the folder is.
+    /// The path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.place.path
     }
 
-    /// The applications that run, in no order.
+    /// Waits for the running applications, in no order.
     ///
     /// # Errors
-    /// [`Error::Folder`], also if it does not answer in 5 s; there being none is no error.
+    /// [`Error::Folder`], also if the folder does not answer in 5 s. A folder that does not exist is no
+    /// error.
     pub(crate) fn wait(self) -> Result<Vec<Entry>, Error> {
         let left = LISTING.saturating_sub(self.since.elapsed());
         self.listed.recv_timeout(left).unwrap_or_else(|_| {
@@ -327,12 +332,12 @@ impl Listing {
 }
 
 impl Claim {
-    /// Where the application listens.
+    /// The socket on which the application listens.
     pub(crate) fn socket(&self) -> PathBuf {
         self.folder.socket(&self.id)
     }
 
-    /// A file that only this user can read, which is gone when dropped.
+    /// Writes a file that only this user can read, and that is removed when the result is dropped.
     pub(crate) fn secret(&self, text: &str) -> Result<Secret, Error> {
         let folder = &self.folder;
         let path = folder.path.join(format!("{}.tmp", new_id()?));
@@ -340,7 +345,7 @@ impl Claim {
         Ok(Secret { path })
     }
 
-    /// Lets everybody know; the application listens by now.
+    /// Announces the application, which already listens.
     pub(crate) fn announce(self, about: &About) -> Result<Announced, Error> {
         let folder = &self.folder;
         let path = folder.path.join(format!("{}.json", self.id));
@@ -367,7 +372,7 @@ impl Drop for Announced {
     }
 }
 
-/// A file that only this user can read, for as long as this is there.
+/// A file that only this user can read; removed when dropped.
 pub(crate) struct Secret {
     path: PathBuf,
 }
@@ -384,16 +389,16 @@ impl Drop for Secret {
     }
 }
 
-/// Whether a folder is this user's.
+/// Whether a path is a folder of this user.
 pub(super) fn is_own(folder: &Path) -> bool {
     let user = rustix::process::getuid().as_raw();
     std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && folder.uid() == user)
 }
 
-/// What a file of the folder is.
+/// The state of an announcement file.
 enum Found {
     Running(Box<About>),
-    /// Its application is gone.
+    /// Its application no longer runs.
     Left,
     Unreadable,
 }
@@ -436,7 +441,7 @@ fn write(path: &Path, text: &str) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// 16 hexadecimal digits that nobody has had before.
+/// A random id of 16 hexadecimal digits.
 pub(crate) fn new_id() -> Result<String, Error> {
     let mut bytes = [0; 8];
     let mut random = File::open("/dev/urandom").map_err(|error| Error::Open(error.to_string()))?;
@@ -450,7 +455,7 @@ pub(crate) fn new_id() -> Result<String, Error> {
 pub(crate) mod tests {
     use crate::message::{About, Network};
 
-    /// What an application says of itself.
+    /// The announcement of an application for tests.
     pub(crate) fn about(name: &str, id: &str) -> About {
         About {
             name: name.to_owned(),

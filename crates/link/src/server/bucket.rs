@@ -1,8 +1,8 @@
-//! How often something may happen: so many times a second, and as many at once after a quiet second.
+//! A rate limit: a number of events per second, and as many at once after a second without any.
 
 use std::time::Instant;
 
-/// So many a second.
+/// A limit of `rate` events per second.
 pub(super) struct Bucket {
     rate: f64,
     left: f64,
@@ -18,7 +18,7 @@ impl Bucket {
         }
     }
 
-    /// Whether it may happen now; then it counts.
+    /// Whether an event may occur now; if so, it counts.
     pub(super) fn take(&mut self, now: Instant) -> bool {
         let passed = now.saturating_duration_since(self.last).as_secs_f64();
         self.left = (self.left + passed * self.rate).min(self.rate);

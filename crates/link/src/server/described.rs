@@ -1,4 +1,4 @@
-//! What an application is made of, as tools are told: schemas with their ports, groups, variables. It describes; it changes nothing.
+//! Describes an application to tools: schemas with their ports, groups and variables. Changes nothing.
 
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ pub fn schemas(application: &Application) -> Schemas {
             ports: ports
                 .map(|(port, binding)| port_info(application, &instance.name, port, binding))
                 .collect(),
-            // Known once it runs.
+            // Known only when it runs.
             panel: false,
         }
     });
@@ -107,7 +107,7 @@ fn variable(application: &Application, owner: &str, port: &Port, binding: &Bindi
     }
 }
 
-/// What is said of a variable, but for how it is doing.
+/// The description of a variable without its status.
 pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> VariableInfo {
     let declared = variable.describe();
     VariableInfo {

@@ -1,5 +1,6 @@
-//! One way in: a session with what clients find there. The private socket and the network are two doors with nothing between
-//! them, so that where somebody came in cannot be pretended, and nobody gets from one application to the next.
+//! One entrance: a session with its subscribers and publishers. The private socket and the network are two
+//! doors without a connection between them. So an origin cannot be forged, and no client reaches one
+//! application through another.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +18,7 @@ use super::inbox::{Inbox, Origin};
 use crate::keys::{self, Keys};
 use crate::{Error, session};
 
-/// A session and what is to be found there.
+/// A session and its declarations.
 pub(super) struct Door {
     pub(super) origin: Origin,
     pub(super) session: Session,
@@ -26,7 +27,7 @@ pub(super) struct Door {
     alive: Option<LivelinessToken>,
 }
 
-/// Something that is published while somebody listens.
+/// A publication that is sent only while it has subscribers.
 pub(super) struct Outlet {
     publisher: Publisher<'static>,
     listened: Arc<AtomicBool>,
@@ -69,7 +70,7 @@ impl Door {
             outlet(keys::events(Kind::ALL[2]))?,
         ];
         let hierarchy = outlet(keys::HIERARCHY)?;
-        // Last: who sees it finds everything else.
+        // Last: a client that sees the token finds everything else.
         let alive = session
             .liveliness()
             .declare_token(keys.of(keys::ALIVE))
@@ -88,7 +89,7 @@ impl Door {
         &self.events[kind as usize]
     }
 
-    /// Lets everybody know that the application leaves, and leaves.
+    /// Announces the end of the application, and closes the session.
     pub(super) fn close(mut self) {
         if let Some(alive) = self.alive.take() {
             let _ = alive.undeclare().wait();
@@ -119,7 +120,7 @@ impl Outlet {
         Ok(Self { publisher, listened })
     }
 
-    /// Whether somebody listens.
+    /// Whether there are subscribers.
     pub(super) fn listened(&self) -> bool {
         self.listened.load(Ordering::Acquire)
     }
@@ -136,8 +137,9 @@ impl Outlet {
     }
 }
 
-/// What Zenoh lets in at a door, whoever is there: questions and wishes to listen, and from the applications imported from,
-/// their values. Nobody can publish under our keys, answer for us or be heard by other clients through us.
+/// The access rules of a door, for every peer: it may query and subscribe, and the applications that
+/// variables are imported from may send values. No peer can publish or answer under this application's keys,
+/// or reach other clients through it.
 pub(super) fn guard(keys: &Keys, peers: &[String]) -> Value {
     let rule = |id: &str, flow: &str, messages: Value, keys: Vec<String>| {
         json!({

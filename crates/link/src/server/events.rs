@@ -1,5 +1,5 @@
-//! What happened, for those who listen and for those who come later. Whoever tells it holds the application's lock: telling is
-//! a push into a queue, and never more.
+//! The events of the application, for current subscribers and for later queries. The engine reports an event
+//! while it holds the application's lock, so a report is a push into a queue and never more.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,15 +10,15 @@ use jde_host::app::Application;
 use jde_host::event::{Event, Observer};
 use jde_host::story::{Kind, Line, Story};
 
-/// Events that wait to be told: more than the busiest application has between two looks of the worker.
+/// Most events that wait for the worker: more than the busiest application has between two polls.
 const WAITING: usize = 4096;
-/// Lines of each kind that are kept for those who come later.
+/// Lines of each kind kept for later queries.
 const KEPT: usize = 1000;
-/// And how much of them, bytes of JSON, about: a selection among hundreds says something of each, and whoever asks for the last
-/// lines gets them as one message, which must be through before he counts as one who does not take it.
+/// Their limit in bytes of JSON, approximately. A selection among hundreds lists each candidate, and a query
+/// gets the last lines as one message, which must be transferred before its receiver counts as blocked.
 const KEPT_BYTES: usize = 4 << 20;
 
-/// Hears what happens, and keeps it until the link has told it.
+/// Collects events and keeps them until the link has published them.
 #[derive(Clone)]
 pub struct Events {
     heard: Arc<Heard>,
@@ -35,7 +35,7 @@ enum Happened {
     Line(Line),
 }
 
-/// What has happened so far.
+/// The history of events.
 pub(super) struct Chronicle {
     heard: Arc<Heard>,
     story: Option<Story>,
@@ -45,20 +45,20 @@ pub(super) struct Chronicle {
 #[derive(Default)]
 struct Kept {
     lines: VecDeque<Numbered>,
-    /// What they weigh together.
+    /// Their total weight.
     bytes: usize,
     /// The number of the last line.
     last: u64,
 }
 
-/// A line with its running number. One that is missing was lost on the way.
+/// A line with its sequence number. A gap in the numbers is a lost line.
 pub(super) struct Numbered {
     pub(super) number: u64,
     pub(super) line: Line,
 }
 
 impl Events {
-    /// Of an application, whose events become lines of its story.
+    /// Events of an application, which become lines of its story.
     #[must_use]
     pub fn of(application: &Application) -> Self {
         let application = Arc::new(application.clone());
@@ -68,7 +68,7 @@ impl Events {
         }
     }
 
-    /// Of something that tells its lines itself: a recording that plays.
+    /// Events that arrive as lines, for the replay of a recording.
     #[must_use]
     pub fn told() -> Self {
         Self {
@@ -77,15 +77,15 @@ impl Events {
         }
     }
 
-    /// Hears the events of a running application. It never waits: of more than there is room for, the oldest go, and the
-    /// numbers of the lines show it.
+    /// An observer of a running application. It never waits: without room the oldest events are dropped,
+    /// which the numbers of the lines show.
     #[must_use]
     pub fn observer(&self) -> Box<dyn Observer> {
         let heard = Arc::clone(&self.heard);
         Box::new(move |event: &Event| heard.push(Happened::Event(event.clone())))
     }
 
-    /// Tells a line.
+    /// Adds a line.
     pub fn tell(&self, line: Line) {
         self.heard.push(Happened::Line(line));
     }
@@ -115,14 +115,14 @@ impl Heard {
 }
 
 impl Chronicle {
-    /// Takes in what was heard; `tell` gets each new line.
+    /// Processes the collected events; calls `tell` with each new line.
     pub(super) fn catch_up(&mut self, mut tell: impl FnMut(Kind, &Numbered)) {
-        // At most what was there at the start: a busy application does not keep the worker here.
+        // At most the events present at the start, so that a busy application does not hold the worker here.
         for _ in 0..self.heard.waiting.len() {
             let Some(happened) = self.heard.waiting.pop() else {
                 break;
             };
-            // Of which kind the lost ones were nobody knows any more.
+            // The kinds of the lost events are unknown, so the numbers of every kind skip them.
             let lost = self.heard.lost.swap(0, Ordering::Relaxed);
             self.kinds.iter_mut().for_each(|kind| kind.last += lost);
             let lines = match (happened, &mut self.story) {
@@ -162,7 +162,7 @@ impl Kept {
             number: self.last,
             line,
         });
-        // The newest stays, whatever it weighs.
+        // The newest line stays, whatever its weight.
         while self.lines.len() > KEPT || (self.bytes > KEPT_BYTES && self.lines.len() > 1) {
             let oldest = self.lines.pop_front();
             self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.line));
@@ -171,7 +171,7 @@ impl Kept {
     }
 }
 
-/// About as many bytes as a line's JSON has, without writing it.
+/// The approximate number of bytes of a line's JSON, without writing it.
 fn weight(line: &Line) -> usize {
     const PLAIN: usize = 200;
     match line {

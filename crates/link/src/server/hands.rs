@@ -1,6 +1,7 @@
-//! The thread of the link that takes the application's locks: as urgent as the application's own threads, so that it is
-//! never stopped with a lock in hand while something less important runs. It does little, and the worker asks it seldom. What waits for
-//! schemas, as a reload does, is done by another beside it, so that it keeps nobody from stopping a robot.
+//! The thread of the link that takes the application's locks, except for stops of everything. It has the priority of the
+//! threads, so that it is never preempted by less important work while it holds a lock. It does little, and
+//! the worker uses it seldom. Work that waits for schemas, such as a reload, runs on a second thread, so that
+//! it delays no order to stop a robot.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -16,16 +17,16 @@ use super::subject::Subject;
 use crate::Error;
 use crate::message::{Action, Refusal, Request};
 
-/// Errands on their way.
+/// Most pending errands.
 const ERRANDS: usize = 32;
-/// Acts among them: there is always room to look.
+/// Most acts among them: there is always room for snapshots and statuses.
 const ACTS: usize = ERRANDS - 8;
-/// Gestures among them: who drags on a panel leaves room for whoever stops a robot.
+/// Most gestures among them: dragging on a panel leaves room for orders to stop a robot.
 const TOUCHES: usize = ERRANDS / 4;
-/// Reloads on their way: one at a time is done, and nobody needs many to wait.
+/// Most pending reloads. Only one runs at a time, and more need not wait.
 const RELOADS: usize = 4;
 
-/// What is to be done.
+/// Work for the threads.
 pub(super) enum Errand {
     Snapshot,
     Statuses,
@@ -34,30 +35,30 @@ pub(super) enum Errand {
     Reload(Box<Act>),
 }
 
-/// What an operator wants.
+/// A request of an operator.
 pub(super) struct Act {
     pub(super) request: Request,
-    /// Whom to answer; nobody for a lease that ran out.
+    /// The query to answer; none for an expired lease.
     pub(super) query: Option<Query>,
 }
 
-/// What has been done.
+/// The outcome of an errand.
 pub(super) enum Done {
     Snapshot(Box<Snapshot>),
     /// In the order of the board.
     Statuses(Vec<VariableStatus>),
     Acted(Box<Act>, Result<(), Refusal>),
-    /// Everything was stopped, or not, for whoever asked for it.
+    /// Everything was stopped, or not; answers all these queries.
     Stopped(Vec<Query>, Result<(), Refusal>),
     Reloaded(Box<Act>, Result<Reloaded, Refusal>),
 }
 
-/// The threads.
+/// The threads and their queues.
 pub(super) struct Hands {
     errands: Option<SyncSender<Errand>>,
     reloads: Option<SyncSender<Errand>>,
     threads: Vec<JoinHandle<()>>,
-    /// Acts that were sent and have not come back, reloads aside.
+    /// Acts in progress, without reloads.
     acts: usize,
     /// Gestures among them.
     touches: usize,
@@ -87,7 +88,7 @@ impl Hands {
         })
     }
 
-    /// Has it done; gives it back if too much is to be done already.
+    /// Queues an errand; returns it as the error if too many are pending.
     pub(super) fn send(&mut self, errand: Errand) -> Result<(), Errand> {
         let errands = match errand {
             Errand::Snapshot | Errand::Statuses | Errand::Act(_) => &self.errands,
@@ -109,7 +110,7 @@ impl Hands {
         Ok(())
     }
 
-    /// An act has come back.
+    /// Counts an act as finished.
     pub(super) fn acted(&mut self, act: &Act) {
         self.acts -= 1;
         self.touches -= usize::from(act.touches());
@@ -122,7 +123,7 @@ impl Act {
     }
 }
 
-/// Waits until what was begun is done.
+/// Waits until all queued errands are done.
 impl Drop for Hands {
     fn drop(&mut self) {
         drop((self.errands.take(), self.reloads.take()));
@@ -150,7 +151,7 @@ fn work(subject: &dyn Subject, inbox: &Inbox, todo: &Receiver<Errand>) {
                 Done::Reloaded(act, outcome)
             }
         };
-        // There is room for more than can be on the way.
+        // The queue has room for more than all pending errands.
         let _ = inbox.done.push(done);
         inbox.wake();
     }

@@ -1,5 +1,6 @@
-//! Variables of other applications, kept up to date here. A value comes with its age, so no two clocks need agree; one that is
-//! older than its limit is taken back, and so is all that comes from a peer that is gone. Who comes back is found again.
+//! Variables imported from other applications. A value arrives with its age, so the clocks need not agree. A
+//! value older than its limit is retracted, and so are all values of a peer that is gone. A peer that returns
+//! is found again.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,16 +16,16 @@ use super::peer::{self, Search};
 use super::subject::Subject;
 use crate::{Error, Sample};
 
-/// The least time between two values of one import: whatever a peer sends, the rest of the application hears no more.
+/// The least time between two values of one import, which bounds the load that a peer can cause.
 const LEAST: Duration = Duration::from_millis(1);
 
-/// All imports; dropped, they are taken back.
+/// All imports; dropping them retracts their values.
 pub(super) struct Imports {
     inner: Arc<Inner>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What threads of peers and the writing thread share.
+/// The state that the peers' threads share with the writing thread.
 pub(super) struct Inner {
     pub(super) slots: Vec<Slot>,
     pub(super) subject: Arc<dyn Subject>,
@@ -32,7 +33,7 @@ pub(super) struct Inner {
     stop: AtomicBool,
 }
 
-/// An import and what came for it last.
+/// An import and its newest message.
 pub(super) struct Slot {
     pub(super) import: Import,
     newest: Mutex<Option<News>>,
@@ -43,17 +44,17 @@ enum News {
     Gone,
 }
 
-/// What the writing thread has of an import.
+/// The writing thread's state of an import.
 struct Kept {
     writer: Writer,
-    /// When the value that is there was measured.
+    /// The time of the current value, if there is one.
     shown: Option<Nanos>,
-    /// When the next may be written.
+    /// Earliest time of the next write.
     next: Instant,
 }
 
 impl Imports {
-    /// Looks for all peers, each on a thread of its own, and writes what they send.
+    /// Follows each peer on a thread of its own, and writes the received values.
     pub(super) fn start(subject: &Arc<dyn Subject>, search: &Arc<Search>) -> Result<Self, Error> {
         let (ring, rung) = sync_channel(1);
         let imports = subject.imports();
@@ -104,7 +105,7 @@ impl Drop for Imports {
 }
 
 impl Inner {
-    /// A value came; `ratio` is how fast time goes here for each second of the peer's.
+    /// Accepts a value. `ratio` is application time here per application time of the peer.
     pub(super) fn came(&self, place: usize, sample: Sample, ratio: f64) {
         let news = match sample.bytes {
             Some(bytes) => {
@@ -117,7 +118,7 @@ impl Inner {
         self.tell(place, news);
     }
 
-    /// Nothing of it counts any more.
+    /// Retracts the value of an import.
     pub(super) fn gone(&self, place: usize) {
         self.tell(place, News::Gone);
     }
@@ -137,7 +138,7 @@ impl Inner {
     }
 
     fn ring(&self) {
-        // One that waits to be heard is enough.
+        // One pending wake-up is enough.
         let _ = self.ring.try_send(());
     }
 }
@@ -184,7 +185,8 @@ impl Kept {
     }
 }
 
-/// The one thread that writes imports: as urgent as the application's own, since whoever waits for a value is called by it.
+/// The thread that writes imports. It has the priority of the application's threads, since it also runs the
+/// callbacks of waiting readers.
 fn write(inner: &Inner, mut kept: Vec<Kept>, rung: &Receiver<()>) {
     let speed = inner.subject.title().speed.max(f64::MIN_POSITIVE);
     loop {
@@ -206,7 +208,7 @@ fn write(inner: &Inner, mut kept: Vec<Kept>, rung: &Receiver<()>) {
                 if now > over {
                     kept.take_back();
                 } else {
-                    // The time of the application may go faster or slower than that of the machine.
+                    // Application time may run faster or slower than real time.
                     let left = (over - now) as f64 / speed;
                     sooner(start + Duration::from_nanos(left as u64) + LEAST);
                 }

@@ -1,5 +1,5 @@
-//! What Zenoh's threads leave for those of the link. They never serve a request and never wait: what there is no room for is dropped
-//! and its sender told so.
+//! Queues from Zenoh's threads to those of the link. Zenoh's threads never serve a request and never wait: a
+//! request without room is dropped, which its sender notices at once.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,52 +18,55 @@ use super::hands::Done;
 use super::lines::{LINES, Lines};
 use crate::keys::{self, Keys, OPERATE, Rate, Wanted};
 
-/// What has been done and waits to be answered.
+/// Most outcomes that wait to be answered.
 const DONE: usize = 256;
-/// Questions of one line in a second: more than tools ask, and so few that even many who ask without end leave time for others.
+/// Queries per second and line: more than tools send, and few enough that many endless senders leave time for
+/// others.
 const LOOKS: f64 = 200.0;
-/// Tokens of clients that are minded, of each origin: more values and panels than anybody watches at once.
+/// Most tokens accepted per origin: more values and panels than one watches at once.
 const TOKENS: usize = 4096;
-/// Longest token that is minded, bytes: the longest names there are, and room for a client's.
+/// Longest accepted token, bytes: the longest names, and room for a client's.
 const LONGEST_TOKEN: usize = 1024;
 
-/// Longest message of a gesture that is looked for, bytes: its names, each letter of which may take six, and its numbers.
+/// Longest message that is examined for a gesture, bytes: its names, each character of which may take six
+/// bytes, and its numbers.
 const LONGEST_TOUCH: usize = 8 << 10;
 
-/// Through which session something came. Each has its own listeners, so nobody can pretend.
+/// The session through which a message arrived. Each session has its own subscribers, so an origin cannot be
+/// forged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Origin {
     /// The private socket of this user on this machine.
     Local,
-    /// Whatever `[link]` opened.
+    /// The sessions that `[link]` opened on the network.
     Network,
 }
 
 /// A request.
 pub(super) struct Ask {
     pub(super) origin: Origin,
-    /// Its client's line.
+    /// The line of its client.
     pub(super) line: usize,
     pub(super) query: Query,
 }
 
-/// Which requests go first, wherever they come from.
+/// The precedence of requests from any origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rank {
-    /// That everything be stopped. Whoever carries it out does nothing else.
+    /// Stop everything. Served by a thread that does nothing else.
     Stop,
-    /// What operators want done.
+    /// Other requests of operators.
     Order,
-    /// What people do to panels: so much that it may not fill the place of orders.
+    /// Gestures on panels. Separate, since their number must not displace orders.
     Touch,
-    /// What else is asked.
+    /// Queries.
     Look,
 }
 
-/// How many ranks there are.
+/// The number of ranks.
 const RANKS: usize = 4;
 
-/// What clients want of one variable or panel at one rate.
+/// A request of clients for one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Want {
     pub(super) what: Wanted,
@@ -71,41 +74,43 @@ pub(super) struct Want {
     pub(super) origin: Origin,
 }
 
-/// All that is wanted.
+/// All that clients want.
 #[derive(Default)]
 struct Wants {
     wants: BTreeMap<Want, Wanting>,
-    /// Tokens there are, by origin.
+    /// The number of tokens by origin.
     tokens: [usize; 2],
-    /// Tokens that ever came. It never starts again, so that whoever comes as the last one goes is seen to be another.
+    /// Counts all tokens ever accepted. It never restarts, so that a client that arrives when the last one
+    /// leaves is recognised as another.
     arrivals: u64,
-    /// It has been told that there were too many. Once is enough: a client that floods must not fill a log.
+    /// Whether the excess of tokens was logged. It is logged once, so that a flood does not fill the log.
     told: bool,
 }
 
-/// Who wants it.
+/// The clients that want the same.
 #[derive(Default)]
 struct Wanting {
     tokens: BTreeSet<String>,
-    /// Which arrival the last one was.
+    /// The number of the last arrival.
     joined: u64,
 }
 
-/// What waits for the worker.
+/// The queues of the link.
 pub(super) struct Inbox {
-    /// By their [`Rank`], and then by their clients: whoever asks much fills the place of no other kind, and takes turns with others
-    /// who ask for the same.
+    /// Requests by [`Rank`] and then by client: a busy client displaces no other kind of request, and takes
+    /// turns with other clients of the same kind.
     asks: [Lines<Ask>; RANKS],
-    /// What is left of each line's questions.
+    /// The remaining queries of each line.
     looks: [Mutex<Bucket>; LINES],
-    /// What clients call themselves is put into lines by it, differently in each run: nobody can choose somebody else's.
+    /// Hashes clients' names to lines, differently in each run, so that no client can choose another's line.
     mix: RandomState,
     pub(super) done: ArrayQueue<Done>,
-    /// The same of orders to stop everything. Anybody may ask for that as often as he likes, which may cost nobody else his answer.
+    /// Outcomes of orders to stop everything. Any client may send these at any rate, which must not displace
+    /// other answers.
     pub(super) stopped: ArrayQueue<Done>,
     wants: Mutex<Wants>,
     wants_changed: AtomicBool,
-    /// A variable of which every value is wanted has a new one, or a panel was drawn.
+    /// A variable that a client watches at full rate has a new value, or a panel was drawn.
     fresh: AtomicBool,
     stop: AtomicBool,
     worker: OnceLock<Thread>,
@@ -131,7 +136,7 @@ impl Inbox {
         }
     }
 
-    /// Says who answers, who sends values and who stops everything; once.
+    /// Sets the threads to wake: for answers, values and stops. Called once.
     pub(super) fn attach(&self, worker: &Thread, values: &Thread, stopper: &Thread) {
         // Set here only.
         let _ = self.worker.set(worker.clone());
@@ -169,7 +174,7 @@ impl Inbox {
         };
         let client = query.attachment().map(|client| client.to_bytes());
         let client = client.filter(|client| !client.is_empty());
-        // Those who do not say who they are share the first line of their origin.
+        // Clients without a name share the first line of their origin.
         let line = client.map_or(0, |client| {
             let mixed = self.mix.hash_one(&*client) as usize;
             1 + mixed % (LINES / 2 - 1)
@@ -180,7 +185,7 @@ impl Inbox {
                 return;
             }
         }
-        // What there is no room for is dropped, which ends it without an answer: its sender knows at once.
+        // A dropped request ends without an answer, so its sender knows at once.
         if self.asks[rank as usize].push(line, Ask { origin, line, query }) {
             match rank {
                 Rank::Stop => self.wake_stopper(),
@@ -189,13 +194,13 @@ impl Inbox {
         }
     }
 
-    /// The order to stop everything that is next. One thread alone may take them.
+    /// Takes the next order to stop everything. Only one thread may call this.
     pub(super) fn next_stop(&self) -> Option<Ask> {
         self.asks[Rank::Stop as usize].pop()
     }
 
-    /// The request that is next, those to stop everything aside; a question first, if there is one and that is wanted. One thread alone
-    /// may take them.
+    /// Takes the next request other than a stop. With `look`, a query takes precedence. Only one thread may
+    /// call this.
     pub(super) fn next_ask(&self, look: bool) -> Option<Ask> {
         let [_, order, touch, asked] = &self.asks;
         let first = look.then(|| asked.pop()).flatten();
@@ -207,7 +212,8 @@ impl Inbox {
         mine.iter().all(Lines::is_empty) && self.done.is_empty() && self.stopped.is_empty()
     }
 
-    /// A variable has a new value, or a panel was drawn. Called by whoever did it.
+    /// Notifies the value thread that a variable has a new value or a panel was drawn. Called by the writing
+    /// thread.
     pub(super) fn freshen(&self) {
         if !self.fresh.swap(true, Ordering::AcqRel) {
             self.wake_values();
@@ -229,7 +235,7 @@ impl Inbox {
         self.stop.load(Ordering::Acquire)
     }
 
-    /// A token appeared or went.
+    /// Adds or removes a token.
     pub(super) fn want(&self, origin: Origin, keys: &Keys, token: &str, there: bool) {
         let Some((what, rate)) = keys.below(token).and_then(keys::wanted) else {
             return;
@@ -246,7 +252,7 @@ impl Inbox {
         self.wake_values();
     }
 
-    /// What is wanted and which arrival the last was who came for it, if that changed.
+    /// All wants, each with the number of its last arrival; none if nothing changed since the last call.
     pub(super) fn wants(&self) -> Option<BTreeMap<Want, u64>> {
         if !self.wants_changed.swap(false, Ordering::AcqRel) {
             return None;
@@ -260,13 +266,13 @@ impl Inbox {
     }
 }
 
-/// Whether a question is one to do something: at the exact key of an application, or, about everything, at those of many.
+/// Whether a key is one for orders: the exact key of an application, or an expression for many.
 pub(super) fn is_order(key: &str) -> bool {
     key.strip_suffix(OPERATE)
         .is_some_and(|before| before.ends_with('/'))
 }
 
-/// The rank of what an operator wants. It is looked into, not believed: whoever reads it decides what it is.
+/// The rank of an order, by a shallow look at its message. The thread that serves it parses it fully.
 fn rank(message: &[u8]) -> Rank {
     #[derive(Deserialize)]
     struct Head<'m> {
@@ -376,7 +382,7 @@ mod tests {
             TOKENS + 1,
             "not those of this machine"
         );
-        // One that was never minded goes, and takes nobody's place.
+        // A token beyond the limit is removed, which frees no room.
         want(
             &inbox,
             Origin::Network,

@@ -1,5 +1,5 @@
-//! Values and panels on their way to those who want them: one lane for each variable or panel and rate, and none for what nobody
-//! wants. They have a thread of their own, so that nobody who asks and does not listen holds them up.
+//! Sends values and panels to clients: one lane for each requested variable or panel and rate. A thread of
+//! its own, so that clients that query without reading answers cannot delay it.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::subject::Subject;
 use super::value_lane::ValueLane;
 use crate::keys::{self, Keys, Wanted};
 
-/// What lanes are made of.
+/// What lanes are made from.
 pub(super) struct Yard<'a> {
     pub(super) subject: &'a dyn Subject,
     pub(super) inbox: &'a Arc<Inbox>,
@@ -40,28 +40,28 @@ pub(super) fn run(yard: &Yard<'_>) {
 /// All lanes.
 #[derive(Default)]
 struct Lanes {
-    /// Each with the arrival of whoever came last for it when it was last told so.
+    /// Each with the number of the last arrival that it has served from the start.
     lanes: BTreeMap<Want, (u64, Lane)>,
     places: Places,
 }
 
-/// The way of one thing at one rate.
+/// The publication of one variable or panel at one rate.
 enum Lane {
     Values(ValueLane),
     Panel(PanelLane),
 }
 
-/// What is at each place that keys name. As large as the application, whatever clients ask for: what is not in it is nowhere, and
-/// that costs no look at the board.
+/// The variables and panels by their paths in keys. Its size is bounded by the application, not by clients'
+/// requests: an unknown path is rejected without a search of the board.
 #[derive(Default)]
 struct Places {
     variables: HashMap<String, Arc<Variable>>,
-    /// Names of the schemas that have panels. Looked up when somebody first wants one.
+    /// Names of the schemas with panels. Filled when a client first requests a panel.
     panels: Option<HashMap<String, String>>,
 }
 
 impl Lanes {
-    /// Opens and closes lanes, so that there is one for each want.
+    /// Opens and closes lanes, so that each want has one.
     fn follow(&mut self, wants: &BTreeMap<Want, u64>, yard: &Yard<'_>) {
         self.lanes.retain(|want, _| wants.contains_key(want));
         self.places.follow(yard.subject.board());
@@ -77,7 +77,7 @@ impl Lanes {
         }
     }
 
-    /// Sends what is due; answers when the next is.
+    /// Sends what is due; returns when the next is due.
     fn serve(&mut self, subject: &dyn Subject, fresh: bool) -> Option<Instant> {
         let now = Instant::now();
         let lanes = self.lanes.values_mut();
@@ -91,7 +91,7 @@ impl Lanes {
 }
 
 impl Lane {
-    /// Whoever came late gets the newest at once, however old it is.
+    /// Sends the newest at once, whatever its age, for a client that joined late.
     fn begin_again(&mut self) {
         match self {
             Self::Values(lane) => lane.begin_again(),
@@ -101,7 +101,7 @@ impl Lane {
 }
 
 impl Places {
-    /// Takes in what has been declared since.
+    /// Adds variables declared since the last call.
     fn follow(&mut self, board: &Board) {
         for variable in board.list().skip(self.variables.len()) {
             let declared = variable.describe();
@@ -110,7 +110,7 @@ impl Places {
         }
     }
 
-    /// A lane for what is wanted, if there is such a thing.
+    /// Opens a lane for an existing variable or panel.
     fn open(&mut self, want: &Want, yard: &Yard<'_>) -> Option<Lane> {
         match &want.what {
             Wanted::Variable(place) => {
@@ -141,7 +141,7 @@ impl Yard<'_> {
     }
 }
 
-/// The time from one message to the next, for a rate; none if there is no least.
+/// The least time between two messages at a rate; none if there is no limit.
 pub(super) fn period(want: &Want) -> Option<Duration> {
     want.rate.period_ns().map(Duration::from_nanos)
 }

@@ -1,4 +1,5 @@
-//! Holds of operators that end by themselves: a client that died, or was cut off, lets go. Keeps times, acts on nothing.
+//! Operators' holds that expire, so that a client that died or was cut off releases what it held. Keeps times
+//! and acts on nothing.
 
 use std::collections::BTreeMap;
 use std::mem::{Discriminant, discriminant};
@@ -9,7 +10,7 @@ use crate::message::{Action, Refusal, Request};
 /// The shortest and the longest lease, ms.
 const SHORTEST: u64 = 100;
 const LONGEST: u64 = 3_600_000;
-/// Most leases at once; more than operators and schemas make sense of.
+/// Most leases at once; more than operators and schemas need.
 const MOST: usize = 256;
 
 /// All leases, by operator and schema.
@@ -21,12 +22,12 @@ pub(super) struct Leases {
 /// A lease.
 struct Lease {
     until: Instant,
-    /// What was done by it.
+    /// The action taken under it.
     what: Discriminant<Action>,
 }
 
 impl Leases {
-    /// Whether a request may be carried out, as far as leases go.
+    /// Refuses a request that violates the rules of leases.
     pub(super) fn check(&self, request: &Request) -> Result<(), Refusal> {
         let Some(lease) = request.lease_ms else {
             return match request.action {
@@ -65,14 +66,14 @@ impl Leases {
         }
     }
 
-    /// A request was carried out.
+    /// Records a request that was carried out.
     pub(super) fn acted(&mut self, request: &Request, now: Instant) {
         match (&request.action, request.lease_ms) {
             (Action::Release { schema }, _) => self.held.retain(|(_, held), _| held != schema),
             (Action::LetGo { .. }, _) => {
                 self.held.remove(&key(request));
             }
-            // The same without a lease stands; something else leaves the lease as it is.
+            // The same action without a lease lasts; another action leaves the lease unchanged.
             (action, None) => {
                 let key = key(request);
                 if self
@@ -98,7 +99,7 @@ impl Leases {
         }
     }
 
-    /// Those that ran out, as requests to let go.
+    /// Removes the expired leases and returns requests to let go.
     pub(super) fn over(&mut self, now: Instant) -> Vec<Request> {
         self.held
             .extract_if(.., |_, lease| lease.until <= now)
@@ -106,12 +107,12 @@ impl Leases {
             .collect()
     }
 
-    /// All of them, as requests to let go.
+    /// Removes all leases and returns requests to let go.
     pub(super) fn end(&mut self) -> Vec<Request> {
         std::mem::take(&mut self.held).into_keys().map(let_go).collect()
     }
 
-    /// Puts one back that could not be ended now.
+    /// Reinserts a lease that could not be ended now.
     pub(super) fn retry(&mut self, request: &Request, now: Instant) {
         let lease = Lease {
             until: now + Duration::from_millis(SHORTEST),
@@ -120,7 +121,7 @@ impl Leases {
         self.held.insert(key(request), lease);
     }
 
-    /// When the next runs out.
+    /// When the next lease expires.
     pub(super) fn next(&self) -> Option<Instant> {
         self.held.values().map(|lease| lease.until).min()
     }

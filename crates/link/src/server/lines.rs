@@ -1,19 +1,19 @@
-//! Lines in which requests wait: bounded each for itself, and served in turn, so that whoever fills one gets no more than a share while
-//! others ask. Any thread may put something in; one alone takes things out.
+//! Bounded queues for requests, served in turn, so that a client that fills one gets only its share while
+//! others have requests. Any thread may push; only one may pop.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crossbeam_queue::ArrayQueue;
 
-/// How many: half of them for each origin. Clients beyond that share.
+/// The number of lines: half for each origin. More clients than lines share them.
 pub(super) const LINES: usize = 16;
-/// Requests that wait in one.
+/// Most requests in one line.
 const LONGEST: usize = 64;
 
-/// Requests that wait.
+/// The queues.
 pub(super) struct Lines<T> {
     lines: [ArrayQueue<T>; LINES],
-    /// Whose turn it is.
+    /// The line to serve next.
     turn: AtomicUsize,
 }
 
@@ -25,12 +25,12 @@ impl<T> Lines<T> {
         }
     }
 
-    /// Puts something at the end of a line; not if that is full.
+    /// Appends to a line; returns `false` if the line is full.
     pub(super) fn push(&self, line: usize, item: T) -> bool {
         self.lines[line % LINES].push(item).is_ok()
     }
 
-    /// Takes what is next, of each line in turn.
+    /// Takes the next item, from each line in turn.
     pub(super) fn pop(&self) -> Option<T> {
         let turn = self.turn.load(Ordering::Relaxed);
         (turn..turn + LINES).find_map(|line| {
@@ -61,7 +61,7 @@ mod tests {
         for _ in 0..5 {
             assert_eq!(lines.pop(), Some("flood"));
         }
-        // The line before is served next, not after all that is in the other.
+        // The other line is served next, before the rest of the full one.
         assert!(lines.push(2, "late"));
         assert_eq!(lines.pop(), Some("late"));
         assert_eq!(std::iter::from_fn(|| lines.pop()).count(), LONGEST - 6);

@@ -1,5 +1,6 @@
-//! The application's end of the link: announces it, answers, publishes what somebody listens to, and carries out what operators
-//! want. Nothing that clients do reaches the application's threads: whatever waits, waits on the link's own.
+//! The application's end of the link: announces the application, answers queries, publishes what clients
+//! subscribe to, and carries out operators' requests. No action of a client blocks the application's threads;
+//! all waiting is done on the link's own threads.
 
 mod bucket;
 mod described;
@@ -44,57 +45,58 @@ use peer::Search;
 use stopper::Stopper;
 use worker::Worker;
 
-/// How long the link may take to leave.
+/// How long closing the link may take.
 const LEAVING: Duration = Duration::from_secs(3);
 
-/// How an application is linked.
+/// The configuration of a link.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// How others call it.
+    /// The name by which others address the application.
     pub name: String,
-    /// The name was asked for: another application of that name is an error. Else it gets a number.
+    /// The name is mandatory: another application of that name is an error. Otherwise a taken name gets a
+    /// number.
     pub named: bool,
     /// Endpoints on the network to listen on: `tcp/0.0.0.0:7447`.
     pub listen: Vec<String>,
-    /// Endpoints on the network to look for, for ever.
+    /// Endpoints on the network to connect to, retried forever.
     pub connect: Vec<String>,
-    /// Find others by multicast.
+    /// Discover peers by multicast.
     pub discover: bool,
-    /// What clients from the network may do.
+    /// What clients on the network may do.
     pub access: Access,
-    /// Who we are to others, and who others must be.
+    /// The credentials presented to others and required of them.
     pub login: Option<Login>,
     /// Certificates.
     pub tls: Option<Tls>,
-    /// Speak with whoever is there, without knowing who it is.
+    /// Communicate with unauthenticated peers.
     pub insecure: bool,
-    /// Where applications of this user announce themselves.
+    /// The folders in which applications of this user announce themselves.
     pub folder: Folders,
 }
 
-/// What clients from the network may do. Those of the same user on the same machine may operate.
+/// What clients on the network may do. Clients of the same user on the same machine may always operate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
-    /// Look.
+    /// Read.
     Read,
-    /// Look and operate.
+    /// Read and operate.
     #[default]
     Operate,
 }
 
-/// The link of a running application. Dropped, it leaves at once, and everybody knows.
+/// The link of a running application. Dropping it closes the link at once and notifies all peers.
 pub struct Link {
     about: About,
     inbox: Arc<Inbox>,
     worker: Option<JoinHandle<()>>,
-    /// Gone before the sessions are, so that nobody finds a door that is closing.
+    /// Dropped before the sessions close, so that no client connects to a closing session.
     announced: Option<Announced>,
     imports: Option<Imports>,
     left: mpsc::Receiver<()>,
 }
 
 impl Settings {
-    /// An application that this user reaches on this machine, and nobody else.
+    /// Settings of an application that only this user can reach, on this machine.
     #[must_use]
     pub fn local(name: &str) -> Self {
         Self {
@@ -111,7 +113,7 @@ impl Settings {
         }
     }
 
-    /// Whether the network is opened at all.
+    /// Whether the settings use the network.
     #[must_use]
     pub fn is_networked(&self) -> bool {
         !self.listen.is_empty() || !self.connect.is_empty() || self.discover
@@ -119,10 +121,10 @@ impl Settings {
 }
 
 impl Link {
-    /// Announces an application and serves its clients until it is dropped.
+    /// Announces an application and serves its clients until the link is dropped.
     ///
     /// # Errors
-    /// [`Error`]: a name that is taken, a folder that is not safe, a port in use, a network that would be open to anybody.
+    /// [`Error`]: a taken name, an unsafe folder, a port in use, or a network that would admit anybody.
     pub fn open(settings: &Settings, subject: Arc<dyn Subject>, events: &Events) -> Result<Self, Error> {
         check(settings)?;
         let claim = settings.folder.claim(&settings.name, settings.named)?;
@@ -232,7 +234,7 @@ impl Link {
         })
     }
 
-    /// What others see of the application.
+    /// The application's description as clients see it.
     #[must_use]
     pub fn about(&self) -> &About {
         &self.about
@@ -243,7 +245,7 @@ impl Drop for Link {
     fn drop(&mut self) {
         drop((self.announced.take(), self.imports.take()));
         self.inbox.stop();
-        // A client that takes nothing must not keep the application from ending.
+        // A client that takes no data must not keep the application from ending.
         if self.left.recv_timeout(LEAVING).is_ok()
             && let Some(worker) = self.worker.take()
         {
@@ -273,7 +275,7 @@ fn network_door(
     let mut peers: Vec<_> = imports.iter().map(|import| import.peer.clone()).collect();
     peers.sort();
     peers.dedup();
-    // Zenoh reads those who may come in from a file.
+    // Zenoh reads the admitted users from a file.
     let users = settings
         .login
         .as_ref()
@@ -310,9 +312,9 @@ fn cannot_listen(endpoint: &str, error: Error) -> Error {
     }
 }
 
-/// Refuses every way by which somebody could be met who has proved nothing. Zenoh does not say over which connection something came, so
-/// that all of them must prove as much: what comes in by a certificate of the authority, or within TLS by the password; what we
-/// connect to by a certificate of the authority.
+/// Refuses settings under which a peer could connect without authentication. Zenoh does not report over which
+/// connection a message arrived, so every connection needs the same proof: an incoming one a certificate of
+/// the authority, or the password within TLS; an outgoing one a certificate of the authority.
 fn check(settings: &Settings) -> Result<(), Error> {
     let tls = settings.tls.as_ref();
     let authority = tls.is_some_and(|tls| tls.authority.is_some());

@@ -1,4 +1,5 @@
-//! The panel of one schema on its way, at one rate: drawn while the lane is there, and sent when it was drawn anew.
+//! Publishes the panel of one schema at one rate. The panel is drawn while the lane exists, and each new
+//! drawing is sent.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,16 +15,16 @@ use super::lanes::{Yard, period};
 use super::subject::{Looking, Subject};
 use crate::attachment::PanelTag;
 
-/// A panel on its way.
+/// The lane of one panel.
 pub(super) struct PanelLane {
     looking: Box<dyn Looking>,
     publisher: Publisher<'static>,
     period: Option<Duration>,
-    /// The next is sent no sooner.
+    /// Earliest time of the next message.
     soonest: Instant,
-    /// When it is looked at next, if not when it was drawn.
+    /// When to check again without waiting for a new drawing.
     due: Option<Instant>,
-    /// Number of the one that was sent last.
+    /// Sequence number of the last drawing sent.
     sent: Option<u64>,
 }
 
@@ -60,7 +61,7 @@ impl PanelLane {
         (self.sent, self.soonest, self.due) = (None, now, Some(now));
     }
 
-    /// Sends the newest drawing if it is new and not too soon; answers when to look again.
+    /// Sends the newest drawing if it is new and not too early; returns when to check again.
     pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
         if !fresh && self.due.is_none_or(|due| due > now) {
             return self.due;

@@ -1,5 +1,5 @@
-//! One application that others are imported from: looked for on this machine and on the network, listened to while it is
-//! there, and looked for again when it is gone. Waits as long as that takes, on a thread of its own.
+//! One application from which variables are imported. A thread of its own searches for the peer on this
+//! machine and on the network, subscribes to it while it is there, and searches again when it is gone.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -15,17 +15,17 @@ use crate::folder::Folders;
 use crate::keys::{self, Keys, Rate};
 use crate::{Error, session};
 
-/// Between two looks for a peer that is not there.
+/// Pause between two searches for an absent peer.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Where peers are looked for.
+/// Where peers are searched.
 pub(super) struct Search {
     pub(super) folder: Folders,
-    /// The session that `[link]` opened, if it did.
+    /// The network session of `[link]`, if it opened one.
     pub(super) network: Option<Session>,
 }
 
-/// Tells a waiting thread to look.
+/// Wakes the thread that waits for a peer.
 #[derive(Default)]
 struct Bell {
     state: Mutex<Heard>,
@@ -35,11 +35,11 @@ struct Bell {
 #[derive(Default)]
 struct Heard {
     rung: bool,
-    /// Ids under which the peer is alive on the network.
+    /// Ids of the peer's instances that are alive on the network.
     alive: BTreeSet<String>,
 }
 
-/// Begins to look for a peer, for as long as the imports last.
+/// Starts following a peer until the imports stop.
 pub(super) fn follow(
     name: &str,
     places: Vec<usize>,
@@ -65,7 +65,7 @@ pub(super) fn follow(
 
 struct Peer {
     name: String,
-    /// Of its imports.
+    /// Indices of the imports from this peer.
     places: Vec<usize>,
     inner: Arc<Inner>,
     search: Arc<Search>,
@@ -108,7 +108,7 @@ impl Peer {
         }
     }
 
-    /// Hears of the peer on the network.
+    /// Subscribes to the peer's liveliness on the network.
     fn listen(&self, session: &Session) -> Option<zenoh::pubsub::Subscriber<()>> {
         let bell = Arc::clone(&self.bell);
         let subscriber = session
@@ -143,15 +143,15 @@ impl Peer {
         Remote::new(Arc::new(connection), about).map(Some)
     }
 
-    /// Listens to what is missing of all that is imported from it. What it does not have, or has of another type, stays without a
-    /// value; what was not answered in time stays missing, to be asked for again.
+    /// Subscribes to the missing imports. An import that the peer does not have, or has with another type,
+    /// stays without a value. One that was not answered in time stays missing and is requested again.
     fn import(&self, remote: &Remote, missing: &mut Vec<usize>) -> Vec<Watching> {
         let own = self.inner.subject.title().speed;
         let ratio = own / remote.about().speed.max(f64::MIN_POSITIVE);
         let watch = |place: usize| {
             let import = &self.inner.slots[place].import;
             let variable = remote.variable(&import.variable)?;
-            // Docs may differ between two versions of a plugin; layouts may not.
+            // Docs may differ between two versions of a plugin; layouts must not.
             let ours = definition::read(&variable.type_name, &definition::definition(&import.value_type));
             let same = match (ours, variable.value_type()) {
                 (Ok(ours), Ok(theirs)) => {
@@ -214,7 +214,7 @@ impl Bell {
         state.alive.first().cloned()
     }
 
-    /// Waits until it rings, or it is time to look.
+    /// Waits until the bell rings or the next search is due.
     fn wait(&self) {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut state, _) = self

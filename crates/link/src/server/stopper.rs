@@ -1,6 +1,6 @@
-//! Orders to stop everything (R14): from their arrival to the engine's lock they wait behind nothing else. They have lines of their own,
-//! and this thread, which is as urgent as the application's own and does nothing but stop. It reads no other order and never waits
-//! for a client: who asked is answered by the worker.
+//! Orders to stop everything (R14). From their arrival to the engine's lock they wait behind no other work:
+//! they have queues of their own and this thread, which has the priority of the application's own threads. It
+//! reads no other order and never waits for a client; the worker sends the answers.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,24 +14,24 @@ use super::subject::Subject;
 use super::worker::{about, may_operate, request};
 use crate::message::{Action, Network, Refusal};
 
-/// How often a second everything is stopped. Those who ask more often are stopped for together, and all get that answer.
+/// Stops per second. More frequent orders are combined into one stop, and all get its answer.
 const STOPS: f64 = 10.0;
-/// Between two looks whether it may be done again.
+/// Pause before the next attempt when the rate is exceeded.
 const AGAIN: Duration = Duration::from_millis(10);
-/// Operators who are named when several stopped everything at once.
+/// Most operators named when several stopped everything at once.
 const NAMED: usize = 4;
 
-/// What stops everything.
+/// The thread that stops everything.
 pub(super) struct Stopper {
     pub(super) subject: Arc<dyn Subject>,
     pub(super) inbox: Arc<Inbox>,
-    /// Where orders to this application go.
+    /// The key of orders to this application.
     pub(super) key: String,
     pub(super) network: Network,
 }
 
 impl Stopper {
-    /// Stops whenever somebody asks, until the link ends.
+    /// Carries out stops until the link ends.
     pub(super) fn run(self) {
         let mut bucket = Bucket::new(STOPS, Instant::now());
         while !self.inbox.stopping() {
@@ -48,7 +48,7 @@ impl Stopper {
                         names.push(by);
                     }
                     Some(Err(refusal)) => self.answer(vec![ask.query], Err(refusal)),
-                    // It was for others.
+                    // The order is for other applications.
                     None => {}
                 }
             }
@@ -66,7 +66,7 @@ impl Stopper {
         }
     }
 
-    /// Who wants it, or why it is not done; none if this application is not meant.
+    /// The operator, or the reason for a refusal; none if the order is not for this application.
     fn read(&self, Ask { origin, query, .. }: &Ask) -> Option<Result<String, Refusal>> {
         if !about(query.key_expr(), &self.key) {
             return None;
@@ -85,7 +85,7 @@ impl Stopper {
     }
 
     fn answer(&self, queries: Vec<Query>, outcome: Result<(), Refusal>) {
-        // Where there is no room the question ends without an answer, and is asked again.
+        // Without room the query ends without an answer, and the client repeats it.
         let _ = self.inbox.stopped.push(Done::Stopped(queries, outcome));
         self.inbox.wake();
     }
@@ -103,7 +103,7 @@ mod tests {
     use crate::server::subject::Title;
     use crate::session::{Opening, open};
 
-    /// Of which nothing is asked: it is told of no order.
+    /// A subject that must not be called, since all orders are refused.
     struct Unasked;
 
     impl Subject for Unasked {
@@ -157,7 +157,7 @@ mod tests {
             .callback(move |query| asked.ask(Origin::Network, query))
             .wait()
             .unwrap();
-        // Nobody takes the answers.
+        // No thread takes the answers.
         while !inbox.stopped.is_full() && !inbox.done.is_full() {
             let order = r#"{"by": "eve", "action": "stop-all"}"#;
             session.get(key).payload(order).callback(drop).wait().unwrap();

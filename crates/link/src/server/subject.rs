@@ -1,4 +1,5 @@
-//! What is looked into and steered: a running application, or a recording that plays. Tools see both alike.
+//! The subject that clients inspect and control: a running application, or a recording that is replayed.
+//! Tools see both alike.
 
 use std::sync::Arc;
 
@@ -14,86 +15,87 @@ use super::described::schemas;
 use crate::message::{Action, Range, Refusal, Schemas};
 use crate::value;
 
-/// What is looked into and steered. Called from threads of the link only, at bounded rates.
+/// The subject of a link. Called only from threads of the link, at bounded rates.
 pub trait Subject: Send + Sync + 'static {
-    /// What it is.
+    /// The title.
     fn title(&self) -> Title;
-    /// Its schemas and groups.
+    /// The schemas and groups.
     fn schemas(&self) -> Schemas;
-    /// Its variables.
+    /// The variables.
     fn board(&self) -> &Board;
-    /// Whether a modulation is taken on awakening alone.
+    /// Whether a modulation is read only when its schema awakens.
     fn is_fixed(&self, variable: &Variable) -> bool {
         let _ = variable;
         false
     }
-    /// What a variable takes.
+    /// The allowed values of a variable.
     fn range(&self, variable: &Variable) -> Range {
         (&variable.describe().limits).into()
     }
-    /// Who a writer of variables is; empty for nobody.
+    /// The name of a writer of variables; empty for none.
     fn writer(&self, number: u32) -> String;
-    /// ns since its start.
+    /// Time since the subject's start, ns.
     fn now(&self) -> Nanos;
-    /// What every schema and group is doing.
+    /// The state of every schema and group.
     fn snapshot(&self) -> Snapshot;
-    /// Carries out what an operator wants (R14); leases are the link's business.
+    /// Carries out an operator's action (R14). The link manages leases.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason for a refusal.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
-    /// Carries out an [`Action::Reload`]: it waits for turns of schemas, on a thread of its own.
+    /// Carries out an [`Action::Reload`]. It waits for turns of schemas, so it runs on a thread of its own.
     ///
     /// # Errors
-    /// Why nothing was reloaded.
+    /// The reason why nothing was reloaded.
     fn reload(&self, by: &str, action: &Action) -> Result<Reloaded, Refusal> {
         self.act(by, action)?;
         Err(Refusal::new("nothing here can be reloaded"))
     }
-    /// Has the panel of a schema be drawn, at most so often a second, until the answer is dropped; `news` is called after each
-    /// drawing, and must return at once. [`SchemaInfo::panel`](crate::message::SchemaInfo::panel) says which schemas have one.
+    /// Has the panel of a schema drawn at most `rate` times a second until the result is dropped. `news` is
+    /// called after each drawing and must return at once.
+    /// [`SchemaInfo::panel`](crate::message::SchemaInfo::panel) tells which schemas have a panel.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason for a refusal.
     fn look(&self, schema: &str, rate: f64, news: News) -> Result<Box<dyn Looking>, Refusal> {
         let _ = (rate, news);
         Err(no_panel(schema))
     }
-    /// What it imports from other applications.
+    /// The imports from other applications.
     fn imports(&self) -> &[Remote] {
         &[]
     }
 }
 
-/// Is called when a panel was drawn.
+/// Called when a panel was drawn.
 pub type News = Arc<dyn Fn() + Send + Sync>;
 
-/// Somebody who looks at a panel, until it is dropped.
+/// A viewer of a panel, until dropped.
 pub trait Looking: Send {
-    /// What it shows now, or why it shows nothing; none before it was drawn.
+    /// The newest drawing, or the reason why there is none; `None` before the first.
     fn newest(&self) -> Option<Arc<Drawn>>;
 }
 
-/// That a schema has no panel.
+/// Refuses a schema without a panel.
 pub(crate) fn no_panel(schema: &str) -> Refusal {
     Refusal::new(format!("`{schema}` has no panel of its own"))
 }
 
-/// What a subject is.
+/// The description of a subject.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Title {
     /// The name of the application.
     pub application: String,
-    /// The file it was read from.
+    /// The file that it was loaded from.
     pub file: String,
     /// `threads`, `pool`, `lockstep` or `replay`.
     pub executor: String,
-    /// Seconds of the application in a second of the machine.
+    /// Seconds of application time per second of real time.
     pub speed: f64,
 }
 
 impl Title {
-    /// Of an application at a speed.
+    /// The title of an application that runs at this speed.
     #[must_use]
     pub fn new(application: &Application, speed: f64) -> Self {
         Self {
@@ -117,7 +119,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// Of a handle; the title says how it runs.
+    /// Creates the subject from a handle; the title states how the application runs.
     #[must_use]
     pub fn new(handle: Handle, title: Title) -> Self {
         Self {
@@ -127,7 +129,7 @@ impl Running {
         }
     }
 
-    /// The same, whose schemas can be reloaded from the files of these plugins: those that the application was checked against.
+    /// Allows reloads from the files of these plugins, which the application was checked against.
     #[must_use]
     pub fn reloading(self, plugins: Arc<Plugins>) -> Self {
         let reloader = Some(Reloader::new(self.handle.clone(), plugins));
@@ -284,10 +286,10 @@ impl Subject for Running {
     }
 }
 
-/// What an operator does to one schema.
+/// An action on one schema.
 type Act = fn(&Operating, usize) -> Result<(), String>;
 
-/// The longest trial of a new build, s: an hour.
+/// The longest probation of a new build, s: an hour.
 const LONGEST_PROBATION: f64 = 3600.0;
 
 /// The panel of a running schema.
@@ -304,8 +306,8 @@ impl Looking for Watched {
 }
 
 impl Running {
-    /// Unloads or loads all schemas of a plugin: those that act before those that they need, and the other way round. If one is
-    /// refused, the others are as before.
+    /// Unloads or loads all schemas of a plugin. Unloads motor schemas first and drivers last, since the
+    /// former depend on the latter; loads in the reverse order. If one is refused, the others are restored.
     fn act_on_all(&self, by: &str, action: &Action, mut schemas: Vec<usize>) -> Result<(), Refusal> {
         let operator = self.handle.operator(by);
         let unloads = matches!(action, Action::Unload { .. });
@@ -327,7 +329,8 @@ impl Running {
         for (place, schema) in schemas.iter().enumerate() {
             if let Err(reason) = act(&operator, *schema) {
                 for done in schemas[..place].iter().rev() {
-                    // What was done a moment ago can be undone, unless it has not come to rest yet; then it stands and is shown.
+                    // A recent action can be undone, unless the schema is not yet at rest. Then it remains,
+                    // and its state shows it.
                     let _ = undo(&operator, *done);
                 }
                 return Err(Refusal::new(reason));
@@ -336,7 +339,7 @@ impl Running {
         Ok(())
     }
 
-    /// Finds who means that variable, and what it is to be.
+    /// Finds the variable and converts its new value.
     fn modulate(
         &self,
         operator: &jde_host::Operating,

@@ -1,4 +1,4 @@
-//! What opens the network, and what hostile requests meet.
+//! Tests of the settings that open the network, and of hostile requests.
 
 use proptest::prelude::*;
 
@@ -31,7 +31,7 @@ fn nobody_is_let_in_who_proves_nothing() {
     for endpoint in [
         "tcp/0.0.0.0:7447",
         "tls/robot.local:7447",
-        // Other users of this machine get there as well.
+        // Other users of this machine can connect to it as well.
         "tcp/127.0.0.1:7447",
         "tcp/[::1]:7447",
         "unixsock-stream//run/x.sock",

@@ -1,5 +1,5 @@
-//! The values of one variable on their way, at one rate. The variable is looked at when a value is due; only where every value is
-//! wanted does the writer ring.
+//! Publishes the values of one variable at one rate. It polls the variable when a value is due. Only at full
+//! rate does the writer wake it.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,14 +15,14 @@ use super::lanes::{Yard, period};
 use super::subject::Subject;
 use crate::attachment::Tag;
 
-/// Values on their way.
+/// The lane of one variable.
 pub(super) struct ValueLane {
     reader: Reader,
     publisher: Publisher<'static>,
     period: Option<Duration>,
-    /// When it is looked at next; where every value is wanted, when the writer rings.
+    /// When the variable is read next; none at full rate, where the writer wakes the lane.
     due: Option<Instant>,
-    /// Number of the value that was sent last, and whether there was one to see.
+    /// Sequence number of the last value sent, and whether there was a value.
     sent: Option<(u64, bool)>,
     _watch: Option<Watch>,
 }
@@ -57,11 +57,11 @@ impl ValueLane {
         (self.sent, self.due) = (None, Some(Instant::now()));
     }
 
-    /// Sends the newest value if that is due; answers when the next is.
+    /// Sends the newest value if it is due; returns when the next is due.
     pub(super) fn serve(&mut self, subject: &dyn Subject, now: Instant, fresh: bool) -> Option<Instant> {
         if self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
             self.send(subject);
-            // From now on, not from when it was due: it is a bound, not a rhythm.
+            // From now, not from the due time: the rate is a bound, not a rhythm.
             self.due = self.period.map(|period| now + period);
         }
         self.due
@@ -77,7 +77,7 @@ impl ValueLane {
     }
 }
 
-/// The newest value with what goes beside it; none if it was sent before.
+/// The newest value with its attachment; none if it was sent before.
 pub(super) fn newest(
     reader: &mut Reader,
     subject: &dyn Subject,

@@ -1,5 +1,6 @@
-//! The thread that answers, and publishes all but values. It gives way to the application's threads, takes none of the application's locks,
-//! and lives with whatever clients send: what is too much is dropped, what makes no sense is answered with the reason.
+//! The thread that answers queries and publishes everything but values. It runs at the link's niceness and
+//! takes none of the application's locks before the link ends. It bounds what clients send: excess is
+//! dropped, and invalid requests get an answer with the reason.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -27,27 +28,28 @@ use super::value_lane;
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Fine, Network, Refusal, Request, VariableInfo};
 
-/// Between two snapshots, and between two looks at how all variables are doing.
+/// Least time between two snapshots, and between two statuses of all variables.
 const FRESH: Duration = Duration::from_millis(50);
-/// How often events are looked for, while somebody listens and while nobody does.
+/// Polling interval for events, with and without subscribers.
 const LISTENING: Duration = Duration::from_millis(20);
 const IDLE: Duration = Duration::from_millis(250);
-/// Requests answered between two looks at everything else.
+/// Most requests answered between two rounds of other work.
 const ROUND: usize = 16;
-/// Questions of one line that wait for the same thing.
+/// Most queries of one line that wait for the same answer.
 const WAITING: usize = 256 / LINES;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
 const LONGEST: usize = 1 << 20;
-/// Lines that a question for events gets unless it says how many.
+/// Default number of lines in the answer to a query for events.
 const USUAL: usize = 100;
-/// Requests to operate in a second, from all clients of an origin together: each takes the application's locks.
+/// Requests to operate per second, from all clients of an origin together: each takes the application's
+/// locks.
 const ACTS: f64 = 100.0;
 
-/// Gestures in a second, likewise: somebody who drags sends one for each picture that he sees. They are counted by themselves, so
-/// that no panel uses up what it takes to stop a robot.
+/// Gestures per second, likewise. Dragging sends one for each displayed picture. They are counted separately,
+/// so that no panel uses up the allowance for stopping a robot.
 const TOUCHES: f64 = 100.0;
 
-/// What the thread works with.
+/// The state of the thread.
 pub(super) struct Worker {
     pub(super) subject: Arc<dyn Subject>,
     pub(super) inbox: Arc<Inbox>,
@@ -55,16 +57,16 @@ pub(super) struct Worker {
     pub(super) doors: Vec<Door>,
     hands: Hands,
     chronicle: Chronicle,
-    /// Those who must have ended before the doors close.
+    /// Threads that must end before the doors close.
     others: Vec<JoinHandle<()>>,
     leases: Leases,
-    /// Of each origin its own, so that none uses up another's.
+    /// One per origin, so that no origin uses up the other's allowance.
     acts: [Bucket; 2],
     touches: [Bucket; 2],
     about: Answer,
     network: Network,
     schemas: Answer,
-    /// Schemas that everything means.
+    /// The members of all groups without a father.
     roots: Vec<String>,
     variables: Vec<VariableInfo>,
     plain_variables: Answer,
@@ -73,10 +75,10 @@ pub(super) struct Worker {
     statuses: Fetched,
 }
 
-/// Something in JSON.
+/// A message in JSON.
 type Answer = ZBytes;
 
-/// Something that the hands fetch, when somebody wants it, and not too often.
+/// An answer that the hands fetch on demand, at a bounded rate.
 #[derive(Default)]
 struct Fetched {
     newest: Option<(Instant, Answer)>,
@@ -124,12 +126,12 @@ impl Worker {
         }
     }
 
-    /// Waits for these before it closes the doors.
+    /// Sets threads to join before the doors close.
     pub(super) fn outlast(self, others: Vec<JoinHandle<()>>) -> Self {
         Self { others, ..self }
     }
 
-    /// Works until it is told to stop, and then takes leave.
+    /// Works until the link stops, then ends all leases and closes the doors.
     pub(super) fn run(mut self) {
         while !self.inbox.stopping() {
             let next = self.round();
@@ -148,7 +150,7 @@ impl Worker {
         self.doors.into_iter().for_each(Door::close);
     }
 
-    /// Does what is to be done now; answers when the next thing is.
+    /// Does all pending work; returns when the next is due.
     fn round(&mut self) -> Instant {
         self.tell_events();
         let inbox = Arc::clone(&self.inbox);
@@ -161,7 +163,7 @@ impl Worker {
         }
         self.end_leases();
         for place in 0..ROUND {
-            // One question in each round: whoever only orders does not silence those who look.
+            // One query per round takes precedence, so that endless orders do not block queries.
             let Some(ask) = self.inbox.next_ask(place == 0) else {
                 break;
             };
@@ -195,7 +197,8 @@ impl Worker {
         });
     }
 
-    /// Has the hands fetch a snapshot, or how the variables are doing, unless that is too soon; answers when it is not.
+    /// Sends the hands for a snapshot or for the variables' statuses, unless it is too early; returns when to
+    /// try again.
     fn fetch(&mut self, snapshot: bool) -> Option<Instant> {
         let now = Instant::now();
         let (what, errand) = if snapshot {
@@ -308,7 +311,7 @@ impl Worker {
         }
     }
 
-    /// Answers whatever of the application a question is about; a question for much is answered in parts.
+    /// Answers all parts of the application that a query matches, each separately.
     fn answer(&mut self, ask: Ask) {
         let Ask { origin, line, query } = ask;
         let key = query.key_expr().clone();
@@ -330,7 +333,7 @@ impl Worker {
         if asked(&of("var/*/*")) {
             self.answer_values(&query, &key);
         }
-        // These keep the question until there is an answer, so only one of them gets it.
+        // These keep the query until there is an answer, so only one of them can get it.
         if is_order(&key) {
             if asked(&of(keys::OPERATE)) {
                 self.operate(origin, query);
@@ -378,7 +381,7 @@ impl Worker {
             Ok(request) => request,
             Err(refusal) => return refuse(&query, &refusal),
         };
-        // What one schema is told is told to one application.
+        // An order for one schema must be addressed to one application.
         if query.key_expr().as_str() != self.keys.of(keys::OPERATE) && !request.action.is_about_everything() {
             return;
         }
@@ -412,12 +415,12 @@ impl Worker {
 }
 
 impl Fetched {
-    /// Answers with what is fresh, or keeps the question until there is something.
+    /// Answers with a fresh result, or keeps the query until one arrives.
     fn ask(&mut self, query: Query, key: &str, line: usize) {
         let waiting = self.waiting.iter().filter(|(of, _)| *of == line);
         match &self.newest {
             Some((at, answer)) if at.elapsed() < FRESH => reply(&query, key, answer.clone()),
-            // Beyond that the question ends without an answer.
+            // Beyond the limit the query ends without an answer.
             _ if waiting.count() < WAITING => self.waiting.push((line, query)),
             _ => {}
         }
@@ -432,7 +435,7 @@ impl Fetched {
     }
 }
 
-/// That clients from the network may do something, or why not.
+/// Refuses clients on the network unless they may operate.
 pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
     match network {
         Network::Operate => Ok(()),
@@ -442,7 +445,7 @@ pub(super) fn may_operate(network: Network) -> Result<(), Refusal> {
     }
 }
 
-/// Whether a question is about a key.
+/// Whether a query matches a key.
 pub(super) fn about(question: &KeyExpr<'_>, key: &str) -> bool {
     KeyExpr::new(key).is_ok_and(|key| question.intersects(&key))
 }
@@ -451,7 +454,7 @@ fn parameter(query: &Query, name: &str) -> Option<usize> {
     query.parameters().get(name)?.parse().ok()
 }
 
-/// What is asked of `operate`.
+/// Reads a request to `operate` from a query.
 pub(super) fn request(query: &Query) -> Result<Request, Refusal> {
     let payload = query
         .payload()
@@ -459,7 +462,7 @@ pub(super) fn request(query: &Query) -> Result<Request, Refusal> {
     read_request(&payload.to_bytes())
 }
 
-/// A request in JSON, from whoever.
+/// Reads an untrusted request in JSON.
 pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
     if bytes.len() > LONGEST {
         return Err(Refusal::new(format!("a request has at most {LONGEST} bytes")));
@@ -479,7 +482,7 @@ fn refuse(query: &Query, refusal: &Refusal) {
     }
 }
 
-/// Numbers, texts and lists of them always have a form in JSON.
+/// Serialisation cannot fail for numbers, texts and lists of them.
 fn json(message: &impl Serialize) -> Answer {
     ZBytes::from(serde_json::to_vec(message).unwrap_or_default())
 }
