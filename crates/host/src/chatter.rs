@@ -1,4 +1,5 @@
-//! Chattering: the winner of a group changes again and again within a second. It counts switches, and judges no single one.
+//! Chattering: the winner of a group changes repeatedly within a second. It counts switches and judges no
+//! single one.
 
 use std::collections::VecDeque;
 
@@ -6,13 +7,14 @@ use jde_core::{Decider, Nanos, Policy, Record};
 
 /// The time over which switches are counted, ns.
 pub const WINDOW: Nanos = 1_000_000_000;
-/// A group chatters when its winner changes more often than this within a second: a robot that turned from one behaviour to
-/// another and back twice in a second has carried out neither.
+/// A group chatters when its winner changes more often than this within a second: a robot that switched from
+/// one behaviour to another and back twice in a second has completed neither.
 pub const MANY: usize = 4;
-/// It has calmed down when there are no more of them than this: there and back.
+/// Chattering ends when at most this many switches are left: there and back.
 pub const FEW: usize = 2;
 
-/// The switches of one group within the last second; `P` says between whom one was.
+/// The switches of one group within the last second; `P` identifies the schemas between which a switch
+/// occurred.
 #[derive(Clone, Debug)]
 pub struct Chatter<P> {
     many: usize,
@@ -28,7 +30,8 @@ impl<P: Clone + PartialEq> Default for Chatter<P> {
 }
 
 impl<P: Clone + PartialEq> Chatter<P> {
-    /// Chattering begins with more than `many` switches within a second, and is over when there are only `few`.
+    /// Creates a counter. Chattering begins with more than `many` switches within a second, and ends when at
+    /// most `few` are left.
     #[must_use]
     pub fn new(many: usize, few: usize) -> Self {
         Self {
@@ -39,7 +42,8 @@ impl<P: Clone + PartialEq> Chatter<P> {
         }
     }
 
-    /// A switch. Answers with their number within the last second if chattering begins with this one.
+    /// Counts a switch. Returns the number of switches within the last second if chattering begins with this
+    /// one.
     pub fn switched(&mut self, time: Nanos, between: P) -> Option<usize> {
         self.calmed(time);
         self.switches.push_back((time, between));
@@ -47,7 +51,7 @@ impl<P: Clone + PartialEq> Chatter<P> {
         (count > self.many && !std::mem::replace(&mut self.on, true)).then_some(count)
     }
 
-    /// Time has passed. Answers whether chattering is over since the last time that this was asked.
+    /// Advances the time. Returns whether chattering has ended since the last call.
     pub fn calmed(&mut self, now: Nanos) -> bool {
         while self
             .switches
@@ -70,7 +74,7 @@ impl<P: Clone + PartialEq> Chatter<P> {
         self.switches.len()
     }
 
-    /// Between whom most of the last second's switches were.
+    /// The pair with the most switches within the last second.
     #[must_use]
     pub fn between(&self) -> Option<P> {
         let times = |pair: &P| self.switches.iter().filter(|(_, other)| other == pair).count();
@@ -79,8 +83,8 @@ impl<P: Clone + PartialEq> Chatter<P> {
     }
 }
 
-/// Between whom a selection switched, the same for either way; nothing if it switched nobody, or was meant to: by turns, or by an
-/// operator.
+/// The pair of schemas between which a selection switched, the same for either direction. `None` if the
+/// winner did not change, or changed by intention: by round-robin or by an operator.
 #[must_use]
 pub fn pair(record: &Record) -> Option<[Option<usize>; 2]> {
     let meant = match record.decider {

@@ -1,5 +1,5 @@
-//! The two clocks of R16: real time, at any speed, and virtual time that moves only when it is told to; and for tests of promises
-//! about time a third, which is virtual and goes on while calls last.
+//! The two clocks of R16: real time, at any speed, and virtual time, which advances only when it is set. A
+//! third is for tests of timing guarantees: it is virtual and advances while calls last.
 
 mod counted;
 
@@ -11,23 +11,24 @@ use jde_core::Nanos;
 
 use counted::Counted;
 
-/// Tells the application's time, ns since its start.
+/// The application's time, ns since its start.
 #[derive(Debug)]
 pub(crate) enum Clock {
     /// Follows the machine's monotonic clock.
     Real {
-        /// When it was 0.
+        /// The instant of time 0.
         start: Instant,
         /// Seconds of the application in a second of the machine.
         speed: f64,
     },
-    /// Goes on when all threads wait.
+    /// Advances when all threads wait.
     Counted(Counted),
     /// Stands still until it is set.
     Virtual {
-        /// What it shows.
+        /// The present time.
         now: AtomicU64,
-        /// What it shows has been, and was everybody's time or not.
+        /// In a replay, whether the recorded clock ran at the speed of everyday time; `None` outside a
+        /// replay.
         past: Option<bool>,
     },
 }
@@ -51,7 +52,7 @@ impl Clock {
         }
     }
 
-    /// Shows again what a clock has shown once, everybody's or not.
+    /// Repeats the times of a recorded clock, which ran at the speed of everyday time or not.
     pub(crate) fn again(everybodys: bool) -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
@@ -67,7 +68,7 @@ impl Clock {
         }
     }
 
-    /// Moves virtual time forward; real time moves by itself.
+    /// Advances virtual time; real time advances by itself.
     pub(crate) fn set(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
@@ -77,8 +78,8 @@ impl Clock {
         }
     }
 
-    /// Puts virtual time to an instant, also one before the present: what happened to several threads at once is taken again in a
-    /// row, each with its own time.
+    /// Sets virtual time, also to an earlier instant: a replay repeats one after the other what several
+    /// threads did at once, each at its own time.
     pub(crate) fn put(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
@@ -102,7 +103,8 @@ impl Clock {
         }
     }
 
-    /// Waits for news, or until the application's time is `until`; may come back earlier, as a condition variable may.
+    /// Waits for a notification, or until the application's time is `until`. May return earlier, as a
+    /// condition variable may.
     pub(crate) fn wait<'a, T>(
         &self,
         news: &Condvar,
@@ -119,21 +121,21 @@ impl Clock {
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
-    /// A thread that waits by this clock begins. Most clocks need not know.
+    /// Registers a thread that waits by this clock. Only counted time needs it.
     pub(crate) fn hire(&self) {
         if let Self::Counted(counted) = self {
             counted.hire();
         }
     }
 
-    /// One ends.
+    /// Removes a registered thread.
     pub(crate) fn dismiss(&self) {
         if let Self::Counted(counted) = self {
             counted.dismiss();
         }
     }
 
-    /// This thread has something to do: time does not go on by itself before it waits again.
+    /// Marks this thread as busy: counted time does not advance by itself before the thread waits again.
     pub(crate) fn works(&self) {
         if let Self::Counted(counted) = self {
             counted.works();
@@ -147,7 +149,7 @@ impl Clock {
         }
     }
 
-    /// The application's time in which that much passes on this machine.
+    /// The application's time in which that much passes on this machine, ns.
     pub(crate) fn of_machine(&self, time: Duration) -> Nanos {
         match self {
             Self::Real { speed, .. } => scaled(time, *speed),
@@ -165,7 +167,7 @@ impl Clock {
         }
     }
 
-    /// Whether a second of the application is one of everybody.
+    /// Whether a second of the application is a second of everyday time.
     pub(crate) fn is_everybodys(&self) -> bool {
         match self {
             Self::Real { speed, .. } => *speed == 1.0,
@@ -174,18 +176,18 @@ impl Clock {
         }
     }
 
-    /// Whether what it shows has been before: nobody is late in a replay.
+    /// Whether the clock repeats a recorded time: in a replay nothing is late.
     pub(crate) fn is_past(&self) -> bool {
         matches!(self, Self::Virtual { past: Some(_), .. })
     }
 
-    /// Whether calls take time: in lockstep they do not.
+    /// Whether calls take time. In lockstep they do not.
     pub(crate) fn is_real(&self) -> bool {
         matches!(self, Self::Real { .. } | Self::Counted(_))
     }
 }
 
-/// That much of the machine's time, in the application's. Exact where both are the same, as they are on a robot.
+/// Converts time of the machine into the application's. Exact at speed 1, the speed on a robot.
 fn scaled(time: Duration, speed: f64) -> Nanos {
     if speed == 1.0 {
         time.as_nanos() as Nanos

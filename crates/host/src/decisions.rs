@@ -1,4 +1,5 @@
-//! Why-records as lines of JSON, one for every selection (R15), in the order of each group: for files, pipes and the eyes of scripts.
+//! Why-records as lines of JSON, one for each selection (R15), in the order of each group: for files, pipes
+//! and scripts.
 
 use std::io::Write;
 
@@ -6,7 +7,8 @@ use crate::app::Application;
 use crate::event::{Event, Observer};
 use crate::story::{Decided, Decision};
 
-/// Writes a line for every selection it hears of, a [`Decision`] each, once the time to the winner's first iteration is known.
+/// Writes one line, a [`Decision`], for each selection, once the time to the winner's first iteration is
+/// known.
 pub struct Decisions<W: Write + Send> {
     decided: Decided,
     out: W,
@@ -14,7 +16,7 @@ pub struct Decisions<W: Write + Send> {
 }
 
 impl<W: Write + Send> Decisions<W> {
-    /// Writes to `out`; give it a buffer, since it writes line by line.
+    /// Writes to `out`. A buffered writer is recommended, since it writes line by line.
     pub fn new(application: &Application, out: W) -> Self {
         Self {
             decided: Decided::new(application),
@@ -23,10 +25,10 @@ impl<W: Write + Send> Decisions<W> {
         }
     }
 
-    /// Writes what still waits, and gives back what it wrote to.
+    /// Writes the pending lines, and returns the writer.
     ///
     /// # Errors
-    /// The first error of writing; lines after it were dropped, the application went on.
+    /// The first error of writing. The affected lines are lost; the application was not affected.
     pub fn finish(mut self) -> std::io::Result<W> {
         for decision in self.decided.rest() {
             self.write(&decision);
@@ -40,7 +42,7 @@ impl<W: Write + Send> Decisions<W> {
         }
     }
 
-    /// Hears one event.
+    /// Processes one event.
     pub fn hear(&mut self, event: &Event) {
         for decision in self.decided.hear(event) {
             self.write(&decision);

@@ -1,8 +1,9 @@
-//! What the whole process holds of the machine. What one schema of it holds nobody can tell: they share one heap.
+//! The resources of the whole process. The share of a single schema cannot be measured: schemas share one
+//! heap.
 
 use std::fmt;
 
-/// What the process holds at one instant. What the system does not tell is 0.
+/// The resources of the process at one instant. A value that the system does not provide is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Footprint {
     /// Files, sockets and devices that are open.
@@ -12,7 +13,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// That of this process now, out of what the kernel tells of it.
+    /// Measures this process now, through the kernel's `/proc`.
     #[must_use]
     pub fn now() -> Self {
         let files = std::fs::read_dir("/proc/self/fd").map_or(0, |files| files.count() as u64);
@@ -20,7 +21,7 @@ impl Footprint {
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
         let kilobytes = resident.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
         Self {
-            // The folder that was read was open itself.
+            // One of the open files is the folder just read.
             files: files.saturating_sub(1),
             memory: kilobytes.unwrap_or(0) * 1024,
         }

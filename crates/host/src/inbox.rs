@@ -1,26 +1,28 @@
-//! What awaits an instance until its next turn. It stays small however long the instance hangs in a call.
+//! The signals to an instance until its next turn. Its size is bounded, however long the instance hangs in a
+//! call.
 
 use jde_core::{GroupId, Level, Nanos};
 
 use crate::engine::Signal;
 
-/// What awaits an instance until its next turn.
+/// The signals to an instance until its next turn.
 #[derive(Debug, Default)]
 pub(crate) struct Inbox {
-    /// Awake since then and asleep, in the order in which they came: at most two, the last of which is how things are.
+    /// Awakenings, with their times, and sleeps (`None`), in order: at most two, of which the last is the
+    /// present state.
     pub(crate) life: Vec<Option<Nanos>>,
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
     pub(crate) retimed: bool,
     pub(crate) replaced: bool,
     pub(crate) unloaded: bool,
-    /// Somebody looks at its panel.
+    /// A viewer opened its panel.
     pub(crate) looked: bool,
-    /// Gestures await it: see `panels`.
+    /// Gestures wait for it: see `panels`.
     pub(crate) touched: bool,
-    /// Another build awaits its turn to take over: see `build::Register`.
+    /// Another build waits to take over: see `build::Register`.
     pub(crate) swapped: bool,
-    /// At most one question a group.
+    /// At most one question for each group.
     pub(crate) asked: Vec<(GroupId, u64, Level)>,
 }
 
@@ -41,7 +43,7 @@ impl Inbox {
             Signal::Touched => self.touched = true,
             Signal::Swapped => self.swapped = true,
             Signal::Asked { group, ticket, level } => {
-                // An older question is closed by now: a group has one at a time.
+                // A group has one open question at a time, so an older one is closed.
                 self.asked.retain(|(asked, ..)| *asked != group);
                 self.asked.push((group, ticket, level));
             }
@@ -54,13 +56,15 @@ impl Inbox {
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 
-    /// Whether it makes a turn no other than one that is due: it looks and perhaps acts.
+    /// Whether a turn with these signals takes no longer than one that is due: it checks and perhaps
+    /// iterates.
     pub(crate) fn is_light(&self) -> bool {
         let flagged = self.replaced || self.unloaded || self.touched || self.swapped;
         self.life.is_empty() && self.asked.is_empty() && !flagged
     }
 
-    /// Sleeping and waking again are two calls; to do that twice in a row would tell the instance nothing more.
+    /// Combines sleeps and awakenings. Sleeping and waking up again are two calls; a repetition would have no
+    /// further effect.
     fn live(&mut self, awake: Option<Nanos>) {
         if self.life.last().map(Option::is_some) == Some(awake.is_some()) {
             return;

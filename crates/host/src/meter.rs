@@ -1,4 +1,4 @@
-//! Counts and times of one instance, written by whoever runs it and read by anyone. It judges nothing.
+//! Counts and times of one instance, written by its runner and read by any thread. It judges nothing.
 
 use std::sync::atomic::{
     AtomicBool, AtomicU64,
@@ -7,10 +7,11 @@ use std::sync::atomic::{
 
 use jde_core::Nanos;
 
-/// New intervals count an eighth in means: they follow a change of period within a second or two and still read calmly.
+/// A new interval counts an eighth in a mean: means follow a change of period within a second or two and are
+/// still steady.
 const SHARE: i64 = 8;
 
-/// What is measured of an instance.
+/// The measurements of an instance.
 #[derive(Debug, Default)]
 pub(crate) struct Meter {
     pub(crate) iterations: AtomicU64,
@@ -21,11 +22,11 @@ pub(crate) struct Meter {
     pub(crate) left: AtomicU64,
     pub(crate) longest: AtomicU64,
     pub(crate) period: AtomicU64,
-    /// An iteration went well.
+    /// Whether an iteration has succeeded.
     pub(crate) started: AtomicBool,
-    /// Since when a call runs, plus one; 0 while none does.
+    /// Since when a call runs, plus one; 0 while none runs.
     running_since: AtomicU64,
-    /// The question that it was last called to answer, and when.
+    /// The ticket of the question that it was last called to answer, and when.
     took_up: AtomicU64,
     took_up_at: AtomicU64,
     last_cycle: AtomicU64,
@@ -34,21 +35,21 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    /// An iteration took so long.
+    /// Records an iteration and its duration.
     pub(crate) fn iterated(&self, took: Nanos) {
-        // One thread at a time writes these, which makes a swap unnecessary.
+        // One thread at a time writes these, so no atomic exchange is needed.
         self.iterations.store(self.iterations.load(Relaxed) + 1, Relaxed);
         if took > self.longest.load(Relaxed) {
             self.longest.store(took, Relaxed);
         }
     }
 
-    /// A call begins.
+    /// Records the start of a call.
     pub(crate) fn enter(&self, now: Nanos) {
         self.running_since.store(now + 1, Relaxed);
     }
 
-    /// The call ended.
+    /// Records the end of a call.
     pub(crate) fn leave(&self) {
         self.running_since.store(0, Release);
     }
@@ -58,15 +59,16 @@ impl Meter {
         self.running_since.load(Acquire).checked_sub(1)
     }
 
-    /// It is about to be called to answer that question.
+    /// Records that the instance is about to be called to answer that question.
     pub(crate) fn take_up(&self, ticket: u64, now: Nanos) {
         self.took_up_at.store(now, Relaxed);
         self.took_up.store(ticket, Release);
     }
 
-    /// Whether another call runs, or one that answers that question runs or ran that began by `latest`.
+    /// Whether another call runs, or the call to answer that question began by `latest`, even if it has
+    /// returned.
     pub(crate) fn is_busy_with(&self, ticket: Option<u64>, latest: Nanos) -> bool {
-        // In this order: whoever has returned from the call had taken it up before.
+        // In this order: a call seen as returned has stored its ticket before.
         let runs = self.running_since().is_some();
         match ticket == Some(self.took_up.load(Acquire)) {
             true => self.took_up_at.load(Relaxed) <= latest,
@@ -74,7 +76,7 @@ impl Meter {
         }
     }
 
-    /// A periodic cycle began at `start` and took `busy`.
+    /// Records a periodic cycle that began at `start` and took `busy`.
     pub(crate) fn cycle(&self, start: Nanos, busy: Nanos) {
         let last = self.last_cycle.load(Relaxed);
         self.last_cycle.store(start + 1, Relaxed);
@@ -84,7 +86,7 @@ impl Meter {
         blend(&self.mean_busy, busy);
     }
 
-    /// It goes to sleep: the pause that follows is no cycle.
+    /// The instance falls asleep: the following pause is no cycle.
     pub(crate) fn pause(&self) {
         self.last_cycle.store(0, Relaxed);
     }
@@ -103,7 +105,8 @@ impl Meter {
     }
 }
 
-/// In whole numbers: the way to fractions and back is a row of instructions each of which waits for the one before it.
+/// Updates a mean in integer arithmetic: conversion to floating point and back is a chain of dependent
+/// instructions.
 fn blend(mean: &AtomicU64, new: Nanos) {
     let old = mean.load(Relaxed);
     let blended = if old == 0 {

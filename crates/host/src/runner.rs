@@ -1,6 +1,7 @@
-//! Runs one instance, a turn at a time: the loop of the paper's figure 2, for every executor alike (R16).
+//! Runs one instance, one turn at a time: the loop of the paper's figure 2, the same for every executor
+//! (R16).
 //!
-//! A turn does what is due now and says when the next one is due. It waits for nothing; the executors do.
+//! A turn does what is due now and returns when the next one is due. It never waits; the executors do.
 
 mod again;
 mod death;
@@ -26,7 +27,7 @@ use crate::turn::{Journal, Turn};
 pub(crate) use line::Line;
 use swap::Trial;
 
-/// An instance and where it is in its life.
+/// An instance and its state between turns.
 pub(crate) struct Runner {
     engine: Arc<Engine>,
     number: usize,
@@ -34,44 +35,44 @@ pub(crate) struct Runner {
     desk: Arc<Desk>,
     life: Life,
     period: Nanos,
-    /// An instant of the grid on which its deadlines are.
+    /// One instant of the grid of its deadlines.
     anchor: Nanos,
-    /// When its last check was: a change of readiness came to be after that.
+    /// When its last check was. A change of readiness occurred after that.
     last_check: Nanos,
-    /// When it last iterated, plus one: in lockstep it iterates once an instant at most.
+    /// When it last iterated, plus one. In lockstep it iterates at most once an instant.
     last_iteration: Nanos,
     /// Whether the last cycle and the last drawing were late.
     late: [bool; 2],
-    /// Its instance ends as soon as it sleeps.
+    /// The instance ends as soon as it sleeps.
     unloading: bool,
-    /// The present build is on trial.
+    /// Set while the present build is on trial.
     trial: Option<Trial>,
-    /// A build took over in this turn, which is answered at its end.
+    /// A build took over in this turn; the result is reported at its end.
     announced: bool,
-    /// Whoever took over in this turn has its next one at once.
+    /// A build took over in this turn; its next turn follows at once.
     at_once: bool,
     /// When its last turn ended.
     last_turn: Nanos,
     /// When its panel was drawn.
     pace: Pace,
-    /// For those who want to know of turns.
+    /// Receives the turns, if anyone records them.
     journal: Option<Arc<Journal>>,
-    /// The present one.
+    /// The record of the present turn.
     told: Turn,
     beyond: Beyond,
 }
 
-/// Which iterations a turn asks leave for.
+/// Which iterations a turn asks permission for.
 enum Leave {
     Any,
-    /// Any, and in lockstep also a second one at the same instant: what it acts on came after the first.
+    /// Like `Any`, and in lockstep also a second one at the same instant: its input arrived after the first.
     Again,
-    /// Only the first since it became WINNER.
+    /// Only the first iteration since the instance became WINNER.
     First,
 }
 
 enum Life {
-    /// There is no instance: not yet, or it faulted.
+    /// There is no instance: it was not created yet, or it faulted or was unloaded.
     Absent,
     Slept(Instance),
     Awake {
@@ -88,7 +89,7 @@ impl Runner {
         Self::with(engine, number, ports)
     }
 
-    /// One of the build that is in force for the instance.
+    /// A runner of the build that is in force for the instance.
     fn with(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
         let about = &engine.application.instances[number];
         let kind = about.schema.kind;
@@ -121,7 +122,7 @@ impl Runner {
         }
     }
 
-    /// Makes the instance before the application starts, so that a plugin that cannot is known at once.
+    /// Creates the instance before the application starts, so that a failure of the plugin is known at once.
     pub(crate) fn create(&mut self) -> Result<(), String> {
         if !matches!(self.life, Life::Absent) {
             return Ok(());
@@ -133,13 +134,13 @@ impl Runner {
         Ok(())
     }
 
-    /// An instance of that build, at this runner's desk.
+    /// Creates an instance of that build, at this runner's desk.
     fn instance_of(&self, build: &build::Shared) -> Result<Instance, String> {
         self.engine.may_make(self.number)?;
         Instance::create(&self.engine, self.number, build, &self.desk)
     }
 
-    /// As [`Self::create`], with what there is to say of it.
+    /// Like [`Self::create`], with a complete error.
     pub(crate) fn make(&mut self) -> Result<(), StartError> {
         self.create().map_err(|reason| {
             let application = &self.engine.application;
@@ -153,7 +154,7 @@ impl Runner {
         })
     }
 
-    /// Does what is due now; answers when the next turn is due, if by time alone.
+    /// Does what is due now. Returns when the next turn is due; `None` if only a signal causes one.
     pub(crate) fn turn(&mut self, inbox: Inbox) -> Option<Nanos> {
         let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.touched);
         if !inbox.is_empty() {
@@ -167,7 +168,7 @@ impl Runner {
                 self.cycle(now, due);
                 true
             } else if triggered || promoted && self.engine.is_taking(self.number) {
-                // What it was chosen on may be a period old: it looks again before it acts (R8).
+                // The values behind the choice may be a period old, so it checks again before it acts (R8).
                 self.react(now);
                 true
             } else {
@@ -190,7 +191,7 @@ impl Runner {
         }
     }
 
-    /// Does what it was told to, before it looks at anything.
+    /// Processes the signals, before anything is checked.
     fn attend(&mut self, inbox: Inbox) {
         for (group, ticket, level) in inbox.asked {
             self.arbitrate(group, ticket, &level);
@@ -205,7 +206,7 @@ impl Runner {
         if inbox.unloaded {
             self.unload();
         }
-        // Before it awakes: its first turn comes at once, whatever its period.
+        // Before it awakes: its first turn occurs at once, whatever its period.
         if inbox.retimed {
             self.retime();
         }
@@ -227,7 +228,7 @@ impl Runner {
         self.period
     }
 
-    /// What can be done about it while it is inside a call.
+    /// The means to give up a call of it from another thread.
     pub(crate) fn line(&self) -> Line {
         Line::new(&self.engine, self.number, &self.desk)
     }
@@ -250,14 +251,14 @@ impl Runner {
         }
     }
 
-    /// A value came that cannot wait for the period: a motor schema looks whether its precondition still holds (R12), and
-    /// iterates only if that made it WINNER; a driver carries out what was commanded.
+    /// Reacts to a value that cannot wait for the period. A motor schema re-evaluates its precondition (R12),
+    /// and iterates only if that made it WINNER. A driver carries out the command.
     fn react(&mut self, now: Nanos) {
         let motor = self.kind == Kind::Motor;
         self.look_and_act(now, if motor { Leave::First } else { Leave::Again });
     }
 
-    /// Evaluates the precondition of a motor schema, and iterates if the rules give leave.
+    /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
     fn look_and_act(&mut self, now: Nanos, leave: Leave) {
         let Life::Awake { instance, .. } = &mut self.life else {
             return;
@@ -300,11 +301,13 @@ impl Runner {
         }
     }
 
-    /// What a check found, for the rules; nothing if it failed, which they know then.
+    /// Converts the result of a check for the rules. Returns `None` after a failure, which is then reported
+    /// already.
     fn found(&mut self, now: Nanos, result: Result<instance::Answer, String>) -> Option<Check> {
         match result {
             Ok(answer) => {
-                // The situation came to be with the newest value looked at, but not before the check that saw it otherwise.
+                // The situation arose with the newest value read, but not before the last check, which saw
+                // the earlier situation.
                 let cause = answer.newest.clamp(self.last_check.min(now), now);
                 self.last_check = now;
                 Some(Check {
@@ -332,7 +335,7 @@ impl Runner {
         result
     }
 
-    /// Tells the rules how an iteration ended.
+    /// Reports the end of an iteration to the rules.
     fn iterated(&mut self, result: Result<(), String>) {
         match result {
             Ok(()) => self.engine.meters[self.number].started.store(true, Relaxed),
@@ -341,7 +344,7 @@ impl Runner {
         self.told.ended = self.engine.end(self.number);
     }
 
-    /// Tells of the turn that is over, if there was one.
+    /// Records the turn that is over, if there was one.
     fn tell(&mut self) {
         if let Some(journal) = &self.journal {
             let turn = std::mem::replace(&mut self.told, Turn::of(Turn::CYCLED, self.number));
@@ -352,7 +355,7 @@ impl Runner {
         }
     }
 
-    /// A turn of that kind begins, for those who want to know of it.
+    /// Starts the record of a turn.
     fn begin_turn(&mut self, turn: Turn) {
         if self.journal.is_some() {
             self.told = turn;
@@ -360,7 +363,7 @@ impl Runner {
         }
     }
 
-    /// Between turns nothing is looked at: the next turn sees the newest values.
+    /// Releases the values read, so that the next turn sees the newest.
     fn rest(&mut self) {
         if let Life::Awake { instance, .. } = &mut self.life {
             instance.rest();
@@ -388,7 +391,7 @@ impl Runner {
         }
     }
 
-    /// Asks the father's own function.
+    /// Calls the father's own arbitration.
     fn answer(&mut self, level: &Level) -> Answer {
         let (Life::Slept(instance) | Life::Awake { instance, .. }) = &mut self.life else {
             return Answer::Failed {

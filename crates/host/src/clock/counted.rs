@@ -1,9 +1,10 @@
-//! Virtual time for the executors of real time: it goes on when every thread of theirs waits, to the first instant that one waits
-//! for. A call takes what it spends and not a nanosecond more, however busy the machine is. It waits for no thread that does not
-//! count.
+//! Virtual time for the executors of real time. It advances when every registered thread waits, to the first
+//! instant that one of them waits for. A call takes exactly the time that it spends, however busy the machine
+//! is. It does not wait for threads that are not registered.
 //!
-//! A thread that waits looks again and again whether there is work for it. Time goes on once all have looked since the last work
-//! ended, and found none: so nobody is left behind who has mail, without a word in any mailbox about it.
+//! A waiting thread checks repeatedly whether it has work. Time advances once all threads have checked since
+//! the last work ended and found none. So no thread with pending signals is skipped, and the clock needs no
+//! access to mailboxes.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,10 +14,10 @@ use std::time::Duration;
 
 use jde_core::Nanos;
 
-/// How long a thread that waits sleeps between two looks.
+/// How long a waiting thread sleeps between two checks.
 const LOOK: Duration = Duration::from_micros(50);
 
-/// The time, and who waits for which.
+/// The time, and which thread waits for which instant.
 #[derive(Debug, Default)]
 pub(crate) struct Counted {
     now: AtomicU64,
@@ -25,18 +26,18 @@ pub(crate) struct Counted {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Threads that count.
+    /// The number of registered threads.
     hands: usize,
     waits: HashMap<ThreadId, Wait>,
     working: HashSet<ThreadId>,
-    /// Grows whenever work begins or ends, and when time goes on.
+    /// Grows whenever work begins or ends, and when time advances.
     news: u64,
 }
 
 #[derive(Debug)]
 struct Wait {
     until: Option<Nanos>,
-    /// The news when it last found nothing to do.
+    /// The value of `news` when the thread last found no work.
     seen: u64,
 }
 
@@ -45,12 +46,12 @@ impl Counted {
         self.now.load(Ordering::Acquire)
     }
 
-    /// One thread more: time stands still until it waits, too.
+    /// Registers one more thread: time stands still until it waits, too.
     pub(super) fn hire(&self) {
         self.lock().hands += 1;
     }
 
-    /// One thread less.
+    /// Removes one thread.
     pub(super) fn dismiss(&self) {
         let mut state = self.lock();
         state.hands = state.hands.saturating_sub(1);
@@ -58,14 +59,14 @@ impl Counted {
         state.news += 1;
     }
 
-    /// This thread found something to do.
+    /// Marks this thread as busy.
     pub(super) fn works(&self) {
         let mut state = self.lock();
         state.working.insert(thread::current().id());
         state.news += 1;
     }
 
-    /// Waits a moment for news, or for that time.
+    /// Waits a moment for a notification, or for that time.
     pub(super) fn wait<'a, T>(
         &self,
         news: &Condvar,
@@ -78,7 +79,7 @@ impl Counted {
         waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
-    /// Lets that much time pass, as part of what this thread does.
+    /// Lets that much time pass, as part of this thread's work.
     pub(super) fn spend(&self, time: Nanos) {
         let until = self.now().saturating_add(time);
         while self.now() < until {

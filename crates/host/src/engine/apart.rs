@@ -1,12 +1,13 @@
-//! Schemas in processes of their own, as the rules see them: where one is to run, and that one has died.
+//! Schemas in processes of their own, as the rules see them: whether an instance runs in one, and what
+//! follows from its death.
 
 use super::{Engine, Signal};
 use crate::apart::Room;
 use crate::turn::Turn;
 
 impl Engine {
-    /// Nothing is left of an instance that could answer for itself: its level selects again, and the next awakening makes a fresh
-    /// one, of the build that is in force.
+    /// Reports that the process of an instance died. The level selects again, and the next awakening creates
+    /// a new instance of the build in force.
     pub(crate) fn died(&self, instance: usize, reason: String) {
         self.ring(instance, Signal::Replaced);
         let moment = self.faulted(instance, reason.clone());
@@ -14,7 +15,8 @@ impl Engine {
         self.give_up_build(instance, &reason);
     }
 
-    /// What it takes to run an instance in a process of its own; nothing if it runs here.
+    /// The program and the limits that run an instance in a process of its own; `None` if it runs in this
+    /// process.
     pub(crate) fn room(&self, instance: usize) -> Option<Room> {
         Some(Room {
             program: self.processes.program()?.clone(),
@@ -22,7 +24,7 @@ impl Engine {
         })
     }
 
-    /// Says what of a process could not be limited.
+    /// Logs each limit that could not be set on a process.
     pub(crate) fn unlimited(&self, instance: usize, what: &[String]) {
         for what in what {
             tracing::warn!(schema = self.name(instance), "{what}");

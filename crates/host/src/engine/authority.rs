@@ -1,6 +1,6 @@
-//! Commands and who may give them: grants and withdrawals of authority (R7), braking and holding (R9).
+//! Commands and the authority to write them: grants and withdrawals (R7), braking and holding (R9).
 //!
-//! Used only inside transactions. That a withdrawn schema's publish cannot slip in late is the board's doing.
+//! Used only inside transactions. The board ensures that a withdrawn schema cannot publish late.
 
 use std::sync::Arc;
 
@@ -18,23 +18,24 @@ pub(super) struct Command {
     pub(super) variable: Arc<Variable>,
     pub(super) newest: Reader,
     pub(super) neutral: Vec<u8>,
-    /// The number of the value that stands although its writer lost its authority, held or taken over; 0 if none does.
+    /// The sequence number of a value that stays in force without its writer's authority, held or taken over;
+    /// 0 if none does.
     pub(super) alone: u64,
-    /// For whom that value stands: they alone end it.
+    /// The instances for which that value stays in force. Only they end it.
     pub(super) heirs: Vec<usize>,
-    /// The motor schemas that are bound to it.
+    /// The motor schemas that are bound to the command.
     pub(super) commanders: Vec<usize>,
 }
 
-/// What becomes of the newest value of a command.
+/// What happens to the newest value of a command.
 enum Fate<'a> {
-    /// It is nobody's business.
+    /// The value is left as it is.
     Stays,
-    /// It stands without its writer, as written at that time and until then.
+    /// The value stays in force without its writer, written at `time` and valid until `until`.
     StandsAlone {
         time: Nanos,
         until: Nanos,
-        /// For whom.
+        /// The instances for which it stays in force.
         heirs: &'a [usize],
     },
     Neutral,
@@ -73,14 +74,15 @@ impl Commands {
         }
     }
 
-    /// Somebody is about to gain authority in a level: what was commanded from there is its now, where one of `heirs` is bound to it,
-    /// and neutral elsewhere. Answers with the drivers that have something to carry out, as all of these do.
+    /// Prepares a level for a new WINNER. A command of the level now belongs to the heir that is bound to it,
+    /// and becomes neutral if no heir is. Returns the drivers that received neutral values; all such methods
+    /// return these.
     pub(super) fn take_over(&mut self, level: &[usize], heirs: &[usize], now: Nanos) -> Vec<usize> {
         self.each(now, |command, last| {
             if !command.belongs(last, level) {
                 Fate::Stays
             } else if command.is_bound(heirs) {
-                // Not for as long as a loser that was slow by design, or a hold, would have it.
+                // Limits the time, which a slow loser or a hold may have set longer.
                 Fate::StandsAlone {
                     time: last.time,
                     until: last.valid_until.min(now.saturating_add(command.validity())),
@@ -92,8 +94,9 @@ impl Commands {
         })
     }
 
-    /// This one has had its first iteration. What it took over, is bound to itself and did not write is neutral; and so is what only
-    /// those below it are bound to, if none of them is among those who could act.
+    /// Ends what an instance took over, after its first iteration. A command that the instance took over, is
+    /// bound to and did not write becomes neutral. A command to which only schemas below it are bound becomes
+    /// neutral if none of those could act.
     pub(super) fn lapse(
         &mut self,
         instance: usize,
@@ -112,7 +115,7 @@ impl Commands {
         })
     }
 
-    /// Sends the neutral value wherever a command belongs to a level.
+    /// Sends the neutral value to each command that belongs to a level.
     pub(super) fn brake(&mut self, level: &[usize], now: Nanos) -> Vec<usize> {
         self.each(now, |command, last| {
             if command.belongs(last, level) {
@@ -123,8 +126,9 @@ impl Commands {
         })
     }
 
-    /// Keeps the last command of a level in force until then; one whose validity is over stays over, and one that stands alone already
-    /// stands no longer for it. What was taken over from elsewhere is neutral.
+    /// Keeps the last commands of a level in force until `until`. An expired command stays expired, and a
+    /// value that already stays in force without its writer does so no longer than before. A command that was
+    /// taken over from elsewhere becomes neutral.
     pub(super) fn hold(&mut self, level: &[usize], now: Nanos, until: Nanos) -> Vec<usize> {
         self.each(now, |command, last| {
             if !command.belongs(last, level) || last.valid_until < now {
@@ -146,7 +150,7 @@ impl Commands {
         })
     }
 
-    /// Sends the neutral value everywhere.
+    /// Withdraws all authority and sends every command its neutral value.
     pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<usize> {
         for command in &mut self.commands {
             for commander in &command.commanders {
@@ -194,7 +198,7 @@ impl Command {
             .any(|commander| instances.contains(commander))
     }
 
-    /// The newest value, if somebody wrote one.
+    /// The newest value, if any was written.
     fn last(&mut self) -> Option<Last> {
         let last = self.newest.latch().filter(|last| last.stamp.sequence > 0);
         let last = last.map(|last| Last {
@@ -207,8 +211,9 @@ impl Command {
         last
     }
 
-    /// Whether its newest value is that of a level: of its writer's; and once it stands alone of those for whom it stands and who are
-    /// bound to it, whoever wrote it.
+    /// Whether the newest value belongs to a level. It belongs to the level of its writer. A value that stays
+    /// in force without its writer belongs to the levels of its heirs that are bound to the command, whatever
+    /// schema wrote it.
     fn belongs(&self, last: &Last, level: &[usize]) -> bool {
         if !self.stands_alone(last) {
             return level.contains(&last.writer());
@@ -217,12 +222,12 @@ impl Command {
         bound.any(|commander| level.contains(commander) && self.heirs.contains(commander))
     }
 
-    /// Whether that value is held or was taken over.
+    /// Whether the value was held or taken over.
     fn stands_alone(&self, last: &Last) -> bool {
         self.alone == last.sequence
     }
 
-    /// Lets the newest value stand although its writer lost its authority, until then.
+    /// Keeps the newest value in force until `until` without its writer's authority.
     fn stand_alone(&mut self, last: &Last, time: Nanos, until: Nanos) {
         self.alone = last.sequence;
         if until == last.valid_until {

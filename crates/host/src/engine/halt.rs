@@ -1,6 +1,8 @@
-//! Everything stopped at once by an operator, and let go on again (R14). Nothing is ended and nothing lost.
+//! Stops everything at once for an operator, and releases it again (R14). No instance ends and no memory is
+//! lost.
 //!
-//! Each is one transaction of the rules, so that whatever others do at the same time comes before it or after it.
+//! Each operation is one transaction of the rules, so that every other change precedes or follows it
+//! entirely.
 
 use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
 
@@ -9,9 +11,9 @@ use crate::event::OperatorAction;
 use crate::turn::Turn;
 
 impl Engine {
-    /// Puts every root to sleep with all below it. Whoever is inside an iteration has lost its authority when this returns, long before
-    /// the group's patience ends (R1), and what anybody commanded is neutral, also where an absence policy would hold it for a
-    /// while (R9).
+    /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration
+    /// has lost its authority, long before the group's patience ends (R1). Every command is neutral, even
+    /// where an absence policy would hold it for a while (R9).
     pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
         let (done, moment) =
             self.transact_told(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
@@ -20,7 +22,7 @@ impl Engine {
         self.all_operated(by, done, Operator::Stop)
     }
 
-    /// Lets every root go on that was stopped with everything, and by nobody by itself.
+    /// Releases every root that was stopped with everything and was not also stopped individually.
     pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
         let (done, moment) = self.transact_told(|hierarchy, now, out| hierarchy.release_all(now, out));
         let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
@@ -28,13 +30,13 @@ impl Engine {
         self.all_operated(by, done, Operator::Release)
     }
 
-    /// Has an operator of the past stop everything again.
+    /// Repeats an operator's stop of everything, in a replay.
     pub(crate) fn stop_all_again(&self) {
-        // What was refused then was told to whoever acted.
+        // The original operator was informed of a refusal.
         let _ = self.transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
     }
 
-    /// Has an operator of the past let everything go on again.
+    /// Repeats an operator's release of everything, in a replay.
     pub(crate) fn release_all_again(&self) {
         let _ = self.transact(|hierarchy, now, out| hierarchy.release_all(now, out));
     }
@@ -54,7 +56,7 @@ impl Engine {
         Ok(roots.collect())
     }
 
-    /// Tells of each schema on which an operator acted.
+    /// Reports an operator's action on each affected schema.
     fn all_operated(
         &self,
         by: &str,

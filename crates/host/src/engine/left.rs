@@ -1,5 +1,5 @@
-//! Calls that do not return. Those that were given up may run on for ever, but nothing they do counts, and how many there are is
-//! bounded and known.
+//! Calls that do not return. A call that was given up may run for ever, but nothing it does has an effect,
+//! and the number of such calls is bounded and counted.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -10,15 +10,16 @@ use crate::event::Event;
 use crate::footprint::Footprint;
 use crate::instance::Left;
 
-/// Calls of one schema that may have been given up and not have returned: each keeps a thread, its stack and whatever the
-/// schema had allocated and opened. Who hangs once in a while is helped by a few; who always does must not eat the machine.
+/// The limit of calls of one schema that were given up and have not returned. Each keeps a thread, its stack,
+/// and the memory and files of the schema. A few are tolerated; a schema that always hangs must not exhaust
+/// the machine.
 const MOST_LEFT: u64 = 4;
 
 impl Engine {
-    /// Whether an instance may be made.
+    /// Whether an instance may be created.
     ///
     /// # Errors
-    /// Too many calls of those before it never returned.
+    /// Too many calls of earlier instances were given up and never returned.
     pub(crate) fn may_make(&self, instance: usize) -> Result<(), String> {
         let left = self.meters[instance].left.load(Relaxed);
         if left < MOST_LEFT {
@@ -29,30 +30,31 @@ impl Engine {
         ))
     }
 
-    /// A call does not return: the level selects again as if it had failed. A restart that finds it there still, because it could
-    /// not be given up, fails too.
+    /// Reports that a call does not return: the level selects again as after a failure. If the call could not
+    /// be given up and still runs at a restart, the restart fails too.
     pub(crate) fn hung(&self, instance: usize, reason: String) {
         let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
         if !known {
-            // Who finds out later that a process has died need not tell.
+            // Marks a death of the process as reported: a later discovery of it must not report it again.
             self.processes.is_to_be_told(instance);
             self.died(instance, reason);
         }
     }
 
-    /// The call of an instance that has run since then was given up for that reason, and keeps so many bytes of shared values.
+    /// Reports that the call which runs since `since` was given up for `reason`; it keeps `kept` bytes of
+    /// shared values.
     pub(crate) fn left_behind(&self, instance: usize, since: Nanos, reason: String, kept: u64) {
         let meter = &self.meters[instance];
         meter.leave();
         let left = meter.left.fetch_add(1, Relaxed) + 1;
-        // First, so that whoever makes the next instance finds the build that it is to be of.
+        // First, so that the next instance is created from the right build.
         self.interrupted(instance, &reason);
         self.hung(instance, reason);
-        // It may have faulted long before, and have published since.
+        // The instance may have faulted long before and published values since.
         self.variables.retract_exports(instance);
         self.transact_end(None, instance);
         if self.builds.is_awaited(instance) {
-            // The call may have taken up the signal for it, and hung before its turn.
+            // The call may have taken the signal from the inbox and hung before the exchange.
             self.ring(instance, Signal::Swapped);
         }
         let process = Footprint::now();
@@ -70,7 +72,7 @@ impl Engine {
         });
     }
 
-    /// A call returned that was given up: its instance ends, here and now.
+    /// Ends the instance of a call that was given up and has now returned, on the calling thread.
     pub(crate) fn came_back(&self, left: Left) {
         let (instance, since) = (left.number, left.since);
         left.end();

@@ -1,8 +1,10 @@
-//! What the executors share: the rules under one lock, the board, the clock, and what follows from every transaction.
+//! //! The state that all executors share: the rules under one lock, the board, the clock, and the effects of
+//! every transaction.
 //!
-//! Every change of the hierarchy is one [`Engine::transact`]: the rules are asked, and what they answer is carried out in
-//! order before the lock is let go. So authority is where the rules say it is at every instant (R1, R7), whatever the
-//! threads do. The engine starts no thread and calls no plugin; it rings the [`Bells`] of whoever does.
+//! Every change of the hierarchy is one [`Engine::transact`]: it applies the change to the rules and carries
+//! out their effects in order before it releases the lock. So authority matches the rules at every instant
+//! (R1, R7), whatever the threads do. The engine starts no thread and calls no plugin; it signals the
+//! executor through [`Bells`].
 
 mod apart;
 mod authority;
@@ -47,50 +49,54 @@ pub(crate) use services::Led;
 pub(crate) use transact::Begun;
 pub(crate) use wiring::Variables;
 
-/// Tells the runner of an instance that something awaits it.
+/// Delivers signals to the runners of instances and sets the rules' timer.
 ///
-/// What is left and set is so at once, in the order of the transactions that it comes from: also under the engine's lock, which is why
-/// neither may call the engine. Whoever waits for it is called when that lock is free again: who is woken may well have the
-/// processor before the one who woke it goes on, and would find the rules locked.
+/// [`Bells::leave`] and [`Bells::set_alarm`] take effect at once, in the order of the transactions that cause
+/// them. They also run under the engine's lock, so they must not call the engine. The threads that wait are
+/// notified once the lock is free: a notified thread may run before the notifier continues, and would
+/// otherwise block on the rules' lock.
 pub(crate) trait Bells: Send + Sync {
-    /// Leaves a signal for an instance; answers whether somebody must be called.
+    /// Leaves a signal for an instance. Returns whether a thread must be notified.
     fn leave(&self, instance: usize, signal: Signal) -> bool;
-    /// Calls whoever takes the instance's turns.
+    /// Notifies the thread that takes the instance's turns.
     fn call(&self, instance: usize);
-    /// Sets the next time at which the rules want [`Engine::tick`]; answers whether somebody must be called.
+    /// Sets the next time at which the rules need [`Engine::tick`]. Returns whether a thread must be
+    /// notified.
     fn set_alarm(&self, next: Option<Nanos>) -> bool;
-    /// Calls whoever waits for that time.
+    /// Notifies the thread that waits for that time.
     fn call_alarm(&self);
 }
 
-/// What awaits an instance.
+/// A signal to an instance.
 #[derive(Debug)]
 pub(crate) enum Signal {
-    /// It is awake since then.
+    /// The instance is awake since that time.
     Awake(Nanos),
-    /// It sleeps now.
+    /// The instance is asleep.
     Asleep,
-    /// It was given up inside a call: when that returns, the instance goes, and the next awakening makes a fresh one.
+    /// A call of the instance was given up. The instance ends when that call returns; the next awakening
+    /// creates a new one.
     Replaced,
-    /// It is unloaded: its instance ends as soon as it sleeps.
+    /// The instance was unloaded: it ends as soon as it sleeps.
     Unloaded,
-    /// It is WINNER now: iterate at once.
+    /// The instance became WINNER: iterate at once.
     Promoted,
-    /// A value it waits for was published (R12), or a command that cannot wait.
+    /// A value that triggers the instance was published (R12), or a driver received a command that cannot
+    /// wait.
     Triggered,
-    /// Its own arbitration is wanted (R4).
+    /// The instance must arbitrate (R4).
     Asked {
         group: GroupId,
         ticket: u64,
         level: Level,
     },
-    /// Its period was written.
+    /// The period was written.
     Retimed,
-    /// Somebody looks at its panel.
+    /// A viewer opened the instance's panel.
     Looked,
-    /// Somebody did something to its panel.
+    /// A gesture on the panel is waiting.
     Touched,
-    /// Another build of it awaits its turn to take over.
+    /// Another build is waiting to take over at the instance's next turn.
     Swapped,
 }
 
@@ -100,31 +106,32 @@ pub(crate) struct Engine {
     pub(crate) board: Board,
     pub(crate) variables: Variables,
     pub(crate) clock: Clock,
-    /// How long each instance is due before the last of those that were woken with it.
+    /// How much earlier than the last of the instances awakened together each instance is due.
     early: Vec<Nanos>,
     pub(crate) meters: Vec<Meter>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: build::Register,
     pub(crate) processes: Processes,
     pub(crate) id: u64,
-    /// For those who want to know of turns.
+    /// Receives the turns, if anyone records them.
     pub(crate) journal: Option<Arc<Journal>>,
-    /// What fathers ask for is put off to here while it is `Some`, to be done when it was done first.
+    /// While this is `Some`, requests of fathers are collected here. A replay carries them out at the time of
+    /// the original requests.
     put_off: Mutex<Option<Vec<Led>>>,
     rules: Mutex<Rules>,
     bells: OnceLock<Weak<dyn Bells>>,
     outcome: Mutex<Option<Outcome>>,
-    /// Whether there is an outcome: looked at far more often than it changes.
+    /// Whether there is an outcome. Checked far more often than it changes.
     concluded: AtomicBool,
     ended: Condvar,
-    /// What operators wrote over and did not let go of. Its lock is taken after that of the rules, or alone.
+    /// What operators have changed and not released. This lock is taken after the rules' lock, or alone.
     held: Mutex<Held>,
     later: Later,
-    /// The engine's own eyes on variables, for as long as it lives.
+    /// The engine's own watches on variables, kept as long as the engine.
     watches: Mutex<Vec<Watch>>,
 }
 
-/// What changes only in transactions.
+/// The state that only transactions change.
 pub(crate) struct Rules {
     hierarchy: Hierarchy,
     effects: Vec<Effect>,
@@ -132,17 +139,19 @@ pub(crate) struct Rules {
     witness: Option<Box<dyn Witness>>,
     commands: Commands,
     groups: Groups,
-    /// Fathers and roles whose last wake or sleep was refused: a row of refusals is told once.
+    /// Pairs of father and role whose last wake or sleep was refused. Only the first of consecutive refusals
+    /// is reported.
     unheard: BTreeSet<(usize, usize)>,
-    /// When the bells were last told to call for a timer.
+    /// The timer that was last set through the bells.
     alarm: Option<Nanos>,
-    /// Who is to be called as soon as the lock is free.
+    /// What to notify once the lock is free.
     calls: Calls,
-    /// While it is `Some`, nobody gains authority, and those put to sleep are listed here instead of rung for.
+    /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
+    /// signalled.
     closing: Option<Vec<usize>>,
 }
 
-/// Who is to be called.
+/// What to notify.
 #[derive(Default)]
 struct Calls {
     instances: Vec<usize>,
@@ -216,12 +225,13 @@ impl Engine {
         Ok((engine, ports))
     }
 
-    /// How long it is due before the last of those that were woken with it.
+    /// How much earlier than the last of the instances awakened together this instance is due.
     pub(crate) fn early(&self, instance: usize) -> Nanos {
         self.early[instance]
     }
 
-    /// Names whoever runs the instances, and lets publications ring for them. Once, before [`Self::start`].
+    /// Connects the executor, and lets publications signal its instances. Called once, before
+    /// [`Self::start`].
     pub(crate) fn attach(&self, bells: &Arc<dyn Bells>) {
         self.keep(wiring::watch(self, bells));
         assert!(
@@ -230,7 +240,7 @@ impl Engine {
         );
     }
 
-    /// Watches from now on.
+    /// Keeps watches for as long as the engine lives.
     pub(crate) fn keep(&self, watches: impl IntoIterator<Item = Watch>) {
         let mut kept = self.watches.lock().unwrap_or_else(PoisonError::into_inner);
         kept.extend(watches);
@@ -241,7 +251,7 @@ impl Engine {
         self.tell_turn(Turn::STARTED, 0, 0, moment);
     }
 
-    /// The rules' timers are due.
+    /// Runs the rules' timers that are due.
     pub(crate) fn tick(&self) {
         let ((), moment) = self.transact_told(|hierarchy, now, out| {
             self.excuse_the_idle(hierarchy, now);
@@ -250,8 +260,9 @@ impl Engine {
         self.tell_turn(Turn::TICKED, 0, 0, moment);
     }
 
-    /// A father whose time to arbitrate is over, which is inside no other call and has not been called to answer in the first half of
-    /// that time, had no chance: its thread was woken and did not run, or found no worker. That is the machine's lateness and not its own.
+    /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other
+    /// call of it runs, and it was not called to answer in the first half of its time. Its thread was then
+    /// notified and did not run, or no worker was free: the machine was late, not the father.
     fn excuse_the_idle(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some((due, group)),
@@ -274,7 +285,7 @@ impl Engine {
         self.lock().hierarchy.next_timer()
     }
 
-    /// A precondition was evaluated.
+    /// Reports the result of a precondition.
     pub(crate) fn checked(&self, instance: usize, check: Check) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
             hierarchy.checked(now, schema(instance), check, out);
@@ -282,33 +293,34 @@ impl Engine {
         self.transact_of(instance, told).1
     }
 
-    /// Asks leave to iterate.
+    /// Asks the rules for permission to iterate.
     pub(crate) fn begin(&self, instance: usize) -> Begun {
         self.transact_begin(instance, None, false).1
     }
 
-    /// Asks leave for the first iteration since it became WINNER; no if it has had that already.
+    /// Asks for permission for the first iteration since the instance became WINNER. Refused if that
+    /// iteration has begun already.
     pub(crate) fn begin_first(&self, instance: usize) -> Begun {
         self.transact_begin(instance, None, true).1
     }
 
-    /// [`Self::checked`], and then at once [`Self::begin`] or [`Self::begin_first`].
+    /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::begin_first`].
     pub(crate) fn checked_and_begin(&self, instance: usize, check: Check, first: bool) -> (Moment, Begun) {
         self.transact_begin(instance, Some(check), first)
     }
 
-    /// Whether it became WINNER and has not begun to iterate since.
+    /// Whether the instance became WINNER and has not begun to iterate since.
     pub(crate) fn is_taking(&self, instance: usize) -> bool {
         self.lock().hierarchy.is_taking(schema(instance))
     }
 
-    /// The iteration ended.
+    /// Reports the end of an iteration.
     pub(crate) fn end(&self, instance: usize) -> Moment {
         self.transact_end(self.journal_of(instance), instance)
     }
 
-    /// A call into the instance failed. What it exported no longer tells how things are. A driver that never worked ends the
-    /// application: nothing can be done without it.
+    /// Reports that a call into the instance failed, and retracts the instance's exports. A driver that never
+    /// completed an iteration ends the application, which cannot work without it.
     pub(crate) fn faulted(&self, instance: usize, reason: String) -> Moment {
         let meter = &self.meters[instance];
         meter.faults.fetch_add(1, Ordering::Relaxed);
@@ -320,7 +332,8 @@ impl Engine {
                 "driver `{name}` could not start: {reason}"
             )));
         }
-        // Watchers are called, so no lock may be held; and before it can be restarted, so that nothing newer is taken back.
+        // Retracting calls watchers, so no lock may be held. It precedes the restart, so that it retracts no
+        // newer value.
         self.variables.retract_exports(instance);
         self.transact_of(instance, |hierarchy, now, out| {
             hierarchy.faulted(now, schema(instance), reason, out);
@@ -336,7 +349,7 @@ impl Engine {
         )));
     }
 
-    /// The father answered.
+    /// Reports the answer of a father.
     pub(crate) fn answered(&self, group: GroupId, ticket: u64, answer: Answer) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
             hierarchy.answered(now, group, ticket, answer, out);
@@ -344,7 +357,7 @@ impl Engine {
         self.transact_told(told).1
     }
 
-    /// A deadline was missed or met.
+    /// Reports that a deadline was missed or met.
     pub(crate) fn deadline(&self, instance: usize, met: bool) {
         self.transact(|hierarchy, _, out| {
             if met {
@@ -355,7 +368,7 @@ impl Engine {
         });
     }
 
-    /// Ends the application: the first outcome counts.
+    /// Ends the application. Only the first outcome counts.
     pub(crate) fn conclude(&self, outcome: Outcome) {
         let mut slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
         slot.get_or_insert(outcome);
@@ -388,7 +401,7 @@ impl Engine {
         &self.application.instances[instance].name
     }
 
-    /// The instances that act for a group: its members and all below them.
+    /// The instances that act for a group: its members and all schemas below them.
     fn below(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
         let members = &self.application.groups[group.index()].members;
         members
@@ -397,14 +410,14 @@ impl Engine {
             .collect()
     }
 
-    /// Rings for an instance, outside of the lock.
+    /// Signals an instance outside of the lock.
     fn ring(&self, instance: usize, signal: Signal) {
         if self.leave(instance, signal) {
             self.call(instance);
         }
     }
 
-    /// Leaves a signal for an instance; answers whether it is to be called, outside of the lock.
+    /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
     fn leave(&self, instance: usize, signal: Signal) -> bool {
         self.bells().is_some_and(|bells| bells.leave(instance, signal))
     }
@@ -415,14 +428,14 @@ impl Engine {
         }
     }
 
-    /// Rings for an instance within a transaction; [`Self::unlock`] calls.
+    /// Signals an instance within a transaction; [`Self::unlock`] notifies its thread.
     fn ring_within(&self, rules: &mut Rules, instance: usize, signal: Signal) {
         if self.leave(instance, signal) {
             rules.calls.instances.push(instance);
         }
     }
 
-    /// Ends a transaction: whoever awaits something of it is called.
+    /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
     fn unlock(&self, mut rules: MutexGuard<'_, Rules>) {
         let none = rules.calls.instances.is_empty() && !rules.calls.alarm;
         let calls = (!none).then(|| std::mem::take(&mut rules.calls));
@@ -447,13 +460,14 @@ impl Engine {
         }
     }
 
-    /// A panic inside a transaction is the host's own fault and ends the application; what is left is only stopped.
+    /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a
+    /// poisoned lock only serves the shutdown.
     fn lock(&self) -> MutexGuard<'_, Rules> {
         self.rules.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// A schema and all below it.
+/// A schema and all schemas below it.
 fn with_below(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
     let below = hierarchy.subtree(id).into_iter();
     std::iter::once(id).chain(below).map(SchemaId::index).collect()

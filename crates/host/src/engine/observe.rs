@@ -1,4 +1,4 @@
-//! What is kept for those who watch: the last switch of every group, worst takeovers (R17), and snapshots.
+//! What is kept for observers: the last switch of every group, worst takeovers (R17), and snapshots.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -11,10 +11,10 @@ use crate::chatter::{self, Chatter};
 use crate::event::{Event, OperatorAction};
 use crate::snapshot::{Chattering, GroupView, SchemaView, Snapshot, Switch};
 
-/// What is remembered of every group.
+/// What is kept of every group.
 pub(crate) struct Groups {
     groups: Vec<Group>,
-    /// Those that chatter.
+    /// The groups that chatter.
     restless: Vec<usize>,
 }
 
@@ -22,12 +22,12 @@ pub(crate) struct Groups {
 struct Group {
     switches: u64,
     worst: Nanos,
-    /// Worst takeover by its contract (R17).
+    /// Worst takeover that the contract allows (R17).
     allowed: Nanos,
     late: u64,
     last: Option<(u64, Switch)>,
     chatter: Chatter<[Option<usize>; 2]>,
-    /// When it began to chatter, and how many switches there had been then.
+    /// When the group began to chatter, and its number of switches at that time.
     began: Option<(Nanos, u64)>,
 }
 
@@ -43,12 +43,12 @@ impl Groups {
         groups
     }
 
-    /// Takes over the contract of a group with the periods and policies that are in force now.
+    /// Recomputes the contract of a group from the periods and policies in force now.
     pub(super) fn agree(&mut self, hierarchy: &Hierarchy, group: GroupId) {
         self.groups[group.index()].allowed = hierarchy.allowed(group).unwrap_or_default();
     }
 
-    /// A selection; answers with what there is to tell of the group beyond that.
+    /// Records a selection. Returns a further event if the group begins to chatter.
     pub(super) fn decided(&mut self, record: &Record) -> Option<Event> {
         if !record.changed {
             return None;
@@ -77,12 +77,12 @@ impl Groups {
         })
     }
 
-    /// Whether any group chatters: seldom, and asked in every transaction.
+    /// Whether any group chatters. Rarely true, and checked in every transaction.
     pub(super) fn is_restless(&self) -> bool {
         !self.restless.is_empty()
     }
 
-    /// Time has passed: answers with the groups that have calmed down.
+    /// Advances the time. Returns an event for each group that has calmed down.
     pub(super) fn calmed(&mut self, now: Nanos) -> Vec<Event> {
         let groups = &mut self.groups;
         let calmed = self
@@ -112,10 +112,10 @@ impl Groups {
     }
 }
 
-/// Events that the next transaction tells of.
+/// Events that the next transaction reports.
 #[derive(Default)]
 pub(super) struct Later {
-    /// Whether there are any: looked at in every transaction.
+    /// Whether there are any; checked in every transaction.
     any: AtomicBool,
     events: Mutex<Vec<Event>>,
 }
@@ -150,7 +150,7 @@ impl Engine {
         latency: Nanos,
     ) {
         let allowed = rules.groups.groups[group.index()].allowed;
-        // What was late when it happened first was told then.
+        // In a replay, lateness was reported when it first happened.
         let late = latency > allowed && !self.clock.is_past();
         rules.groups.took(group, record, latency, late);
         if late {
@@ -184,7 +184,7 @@ impl Engine {
         }
     }
 
-    /// Tells those who watch what an operator did.
+    /// Reports an operator's action to the observers.
     pub(super) fn operated(&self, by: &str, action: OperatorAction) {
         let mut rules = self.lock();
         let event = Event::Operator {
@@ -195,18 +195,19 @@ impl Engine {
         self.tell(&mut rules, &event);
     }
 
-    /// Tells those who watch, outside a transaction.
+    /// Reports an event to the observers, outside a transaction.
     pub(crate) fn report(&self, event: &Event) {
         let mut rules = self.lock();
         self.tell(&mut rules, event);
     }
 
-    /// Has the next transaction tell those who watch: for publications, which do not take the rules' lock.
+    /// Leaves an event for the next transaction to report. For publications, which do not take the rules'
+    /// lock.
     pub(crate) fn report_later(&self, event: Event) {
         self.later.put(event);
     }
 
-    /// Everything at this instant.
+    /// A snapshot of all schemas and groups at this instant.
     pub(crate) fn snapshot(&self) -> Snapshot {
         let rules = self.lock();
         let schemas = self.application.instances.iter().enumerate();
@@ -290,7 +291,7 @@ pub fn policy_name(policy: Policy) -> &'static str {
     }
 }
 
-/// Who decided, in a word or two.
+/// The name of what decided, in one or two words.
 #[must_use]
 pub fn decider_name(decider: Decider) -> &'static str {
     match decider {

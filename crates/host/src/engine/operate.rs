@@ -17,19 +17,19 @@ use crate::turn::{Moment, Turn};
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;
 
-/// What operators did and did not let go of.
+/// The actions of operators that were not released yet.
 #[derive(Default)]
 pub(super) struct Held {
-    /// Who was the last to play, stop or force a schema.
+    /// The operator that last played, stopped or forced each schema.
     hands: BTreeMap<usize, String>,
-    /// Who was the last to stop everything.
+    /// The operator that last stopped everything.
     pub(super) everything: String,
-    /// Schemas whose instances are gone.
+    /// Schemas whose instances were ended by unloading.
     pub(super) unloaded: BTreeSet<usize>,
     values: Vec<Overwritten>,
 }
 
-/// A modulation or period that an operator wrote over.
+/// A modulation or period that an operator overwrote.
 struct Overwritten {
     owner: usize,
     variable: Arc<Variable>,
@@ -43,17 +43,17 @@ struct Before {
 }
 
 impl Held {
-    /// Somebody plays, stops or forces a schema.
+    /// Records the operator that plays, stops or forces a schema.
     pub(super) fn hold(&mut self, instance: usize, by: &str) {
         self.hands.insert(instance, by.to_owned());
     }
 
-    /// Whether this operator was the last to do that.
+    /// Whether this operator was the last to play, stop or force the schema.
     fn is_held_by(&self, instance: usize, by: &str) -> bool {
         self.hands.get(&instance).is_some_and(|hand| hand == by)
     }
 
-    /// Nobody does any more.
+    /// Forgets the hold on a schema.
     pub(super) fn let_go(&mut self, instance: usize) {
         self.hands.remove(&instance);
         self.unloaded.remove(&instance);
@@ -74,20 +74,21 @@ impl Engine {
         Ok(())
     }
 
-    /// Has an operator of the past act again on the hierarchy; what was refused then is refused now.
+    /// Repeats an operator's action on the hierarchy, in a replay. An action that was refused is refused
+    /// again.
     pub(crate) fn operate_again(&self, operator: Operator) {
-        // Then it was told to whoever acted.
+        // The original operator was informed of a refusal.
         let _: Result<(), String> =
             self.transact(|hierarchy, now, out| self.act(hierarchy, now, out, "", operator));
     }
 
-    /// Has an operator of the past let go again.
+    /// Repeats the release of one operator's hold, in a replay.
     pub(crate) fn let_go_again(&self, instance: usize) {
-        // What was refused then was told to whoever acted.
+        // The original operator was informed of a refusal.
         let _ = self.transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
     }
 
-    /// Undoes what operators did to a schema by itself.
+    /// Undoes what operators did to a schema individually.
     pub(super) fn undo(
         &self,
         hierarchy: &mut Hierarchy,
@@ -102,7 +103,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Carries out what an operator does to the hierarchy, and notes who holds what.
+    /// Applies an operator's action to the hierarchy, and records the hold.
     pub(super) fn act(
         &self,
         hierarchy: &mut Hierarchy,
@@ -126,9 +127,9 @@ impl Engine {
         Ok(())
     }
 
-    /// Has an operator of the past write again.
+    /// Repeats an operator's write, in a replay.
     pub(crate) fn put_again(&self, variable: &Arc<Variable>, bytes: &[u8]) {
-        // It was let through then.
+        // Only writes that succeeded were recorded.
         let _ = variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX);
     }
 
@@ -152,7 +153,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Changes a period.
+    /// Changes a period, ns.
     pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
         self.known(instance)?;
         period::check(period).map_err(|error| error.to_string())?;
@@ -208,11 +209,12 @@ impl Engine {
         Ok(())
     }
 
-    /// A new period was published: it counts from the next iteration on.
+    /// The newest published period, ns; it counts from the next iteration. `None` if it is not a valid
+    /// period.
     pub(crate) fn period_of(&self, instance: usize) -> Option<Nanos> {
         let bytes = newest_bytes(self.variables.period(instance))?;
         let seconds = f64::from_ne_bytes(bytes.try_into().ok()?);
-        // A father's nonsense leaves the period as it was.
+        // An invalid period from a father leaves the period as it was.
         period::of_seconds(seconds).ok()
     }
 
@@ -226,7 +228,8 @@ impl Engine {
         }
     }
 
-    /// Works out the contract of a group anew (R17), after a period of a member or a policy changed: its father's and its own.
+    /// Recomputes the contracts of a group and of its father's group (R17), after the period of a member or a
+    /// policy changed.
     pub(super) fn renew_contract(&self, group: GroupId) {
         let father = self.application.groups[group.index()].father;
         let above = father.and_then(|father| self.application.instances[father].group);
@@ -239,14 +242,14 @@ impl Engine {
         }
     }
 
-    /// What an operator holds a schema to, and who.
+    /// The hold of an operator on a schema, and the operator.
     pub(super) fn hold(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
         let held = self.held();
         if let Some(kind) = held_to(hierarchy, super::schema(instance)) {
             let unloaded = held.unloaded.contains(&instance);
             let kind = if unloaded { HoldKind::Unloaded } else { kind };
             let with_everything = hierarchy.is_stopped_with_all(super::schema(instance));
-            // Whoever holds is noted in the transaction in which the hold came to be.
+            // The operator is recorded in the transaction that causes the hold.
             let by = if with_everything && !unloaded {
                 held.everything.clone()
             } else {
@@ -274,7 +277,7 @@ impl Engine {
         })
     }
 
-    /// Writes as an operator, and remembers what was there before.
+    /// Writes as an operator, and keeps the previous value.
     fn overwrite(
         &self,
         by: &str,
@@ -290,7 +293,8 @@ impl Engine {
             .iter()
             .position(|value| Arc::ptr_eq(&value.variable, variable));
         let earlier = place.map(|place| held.values.swap_remove(place));
-        // An operator who writes over another takes over from it; a father's value stands for what is given back.
+        // An operator that overwrites another takes over the hold. The value to restore is the newest one
+        // that a father wrote.
         let before = match (now, earlier) {
             (Some(now), _) if now.writer != OPERATOR => Some(now),
             (_, earlier) => earlier.map(|earlier| earlier.before),
@@ -304,8 +308,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Undoes what these operators wrote over at an instance; what a father has written since stands. Answers whether there
-    /// was anything to undo.
+    /// Restores what the operators selected by `whose` overwrote at an instance. A value that a father has
+    /// written since remains. Returns whether anything was restored.
     pub(super) fn give_back(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
         let mut held = self.held();
         let mut any = false;
@@ -321,7 +325,7 @@ impl Engine {
         any
     }
 
-    /// Puts a value of an operator's choice, and tells of it.
+    /// Writes a value chosen by an operator, and records it as a turn.
     fn put_told(
         &self,
         owner: usize,
@@ -330,7 +334,7 @@ impl Engine {
         bytes: &[u8],
     ) -> Result<(), NotTaken> {
         let time = self.clock.now();
-        // Before it is there to be seen: whoever has seen it comes after.
+        // The order is taken before the value is visible, so that every reader of the value has a later one.
         let order = self.journal.as_ref().map(|journal| journal.next());
         let put = variable.put(writer, bytes, time, Nanos::MAX);
         if let (Some(journal), Some(order)) = (&self.journal, order) {
@@ -363,8 +367,8 @@ impl Engine {
         ))
     }
 
-    /// Takes all authority away and sends every actuator its neutral value; nobody gains authority afterwards.
-    /// Answers with the drivers that have commands to carry out.
+    /// Withdraws all authority and sends every actuator its neutral value. No schema gains authority
+    /// afterwards. Returns the drivers that have commands to carry out.
     pub(crate) fn brake_all(&self) -> Vec<usize> {
         let mut rules = self.lock();
         rules.closing.get_or_insert_default();
@@ -376,12 +380,12 @@ impl Engine {
         drivers
     }
 
-    /// Tells one instance that it sleeps, in the order that [`Self::put_to_sleep`] gave.
+    /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
     pub(crate) fn send_to_sleep(&self, instance: usize) {
         self.ring(instance, Signal::Asleep);
     }
 
-    /// Puts everything to sleep; answers with the order in which it must happen, children before fathers.
+    /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
         let moment = self.transact_over();
         self.tell_turn(Turn::ENDED, 0, 0, moment);
@@ -389,7 +393,7 @@ impl Engine {
     }
 }
 
-/// What an operator did, as turns tell it.
+/// An operator's action, as turns encode it.
 fn way(operator: Operator) -> u8 {
     match operator {
         Operator::Play(_) => Turn::PLAYED,
@@ -399,7 +403,7 @@ fn way(operator: Operator) -> u8 {
     }
 }
 
-/// Whom an operator acted on.
+/// The schema that an operator acted on.
 fn operator_on(operator: Operator) -> usize {
     match operator {
         Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id) => id.index(),
@@ -435,7 +439,7 @@ fn newest_writer(variable: &Arc<Variable>) -> u32 {
     newest(variable).map_or(Stamp::NOBODY, |newest| newest.writer)
 }
 
-/// The number of a choice that was named; none if that is no choice's name.
+/// The number of a choice given by name; `None` if no choice has that name.
 fn number_of(limits: &Limits, new: &Value) -> Option<Value> {
     match new {
         Value::Text(name) => limits.choice(name).map(|number| Value::UInt(number as u64)),

@@ -1,4 +1,4 @@
-//! Who may look at panels and touch them, and what is told of it.
+//! Access to panels, for viewing and touching, and the events of it.
 
 use std::sync::atomic::Ordering;
 
@@ -10,7 +10,8 @@ use crate::event::{Event, OperatorAction};
 use crate::panels::{Look, News, Put, Refusal};
 
 impl Engine {
-    /// Whether an instance's build has a panel, and one that can be touched. The contract counts with it from now on (R17).
+    /// Records whether an instance's build has a panel, and whether the panel can be touched. The contract
+    /// accounts for it from now on (R17).
     pub(crate) fn declare_panel(&self, instance: usize, panel: Option<bool>) {
         self.panels.declare(instance, panel);
         let changed = self
@@ -22,20 +23,21 @@ impl Engine {
         }
     }
 
-    /// Has a panel be drawn while the answer lives.
+    /// Has a panel drawn for as long as the returned [`Look`] lives.
     pub(crate) fn look(&self, schema: usize, rate: f64, news: News) -> Result<Look, Refusal> {
         self.has_panel(schema)?;
         let look = self.panels.look(schema, rate, news);
         if !self.panels.is_there(schema) {
-            // Nobody else will say so.
+            // No runner will report that.
             self.panels.show_gone(schema, self.clock.now());
         }
         self.ring(schema, Signal::Looked);
         Ok(look)
     }
 
-    /// Keeps a gesture until the schema's next turn. What does not fit what the panel shows is refused; while nobody looks there is
-    /// nothing to compare it with, and the schema makes of it what it can.
+    /// Keeps a gesture until the schema's next turn. A gesture that does not fit the drawn panel is refused.
+    /// While the panel is not viewed there is nothing to compare with, and the schema receives the gesture
+    /// unchecked.
     pub(crate) fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), Refusal> {
         self.has_panel(schema)?;
         gesture.check().map_err(Refusal::Wrong)?;
@@ -56,7 +58,7 @@ impl Engine {
         Ok(())
     }
 
-    /// So many gestures were accepted, and their schema was gone before it took them up.
+    /// Reports gestures that were accepted and never delivered, because their schema's instance ended first.
     pub(crate) fn untouched(&self, schema: usize, count: usize) {
         if count == 0 {
             return;
@@ -74,7 +76,7 @@ impl Engine {
         });
     }
 
-    /// The first gesture that awaits a schema, which is rung for again if there are more.
+    /// The first gesture that waits for a schema. Signals the schema again if there are more.
     pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
         let (first, more) = self.panels.take(schema)?;
         if more {
@@ -83,7 +85,7 @@ impl Engine {
         Some(first)
     }
 
-    /// A gesture is about to be handed in; answers with its number.
+    /// Reports a gesture that is about to be delivered. Returns its number.
     pub(crate) fn touched(&self, by: &str, schema: usize, gesture: &Gesture) -> u64 {
         let number = self.panels.next_handed();
         let action = OperatorAction::Touch {

@@ -1,4 +1,5 @@
-//! Other builds of schemas (R14): whether one fits, who asked for it, and what is told of how it went. The exchange is the runner's.
+//! Other builds of schemas (R14): whether a build fits, and the events of a reload. The exchange itself is
+//! the runner's.
 
 use std::sync::Arc;
 
@@ -9,10 +10,10 @@ use crate::plugin::Loaded;
 use crate::reload::{How, Order, Reload, Swap, Takeover};
 
 impl Engine {
-    /// Has another build of a schema's type take over at its next turn.
+    /// Orders another build of a schema's type, which takes over at the schema's next turn.
     ///
     /// # Errors
-    /// Everything that speaks against it.
+    /// All reasons against it.
     pub(crate) fn replace(
         &self,
         by: &str,
@@ -40,10 +41,11 @@ impl Engine {
         Ok(Reload::new(&order))
     }
 
-    /// The build in its place, with what of it is not in force.
+    /// Checks that a build fits in place of the present one. Returns it with notes on what of it is not in
+    /// force.
     ///
     /// # Errors
-    /// Everything that keeps it from that.
+    /// All reasons why it does not fit.
     pub(crate) fn fitting(
         &self,
         instance: usize,
@@ -101,7 +103,7 @@ impl Engine {
         self.builds.of(instance).plugin.is_one_with(plugin)
     }
 
-    /// A build took over.
+    /// Reports that a build took over.
     pub(crate) fn reloaded(&self, instance: usize, takeover: &Takeover) {
         tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
         self.report(&Event::Reloaded {
@@ -111,13 +113,13 @@ impl Engine {
         });
     }
 
-    /// A build could not take over: the one before goes on.
+    /// Reports that a build could not take over. The build before continues.
     pub(crate) fn not_reloaded(&self, instance: usize, build: &BuildName, reason: &str) {
         self.builds.never_was(instance, reason);
         self.undone(instance, build.clone(), reason);
     }
 
-    /// Goes back to the build before, if the present one is on trial; answers whether it was.
+    /// Goes back to the build before if the present one is on trial. Returns whether it was.
     pub(crate) fn give_up_build(&self, instance: usize, reason: &str) -> bool {
         let given_up = self.builds.go_back(instance, reason);
         let was = given_up.is_some();
@@ -127,7 +129,8 @@ impl Engine {
         was
     }
 
-    /// A call of an instance was given up: a build that was taking over in it or is on trial gives way.
+    /// Undoes a reload after a call was given up: the build before replaces a build that was taking over in
+    /// that call or is on trial.
     pub(super) fn interrupted(&self, instance: usize, reason: &str) {
         let outcome = if let Some(coming) = self.builds.coming(instance) {
             self.not_reloaded(instance, &coming, reason);
@@ -140,7 +143,7 @@ impl Engine {
         self.builds.settle(instance, outcome);
     }
 
-    /// The code of a schema that had faulted is another: it wakes up if anybody wants it awake.
+    /// Reports that a faulted schema has new code. It wakes up if it is requested.
     pub(crate) fn restored(&self, instance: usize) {
         self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
     }

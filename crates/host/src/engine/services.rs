@@ -1,4 +1,4 @@
-//! What instances ask of the host during a call: their children, their names, their log.
+//! What instances request of the host during a call: their children, their names, their log.
 
 use std::sync::atomic::Ordering;
 use std::sync::{MutexGuard, PoisonError};
@@ -12,7 +12,7 @@ use super::{Engine, schema};
 use crate::event::Event;
 use crate::turn::{Moment, Turn};
 
-/// What a father asks for a child.
+/// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lead {
     pub(crate) father: usize,
@@ -35,7 +35,7 @@ pub(crate) enum Led {
 }
 
 impl Led {
-    /// As turns tell it: the way, and whom it is about.
+    /// The encoding in turns: the way, and the number of the child or group.
     pub(crate) fn told(&self) -> (u8, u64) {
         match *self {
             Self::Child(Lead {
@@ -50,7 +50,7 @@ impl Led {
 }
 
 impl Engine {
-    /// A father wakes a child or puts it to sleep; answers with a status of the ABI.
+    /// Wakes a child or puts it to sleep for its father. Returns a status of the ABI.
     pub(crate) fn child_wakes(&self, father: usize, role: usize, awake: bool) -> i32 {
         let child = match self.role(father, role) {
             Ok(child) => child,
@@ -70,7 +70,7 @@ impl Engine {
         self.lead(lead)
     }
 
-    /// Does at once what a father asks for.
+    /// Carries out a father's request for a child at once.
     pub(crate) fn lead(&self, lead: Lead) -> i32 {
         let Lead {
             father,
@@ -99,12 +99,12 @@ impl Engine {
         }
     }
 
-    /// From now on what fathers ask for is put off.
+    /// From now on, requests of fathers are collected.
     pub(crate) fn put_off(&self) {
         *self.later() = Some(Vec::new());
     }
 
-    /// What was put off; from now on it is done at once again.
+    /// Returns the collected requests. From now on they are carried out at once again.
     pub(crate) fn taken_on(&self) -> Vec<Led> {
         self.later().take().unwrap_or_default()
     }
@@ -123,7 +123,7 @@ impl Engine {
         let rules = self.lock();
         let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
         let state = match (asked, rules.hierarchy.state(child)) {
-            // It has asked, and is told what came of it.
+            // The father sees the result of its collected request.
             (Some(true), State::Slept) if !faulted => State::Checking,
             (Some(false), _) => State::Slept,
             (Some(true) | None, state) => state,
@@ -135,7 +135,7 @@ impl Engine {
         self.put_off.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A father changes the policy of the group in which that child competes.
+    /// Changes the policy of the group in which that child competes, for the father.
     pub(crate) fn set_policy(&self, father: usize, role: usize, policy: Policy) -> i32 {
         if let Err(status) = self.role(father, role) {
             return status;
@@ -155,7 +155,7 @@ impl Engine {
         self.carry_on(led)
     }
 
-    /// Does at once what a father does within a call; answers with a status of the ABI.
+    /// Carries out a father's request at once. Returns a status of the ABI.
     pub(crate) fn carry_on(&self, led: Led) -> i32 {
         let (father, group, policy) = match led {
             Led::Child(lead) => return self.lead(lead),
@@ -176,7 +176,7 @@ impl Engine {
         raw::OK
     }
 
-    /// Tells of what a father did within a call, if anything came of it.
+    /// Records a father's request as a turn, if it had effects.
     fn tell_led(&self, father: usize, led: &Led, moment: Moment) {
         if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
             let (way, detail) = led.told();
@@ -189,7 +189,8 @@ impl Engine {
         }
     }
 
-    /// A command was refused (R7), or a command or a child's modulation was not finite.
+    /// Reports a refused command (R7), or a command or a child's modulation that was not finite or out of
+    /// range.
     pub(crate) fn write_refused(&self, instance: usize, port: usize, why: &Refused, first: bool) {
         self.count_refusal(instance, first, || {
             let port = &self.application.instances[instance].schema.ports[port];
@@ -205,7 +206,8 @@ impl Engine {
         });
     }
 
-    /// A number of the application's seed and the instance's name alone (FNV-1a, Fowler, Noll, Vo).
+    /// A number that depends only on the application's seed and the instance's name (FNV-1a, Fowler, Noll,
+    /// Vo).
     pub(crate) fn seed_of(&self, instance: usize) -> u64 {
         let start = 0xcbf2_9ce4_8422_2325_u64;
         let seed = self.application.seed.to_le_bytes();
@@ -216,7 +218,7 @@ impl Engine {
             })
     }
 
-    /// Says what a plugin said, under the instance's name.
+    /// Logs a plugin's message under the instance's name.
     pub(crate) fn log(&self, instance: usize, level: u32, text: &str) {
         let schema = self.name(instance);
         match level {
@@ -228,7 +230,7 @@ impl Engine {
         }
     }
 
-    /// Counts a refusal, and tells of the first of a row.
+    /// Counts a refusal, and reports only the first of consecutive ones.
     fn count_refusal(&self, instance: usize, first: bool, what: impl FnOnce() -> String) {
         self.meters[instance].refused.fetch_add(1, Ordering::Relaxed);
         if !first {

@@ -1,4 +1,4 @@
-//! What transactions lead to, as whoever runs the instances, writes variables or watches sees it.
+//! The effects of transactions as executors, writers of variables and observers see them.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +15,7 @@ use crate::clock::Clock;
 use crate::event::{Event, Observer};
 use crate::plugin::{Plugins, SearchPath};
 
-/// Wants to act whenever it is told to.
+/// A motor schema that does nothing. The tests report its checks.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Act {}
@@ -26,11 +26,11 @@ impl Schema for Act {
     }
 }
 
-/// Says how far its mission is.
+/// Reports the progress of its mission.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Report {
-    /// How far it is.
+    /// The progress.
     #[export]
     mission: Export<Mission>,
 }
@@ -42,7 +42,7 @@ impl Schema for Report {
     }
 }
 
-/// Chooses between two children.
+/// Arbitrates between two children.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Lead {
@@ -80,7 +80,7 @@ const TWO: &str = r#"
     type = "engine-tests/act"
 "#;
 
-/// Wants to be called for everything, and looks whether the rules are free when it is.
+/// Records all notifications, and checks at each whether the rules are unlocked.
 #[derive(Default)]
 struct Ears {
     engine: OnceLock<Weak<Engine>>,
@@ -116,7 +116,7 @@ impl Bells for Ears {
     }
 }
 
-/// An engine of that application, whose clock stands still.
+/// An engine of that application. Its clock stands still.
 fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Ears>) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
@@ -133,7 +133,7 @@ fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Ea
 fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
     let (engine, ears) = engine(TWO, vec![]);
     let mut before = [0; 2];
-    // How many calls and alarms there were since the last time.
+    // The number of notifications and alarms since the last call.
     let mut since = || {
         let [left, called, alarms] =
             [&ears.left, &ears.called, &ears.alarms].map(|count| count.load(Ordering::Relaxed));
@@ -182,7 +182,8 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         type = "engine-tests/act"
     "#;
     const MS: Nanos = 1_000_000;
-    // When it was called to answer, and whether it has returned from that.
+    // When the father was called to answer, whether that call has returned, and whether the father is
+    // expected to be blamed.
     let rows = [
         (None, false, false),
         (Some(0), false, true),
@@ -212,7 +213,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             engine.meters[0].enter(begun);
         }
         if returned {
-            // It has yet to give its answer.
+            // The call has returned, but the answer is not reported yet.
             engine.meters[0].leave();
         }
         engine.clock.set(5 * MS);
@@ -225,7 +226,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
     }
 }
 
-/// Notes the missions that stall.
+/// Records the missions that stall.
 struct Stalls(mpsc::Sender<Nanos>);
 
 impl Observer for Stalls {

@@ -1,4 +1,4 @@
-//! One transaction of the rules: the change, all that follows from it carried out in order, and whoever is told of it.
+//! One transaction of the rules: the change, its effects carried out in order, and the events for observers.
 
 use jde_abi::describe::Kind;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
@@ -8,16 +8,17 @@ use crate::event::Event;
 use crate::turn::{Journal, Moment, Turn};
 use crate::witness::{Seen, Step};
 
-/// Whether leave was given to iterate, and when it was asked for.
+/// Whether permission to iterate was given, and when it was asked for.
 pub(crate) type Begun = (bool, Moment);
 
 impl Engine {
-    /// Runs `change` and carries out all that follows from it, in order, before anyone else changes anything.
+    /// Runs `change` and carries out all its effects in order, before any other change.
     pub(super) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
         self.transact_as(None, |_| Step::Told, change).0
     }
 
-    /// As [`Self::transact`]; turns tell of it if anything came of it. For what schemas do again and again.
+    /// Like [`Self::transact`], and records a turn's moment only if the change has effects. For changes that
+    /// schemas request often.
     pub(super) fn transact_if_any<R>(
         &self,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
@@ -34,7 +35,7 @@ impl Engine {
         (result, moment)
     }
 
-    /// As [`Self::transact`], of which turns tell.
+    /// Like [`Self::transact`], with a moment for the turns.
     pub(super) fn transact_told<R>(
         &self,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
@@ -42,7 +43,8 @@ impl Engine {
         self.transact_as(self.journal.as_deref(), |_| Step::Told, change)
     }
 
-    /// As [`Self::transact_told`], in a turn of an instance. Nobody asks what a driver's were: what comes of them is in its exports.
+    /// Like [`Self::transact_told`], in a turn of an instance. The turns of drivers are not recorded: their
+    /// exports show the results.
     pub(super) fn transact_of<R>(
         &self,
         instance: usize,
@@ -51,8 +53,9 @@ impl Engine {
         self.transact_as(self.journal_of(instance), |_| Step::Told, change)
     }
 
-    /// A precondition was evaluated, if it was, and then leave to iterate is asked for: for any iteration, or for the first since it
-    /// became WINNER, which is refused if it has had that already. Answers when each was, and whether it may.
+    /// Reports the result of a precondition, if there is one, and then asks for permission to iterate. With
+    /// `first` it asks only for the first iteration since the instance became WINNER; that is refused if it
+    /// has begun already. Returns when each was, and the permission.
     pub(super) fn transact_begin(
         &self,
         instance: usize,
@@ -75,7 +78,7 @@ impl Engine {
         (checked, begun)
     }
 
-    /// The iteration of an instance ended, or is not waited for any more.
+    /// Reports that the iteration of an instance ended, or that the host no longer waits for it.
     pub(super) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
         let id = schema(instance);
         self.transact_as(
@@ -88,13 +91,13 @@ impl Engine {
         .1
     }
 
-    /// The application ends: everything is put to sleep.
+    /// Ends the application: puts every schema to sleep.
     pub(super) fn transact_over(&self) -> Moment {
         let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
         self.transact_as(self.journal.as_deref(), |()| Step::Over, told).1
     }
 
-    /// Where an instance's turns are told.
+    /// The journal for an instance's turns; `None` for drivers.
     pub(super) fn journal_of(&self, instance: usize) -> Option<&Journal> {
         let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
         self.journal.as_deref().filter(|_| !is_driver)
@@ -112,7 +115,7 @@ impl Engine {
         done
     }
 
-    /// One of several transactions in a row, between which nobody else has one.
+    /// Runs one of several consecutive transactions under one lock, with no other transaction between them.
     fn transact_within<R>(
         &self,
         rules: &mut Rules,
@@ -132,10 +135,10 @@ impl Engine {
                 self.tell(rules, &calmed);
             }
         }
-        // Of a change that panicked there may be some left.
+        // A change that panicked may have left effects behind.
         rules.effects.clear();
         let result = change(&mut rules.hierarchy, now, &mut rules.effects);
-        // Most checks and leaves have none.
+        // Most checks and permissions have no effects.
         if !rules.effects.is_empty() || rules.witness.is_some() {
             self.carry_out(rules, now, step(&result));
         }
@@ -149,10 +152,10 @@ impl Engine {
         (result, moment)
     }
 
-    /// Carries out what a transaction led to, and shows it to whoever judges the rules.
+    /// Carries out the effects of a transaction, and shows them to the witness.
     fn carry_out(&self, rules: &mut Rules, now: Nanos, step: Step) {
         let mut effects = std::mem::take(&mut rules.effects);
-        // Carried out, they are gone.
+        // A copy, because carrying out consumes the effects.
         let witnessed = rules.witness.is_some().then(|| effects.clone());
         for effect in effects.drain(..) {
             self.apply(rules, now, effect);
@@ -163,7 +166,7 @@ impl Engine {
         rules.effects = effects;
     }
 
-    /// Tells of a transaction that is in nobody's turn.
+    /// Records a transaction that is not part of a schema's turn.
     pub(super) fn tell_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
         if let Some(journal) = &self.journal {
             journal.tell(&Turn {
@@ -251,7 +254,7 @@ impl Engine {
         }
     }
 
-    /// Has drivers carry out at once what cannot wait for their periods.
+    /// Signals drivers to carry out at once commands that cannot wait for their period.
     fn carry_commands(&self, rules: &mut Rules, drivers: &[usize]) {
         for driver in drivers {
             self.ring_within(rules, *driver, Signal::Triggered);

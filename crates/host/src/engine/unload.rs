@@ -1,7 +1,8 @@
-//! Schemas that operators unload and load again (R14). The runner ends and makes the instance, between two iterations (R10).
+//! Unloading and loading of schemas by operators (R14). The runner ends and creates the instance, between two
+//! iterations (R10).
 //!
-//! What somebody awake needs is not unloaded: without its driver a schema that acts would act on nothing. A motor schema can
-//! always be: its level selects again as if it slept, which it does.
+//! A schema that an awake schema needs is not unloaded: without its driver, an acting schema would act on
+//! nothing. A motor schema can always be unloaded: its level selects again, since the schema sleeps.
 
 use jde_abi::describe::Kind;
 use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
@@ -11,7 +12,7 @@ use crate::event::OperatorAction;
 use crate::turn::Turn;
 
 impl Engine {
-    /// Puts a schema to sleep and ends its instance; its variables stay.
+    /// Puts a schema to sleep and ends its instance. Its variables stay.
     pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
         self.known(instance)?;
         let (done, moment) = self.transact_told(|hierarchy, now, out| {
@@ -27,7 +28,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Has an operator of the past unload again; what was refused then was not told.
+    /// Repeats an operator's unloading, in a replay. Refused unloadings were not recorded.
     pub(crate) fn unload_again(&self, instance: usize) {
         let done = self.transact(|hierarchy, now, out| self.put_away(hierarchy, now, out, "", instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
@@ -36,8 +37,8 @@ impl Engine {
         }
     }
 
-    /// Lets an unloaded schema go, and has one that faulted try again, with all restarts that its policy grants: it gets a fresh
-    /// instance when it wakes up, which is at once if anybody wants it awake.
+    /// Releases an unloaded schema. Lets a faulted schema try again, with all restarts that its policy
+    /// grants. The schema gets a new instance when it wakes up, which is at once if it is requested.
     pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
         self.known(instance)?;
         let (done, moment) =
@@ -49,23 +50,23 @@ impl Engine {
         Ok(())
     }
 
-    /// Has an operator of the past load again.
+    /// Repeats an operator's loading, in a replay.
     pub(crate) fn load_again(&self, instance: usize) {
-        // What was refused then was told to whoever acted.
+        // The original operator was informed of a refusal.
         let _ = self.transact(|hierarchy, now, out| self.put_back(hierarchy, now, out, instance));
     }
 
-    /// Whether it faulted and was not restarted since.
+    /// Whether the schema faulted and was not restarted since.
     pub(crate) fn is_faulted(&self, instance: usize) -> bool {
         is_faulted(&self.lock().hierarchy, instance)
     }
 
-    /// Whether an operator unloaded it.
+    /// Whether an operator unloaded the schema.
     pub(crate) fn is_unloaded(&self, instance: usize) -> bool {
         self.held().unloaded.contains(&instance)
     }
 
-    /// Within a transaction; answers whether the instance is to be called after it.
+    /// Unloads within a transaction. Returns whether to notify the instance's thread after it.
     fn put_away(
         &self,
         hierarchy: &mut Hierarchy,
@@ -76,7 +77,7 @@ impl Engine {
     ) -> Result<bool, String> {
         self.act(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
         self.held().unloaded.insert(instance);
-        // The instance ends as soon as it sleeps, which it may do already.
+        // The instance may be asleep already; it ends as soon as it is.
         Ok(self.leave(instance, Signal::Unloaded))
     }
 

@@ -1,4 +1,5 @@
-//! From the names of an application to cells and ports: declares every variable on the board, and binds every port to one.
+//! From the names of an application to cells and ports: declares every variable on the board, and binds every
+//! port to one.
 
 use std::sync::Arc;
 
@@ -14,12 +15,13 @@ use crate::history::Aligned;
 use crate::instance::{Port, Ports};
 use crate::period;
 
-/// Latches at once that a variable must bear beyond its importers: tools that look at it, and the host itself.
+/// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;
-/// Writers that a modulation must bear beyond the fathers bound to it: the operator's tools and the host.
+/// Writers that a modulation or command allows beyond the schemas bound to it: the operator's tools and the
+/// host.
 const SPARE_WRITERS: usize = 2;
 
-/// The variables of every instance, by number.
+/// The variables of every instance, by its number.
 pub(crate) struct Variables {
     ports: Vec<Vec<Option<Arc<Variable>>>>,
     periods: Vec<Arc<Variable>>,
@@ -27,12 +29,12 @@ pub(crate) struct Variables {
 }
 
 impl Variables {
-    /// The variable that an instance's own export, modulation or command is.
+    /// The variable of an instance's own export, modulation or command.
     pub(crate) fn of(&self, instance: usize, port: usize) -> Option<&Arc<Variable>> {
         self.ports[instance].get(port)?.as_ref()
     }
 
-    /// Takes back what an instance has exported.
+    /// Retracts the exports of an instance.
     pub(crate) fn retract_exports(&self, instance: usize) {
         self.ports[instance]
             .iter()
@@ -40,7 +42,7 @@ impl Variables {
             .for_each(|variable| variable.retract());
     }
 
-    /// What an import reads.
+    /// The variable that an import reads.
     pub(crate) fn source(&self, source: Source) -> &Arc<Variable> {
         match source {
             Source::Here(instance, port) => self.of(instance, port).expect("imports are bound to variables"),
@@ -54,7 +56,7 @@ impl Variables {
     }
 }
 
-/// Declares all variables, then makes all ports.
+/// Declares all variables, then creates all ports.
 pub(super) fn wire(
     application: &Application,
     board: &Board,
@@ -161,7 +163,7 @@ pub(super) fn wire(
     Ok((variables, ports, commands))
 }
 
-/// Rings an instance for each import that re-evaluates its precondition (R12), and for its period.
+/// Signals an instance for each import that re-evaluates its precondition (R12), and for its period.
 pub(super) fn watch(engine: &Engine, bells: &Arc<dyn Bells>) -> Vec<Watch> {
     let mut watches = Vec::new();
     for (number, instance) in engine.application.instances.iter().enumerate() {
@@ -272,7 +274,7 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
     Commands::new(commands)
 }
 
-/// How many read and write each variable, and whether one of them has a process of its own.
+/// The number of readers and writers of each variable, and whether one of them has a process of its own.
 struct Users {
     readers: Vec<Vec<usize>>,
     writers: Vec<Vec<usize>>,

@@ -1,12 +1,13 @@
-//! When instances are due, and until when a worker may sleep. It waits for nothing.
+//! When instances are due, and until when a worker may sleep. It never waits itself.
 
 use std::collections::BTreeSet;
 
 use jde_core::Nanos;
 
-/// A turn may begin a thousandth of its period after its deadline if that lets another be taken without a sleep between the two,
+/// A turn may begin up to a thousandth of its period after its deadline, if that saves a sleep between two
+/// turns.
 const SHARE: Nanos = 1000;
-/// but no more than this, ns: what Linux allows itself with the timers of a thread that asks for nothing else.
+/// The greatest such delay, ns: the default timer slack of a Linux thread.
 const MOST: Nanos = 50_000;
 
 /// Deadlines by time, and each instance's own.
@@ -25,7 +26,7 @@ impl Calendar {
         }
     }
 
-    /// An instance is due then, and at no other time; others may keep it waiting for so long.
+    /// Sets the only deadline of an instance. Its turn may wait for others up to `leeway`, ns.
     pub(super) fn put(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
         self.take_out(instance);
         self.entries.extend(due.map(|due| (due, instance)));
@@ -33,14 +34,14 @@ impl Calendar {
         self.leeway[instance] = leeway;
     }
 
-    /// An instance is due no more.
+    /// Removes the deadline of an instance.
     pub(super) fn take_out(&mut self, instance: usize) {
         if let Some(due) = self.due[instance].take() {
             self.entries.remove(&(due, instance));
         }
     }
 
-    /// Takes out who is due first, if that is by now.
+    /// Removes and returns the instance that is due first, if it is due by now.
     pub(super) fn take(&mut self, now: Nanos) -> Option<usize> {
         let &(due, instance) = self.entries.first()?;
         if due > now {
@@ -50,7 +51,8 @@ impl Calendar {
         Some(instance)
     }
 
-    /// When a worker has to be there: at the first deadline; at a later one, if nobody's leeway is over by then.
+    /// When a worker must be ready: at the first deadline, or at a later one if no instance's leeway ends
+    /// before it.
     pub(super) fn next(&self) -> Option<Nanos> {
         let mut latest = Nanos::MAX;
         let mut next = None;
@@ -65,7 +67,7 @@ impl Calendar {
     }
 }
 
-/// How long others may keep a schema of that period waiting.
+/// How long a turn of that period may wait for others, ns.
 pub(super) fn leeway(period: Nanos) -> Nanos {
     (period / SHARE).min(MOST)
 }
@@ -76,7 +78,7 @@ mod tests {
 
     const MS: Nanos = 1_000_000;
 
-    /// Instances that are due then, each with its leeway.
+    /// Instances with their deadlines and leeways.
     fn calendar(entries: &[(Nanos, Nanos)]) -> Calendar {
         let mut calendar = Calendar::new(entries.len());
         for (instance, (due, leeway)) in entries.iter().enumerate() {

@@ -1,30 +1,32 @@
-//! How many workers a pool has: one is always free, however many are inside calls. It starts and ends no thread.
+//! How many workers a pool has. One is always free, however many are inside calls. It starts and ends no
+//! thread.
 //!
-//! The last free worker takes a turn only if nobody inside one is about to come back, and others are hired before it does. So a
-//! pool has one worker more than there are schemas, at most, and none more while turns are short, however many are due.
+//! The last free worker takes a turn only if no other is about to return, and more workers are started before
+//! it does. So a pool has at most one worker more than there are schemas, and none beyond its start while
+//! turns are short, however many are due.
 
 use jde_core::Nanos;
 
-/// How long a worker that is about to come back is waited for, ns: a busy system may not let it run, or its turn takes longer than
-/// was thought.
+/// How long to wait for a worker that is about to return, ns. A busy system may not let it run, or its turn
+/// may take longer than expected.
 pub(super) const GRACE: Nanos = 500_000;
-/// Those who were not needed for so long go, ns.
+/// Workers that were not needed for this time leave, ns.
 const LINGER: Nanos = 1_000_000_000;
 
-/// The workers who have not hung.
+/// The workers that have not hung.
 pub(super) struct Capacity {
-    /// How many there are at the start, and later at least.
+    /// The number at the start, and the least later.
     start: usize,
-    /// How many there are at most: one for each schema, and one that is free.
+    /// The greatest number: one for each schema, and a free one.
     most: usize,
     workers: usize,
-    /// Those in no turn, also those who are not there yet.
+    /// Workers in no turn, including those not started yet.
     free: usize,
-    /// Those in a turn that was thought to be short.
+    /// Workers in a turn that was expected to be short.
     brief: usize,
-    /// When whoever began the newest of these was to be back.
+    /// When the newest of these is expected to return.
     back: Nanos,
-    /// Fewest that were free since then.
+    /// The fewest free workers since `since`.
     fewest: usize,
     since: Nanos,
 }
@@ -43,14 +45,16 @@ impl Capacity {
         }
     }
 
-    /// Whether a free worker leaves what is due to others until then: it is the last, and somebody is about to come back.
+    /// Until when a free worker leaves due work to others, because it is the last one and another is about to
+    /// return.
     pub(super) fn leaves_it(&self, now: Nanos) -> Option<Nanos> {
         (self.free == 1 && self.brief > 0 && now < self.back).then_some(self.back)
     }
 
-    /// A free worker begins a turn, which is thought to be short or not; answers how many are to be hired.
+    /// A free worker starts a turn. Returns how many workers to start.
     pub(super) fn begin(&mut self, now: Nanos, brief: bool) -> usize {
-        // All who were to be back are not. As many as that may be due, each to find the same.
+        // All workers that were expected back are still busy. As many instances may be due, and each would
+        // find no free worker.
         let hired = match (self.free, self.brief) {
             (1, 0) => 1,
             (1, _) => self.workers,
@@ -68,24 +72,24 @@ impl Capacity {
         hired
     }
 
-    /// A turn ended, or was given up and somebody else takes its worker's place.
+    /// A turn ended, or was given up and a new worker replaces its worker.
     pub(super) fn end(&mut self, brief: bool) {
         self.free += 1;
         self.brief -= usize::from(brief);
     }
 
-    /// The system refused so many who were to be hired.
+    /// The system refused to start this many workers.
     pub(super) fn lacks(&mut self, workers: usize) {
         self.free -= workers;
         self.workers -= workers;
     }
 
-    /// Until when a free worker that has nothing to do stays at least; nothing if it is one of those from the start.
+    /// Until when an idle worker stays at least; `None` for the workers from the start.
     pub(super) fn stays(&self, now: Nanos) -> Option<Nanos> {
         (self.workers > self.start).then(|| now.saturating_add(LINGER))
     }
 
-    /// Whether a free worker goes: there were others all the time.
+    /// Whether a free worker leaves: others were free all the time.
     pub(super) fn goes(&mut self, now: Nanos) -> bool {
         if now < self.since.saturating_add(LINGER) {
             return false;

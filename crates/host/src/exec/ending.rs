@@ -1,5 +1,5 @@
-//! The end of instances when the application ends: one after the other, none of which may keep those after it waiting. It
-//! ends no thread: whoever does not return keeps the one it is on.
+//! Ends all instances when the application ends, one after the other; an instance that hangs does not delay
+//! the next. It ends no thread: a hung instance keeps the thread it is on.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -10,10 +10,11 @@ use super::supervisor::{REST, guarded};
 use crate::engine::Engine;
 use crate::runner::Runner;
 
-/// A runner, and which instance it runs.
+/// An instance's number and its runner.
 type Seat = (usize, Arc<Mutex<Runner>>);
 
-/// Ends instances in this order; answers with those that are inside a call, or do not return from their end, and stay behind.
+/// Ends instances in this order. Returns the instances that are left behind: inside a call, or hung in their
+/// end.
 pub(super) fn end(engine: &Arc<Engine>, seats: impl IntoIterator<Item = Seat>) -> Vec<usize> {
     let seats: Arc<Mutex<VecDeque<Seat>>> = Arc::new(Mutex::new(seats.into_iter().collect()));
     let mut lost = Vec::new();
@@ -23,7 +24,7 @@ pub(super) fn end(engine: &Arc<Engine>, seats: impl IntoIterator<Item = Seat>) -
         let thread = Builder::new().name("jde-end".to_owned());
         let thread = thread.spawn(move || guarded(&own, || end_each(&mine, &done)));
         let Ok(thread) = thread else {
-            // Without a thread they end here, and whoever hangs holds up the end.
+            // Without a thread they end here, and an instance that hangs blocks the shutdown.
             let (done, ended) = channel();
             end_each(&seats, &done);
             drop(done);
@@ -37,19 +38,19 @@ pub(super) fn end(engine: &Arc<Engine>, seats: impl IntoIterator<Item = Seat>) -
                 Ok(Ended::Done) => present = None,
                 Ok(Ended::Lost(number)) => lost.push(number),
                 Err(RecvTimeoutError::Disconnected) => {
-                    // Its panics were reported by `guarded`.
+                    // `guarded` has reported its panics.
                     let _ = thread.join();
                     return lost;
                 }
                 Err(RecvTimeoutError::Timeout) => break,
             }
         }
-        // Whoever hangs keeps that thread; the others get another.
+        // The hung instance keeps that thread; the others get a new one.
         lost.extend(present);
     }
 }
 
-/// What becomes of one.
+/// The progress of one instance's end.
 enum Ended {
     Begins(usize),
     Done,
@@ -65,7 +66,7 @@ impl Ended {
     }
 }
 
-/// Nobody may be listening any more.
+/// Ends the instances of `seats`. The receiver of `told` may be gone already.
 fn end_each(seats: &Mutex<VecDeque<Seat>>, told: &Sender<Ended>) {
     loop {
         let next = seats.lock().unwrap_or_else(PoisonError::into_inner).pop_front();

@@ -1,6 +1,7 @@
-//! Lockstep: virtual time, one thread, as fast as the machine goes; the same seed gives the same run to the bit (R16).
+//! Lockstep: virtual time, one thread, as fast as the machine allows; the same seed gives the same run to the
+//! bit (R16).
 //!
-//! Calls take no virtual time, so nothing overruns here and a call that never returns stops the whole run.
+//! Calls take no virtual time, so nothing overruns here, and a call that never returns stops the whole run.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -14,16 +15,16 @@ use crate::inbox::Inbox;
 use crate::order::order;
 use crate::runner::Runner;
 
-/// Signals in the order in which they came, and when the rules want to be called.
+/// Signals in the order in which they arrived, and the time of the rules' next timer.
 pub(crate) struct Queue {
     signals: Mutex<VecDeque<(usize, Signal)>>,
-    /// Whether there may be any: looked at after every turn, which seldom leads to one.
+    /// Whether signals may wait. Checked after every turn, which rarely causes one.
     waits: AtomicBool,
     /// [`NEVER`] if no timer runs.
     alarm: AtomicU64,
 }
 
-/// No time that comes.
+/// A time that never occurs.
 const NEVER: Nanos = Nanos::MAX;
 
 /// All runners on one thread.
@@ -32,14 +33,14 @@ pub(crate) struct Lockstep {
     queue: Arc<Queue>,
     runners: Vec<Runner>,
     due: Vec<Option<Nanos>>,
-    /// The last instant at which each was triggered, and how often then.
+    /// The last instant at which each instance was triggered, and how often at that instant.
     triggered: Vec<(Nanos, usize)>,
-    /// Who runs first when several are due.
+    /// The order in which instances run when several are due.
     order: Vec<usize>,
 }
 
 impl Bells for Queue {
-    /// Several values that come before their reader has looked trigger it once, as in real time.
+    /// Several values that arrive before their reader has run trigger it once, as in real time.
     fn leave(&self, instance: usize, signal: Signal) -> bool {
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
         let waits =
@@ -51,10 +52,10 @@ impl Bells for Queue {
         false
     }
 
-    /// Nobody waits: whoever left it looks.
+    /// No thread waits: the thread that left the signal runs the turn.
     fn call(&self, _: usize) {}
 
-    /// Kept here, so that an instant need not ask the rules for it.
+    /// Kept here, so that an instant need not query the rules for it.
     fn set_alarm(&self, next: Option<Nanos>) -> bool {
         self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
         false
@@ -86,7 +87,7 @@ impl Queue {
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
         let signal = signals.pop_front();
         if signal.is_none() {
-            // Under the lock: whoever brings one afterwards says so afterwards.
+            // Under the lock, so that a later signal sets the flag later.
             self.waits.store(false, Ordering::Release);
         }
         signal
@@ -116,7 +117,7 @@ impl Lockstep {
         self.settle();
     }
 
-    /// Goes on until virtual time is `end`, or the application concludes.
+    /// Runs until virtual time is `end`, or the application concludes.
     pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
         self.settle();
         loop {
@@ -166,10 +167,10 @@ impl Lockstep {
         self.engine.builds.close();
     }
 
-    /// Carries out all that the last call led to, at this same instant.
+    /// Processes all signals that the last call caused, at the same instant.
     fn settle(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
-            // A turn for somebody who looks would be one that is not there while nobody does.
+            // A turn for a viewer would change the run: it does not occur without one.
             let for_eyes = matches!(signal, Signal::Looked);
             if for_eyes || matches!(signal, Signal::Triggered) && self.goes_round(number) {
                 continue;
@@ -180,7 +181,7 @@ impl Lockstep {
         }
     }
 
-    /// Draws the panels of those who sleep, where somebody looks; it takes no virtual time and leads to nothing.
+    /// Draws the viewed panels of sleeping schemas. It takes no virtual time and has no effects.
     fn draw_asleep(&mut self) {
         if self.engine.panels.is_any_looked_at() {
             for runner in &mut self.runners {
@@ -189,8 +190,8 @@ impl Lockstep {
         }
     }
 
-    /// Whether an instance was triggered more often at this instant than any chain of schemas is long: then they trigger
-    /// each other in a circle, which in virtual time would never end.
+    /// Whether an instance was triggered at this instant more often than the longest chain of schemas allows.
+    /// Then schemas trigger each other in a circle, which would never end in virtual time.
     fn goes_round(&mut self, number: usize) -> bool {
         let now = self.engine.clock.now();
         let (instant, times) = &mut self.triggered[number];

@@ -1,4 +1,5 @@
-//! The executors: who calls the runners, and when. The selection is the engine's and the same for all (R16).
+//! The executors: which thread calls the runners, and when. The selection is the engine's and the same for
+//! all executors (R16).
 
 mod calendar;
 mod capacity;

@@ -1,4 +1,4 @@
-//! Few threads for all schemas, and more only while calls take long.
+//! A few worker threads for all schemas, and more only while calls take long.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -15,9 +15,10 @@ use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
 use crate::runner::{Line, Runner};
 
-/// Fewest workers beside the one that is always free: so that turns that take some time leave some for the others.
+/// Fewest workers beside the one that is always free, so that long turns leave some for the other schemas.
 const FEWEST: usize = 4;
-/// About how long it takes until a worker that is called is there, ns: who is back by then need not call one.
+/// About how long a notified worker takes to start, ns. If a busy worker returns within this time, no other
+/// is notified.
 const CALL: Nanos = 20_000;
 
 /// Workers that share all runners.
@@ -31,55 +32,57 @@ pub(crate) struct Pool {
     alarm: Arc<Alarm>,
 }
 
-/// Who takes an instance's turns. Whoever hangs is replaced.
+/// The runner that takes an instance's turns. A runner that hangs is replaced.
 struct Holder {
     runner: Arc<Mutex<Runner>>,
     line: Line,
 }
 
-/// Those who have not hung, by their numbers.
+/// The workers that have not hung, by their numbers.
 #[derive(Default)]
 struct Workers {
     threads: BTreeMap<usize, JoinHandle<()>>,
     hired: usize,
-    /// The system has refused a thread since it last gave one.
+    /// Whether the system has refused a thread since it last granted one.
     refused: bool,
 }
 
 struct Desk {
     inboxes: Vec<Inbox>,
-    /// The worker that is taking each one's turn.
+    /// The worker that takes each instance's turn.
     busy: Vec<Option<usize>>,
-    /// Instances with mail that nobody has taken up.
+    /// Instances with signals that no worker has taken.
     ready: VecDeque<usize>,
-    /// When those are due who are not busy.
+    /// When the instances that are not busy are due.
     calendar: Calendar,
-    /// When each one's turn began, and how long its turns take at most, lately.
+    /// When each instance's turn began, and the longest of its recent turns.
     turns: Vec<Turns>,
-    /// Until when a worker sleeps that will then look at the calendar; nothing while none does.
+    /// Until when the keeper sleeps, the worker that then looks at the calendar; `None` if no worker keeps
+    /// it.
     keeper: Option<Nanos>,
-    /// Until when another sleeps, which is a little longer, for the system may not let the first run; nothing while none does.
+    /// Until when the deputy sleeps: a little longer than the keeper, which the system may not let run in
+    /// time; `None` without a deputy.
     deputy: Option<Nanos>,
     capacity: Capacity,
-    /// How many wait until an instance has nothing to do.
+    /// The number of threads that wait until an instance has nothing to do.
     settling: usize,
     leave: bool,
 }
 
-/// The turns of one instance, all that is in them.
+/// The durations of one instance's turns, with all that is in them.
 #[derive(Clone, Copy, Default)]
 struct Turns {
     began: Nanos,
-    /// The present one was thought to be short.
+    /// Whether the present turn was expected to be short.
     brief: bool,
-    /// Falls by a quarter from turn to turn; nothing before the first.
+    /// The longest recent turn. Falls by a quarter from turn to turn; `None` before the first.
     longest: Option<Nanos>,
 }
 
 impl Bells for Pool {
     fn leave(&self, instance: usize, signal: Signal) -> bool {
         let mut desk = self.lock();
-        // Who has mail already is in the queue already.
+        // An instance with signals is in the queue already.
         let first = desk.inboxes[instance].is_empty();
         desk.inboxes[instance].put(signal);
         let waits = first && desk.busy[instance].is_none();
@@ -144,7 +147,7 @@ impl Pool {
         Ok(pool)
     }
 
-    /// One worker more.
+    /// Starts one more worker.
     fn hire(&self, engine: &Arc<Engine>) -> std::io::Result<()> {
         let Some(own) = self.own.upgrade() else {
             return Ok(());
@@ -174,13 +177,13 @@ impl Pool {
             drop(runner);
             self.put_back(number, due, period, engine.clock.now());
         }
-        // Who goes before the end is not waited for then.
+        // The shutdown does not join a worker that leaves before it.
         if !self.lock().leave {
             drop(lock(&self.workers).threads.remove(&worker));
         }
     }
 
-    /// So many workers more, who are counted already.
+    /// Starts more workers, which `capacity` counts already.
     fn hire_some(&self, engine: &Arc<Engine>, number: usize) {
         for hired in 0..number {
             let Err(error) = self.hire(engine) else {
@@ -194,7 +197,7 @@ impl Pool {
         }
     }
 
-    /// Waits for an instance with mail, or one that is due; `None` to leave.
+    /// Waits for an instance that has signals or is due. Returns `None` when the worker must leave.
     fn next(&self, engine: &Arc<Engine>, worker: usize) -> Option<(usize, Inbox)> {
         let mut desk = self.lock();
         loop {
@@ -214,14 +217,16 @@ impl Pool {
                 let (longest, brief) = (turns.longest.filter(|_| inbox.is_light()), turns.brief);
                 let hired = desk.capacity.begin(now, brief);
                 if desk.wants_another(now, longest) {
-                    // Whoever kept the calendar may be this worker, which is now gone for as long as a call takes.
+                    // This worker may have been the keeper of the calendar, and is now busy for as long as
+                    // the call takes.
                     self.work.notify_one();
                 }
                 drop(desk);
                 self.hire_some(engine, hired);
                 return Some((number, inbox));
             }
-            // One keeps the calendar and one stands in for it, who may be the last that is free; the others wait until they are called.
+            // One worker keeps the calendar. One deputy, possibly the last free worker, stands in for it. The
+            // others wait for a notification.
             desk = match (others, desk.calendar.next()) {
                 (None, Some(due)) if desk.keeper.is_none_or(|kept| due < kept) => {
                     desk.keeper = Some(due);
@@ -233,7 +238,7 @@ impl Pool {
                 }
                 (_, due) if others.is_some() || due.is_some() && desk.deputy.is_none() => {
                     let late = due.map(|due| due.saturating_add(GRACE).max(others.unwrap_or_default()));
-                    // Mail is due since it came.
+                    // Signals are due from the time they arrive.
                     let mail = others.filter(|_| !desk.ready.is_empty());
                     desk.deputy = mail.or(late);
                     let until = desk.deputy;
@@ -256,7 +261,8 @@ impl Pool {
         let brief = desk.turns[number].brief;
         desk.capacity.end(brief);
         desk.turns[number].end(now);
-        // Who takes long is not kept waiting: whoever is due after it, to read what it writes, would have to be called meanwhile.
+        // A schema with long turns gets no leeway: a schema due after it, to read what it writes, would need
+        // another worker meanwhile.
         let leeway = if desk.turns[number].are_short() {
             leeway(period)
         } else {
@@ -291,16 +297,17 @@ impl Turns {
         self.longest = Some(took.max(before - before / 4));
     }
 
-    /// Whether a worker that is called for another turn would not be there before they end.
+    /// Whether the turns end before a worker notified for another turn would start.
     fn are_short(self) -> bool {
         self.longest.is_some_and(|longest| longest <= CALL)
     }
 }
 
 impl Desk {
-    /// Whether another worker is to look for work, when one has taken some and is thought to be back after `longest`: there is more
-    /// mail, or nobody keeps the calendar until then. Who is due already waits for it too, if one that is called would not be there
-    /// sooner. If it stays away, or what is due is more than it can do, the deputy comes.
+    /// Whether to notify another worker after one has taken a turn that is expected to end after `longest`.
+    /// True if more signals wait, or if neither keeper nor this worker serves the calendar in time. An
+    /// instance that is due already also waits for this worker if a notified one would not start sooner. If
+    /// this worker takes longer, or cannot serve all that is due, the deputy takes over.
     fn wants_another(&self, now: Nanos, longest: Option<Nanos>) -> bool {
         if !self.ready.is_empty() {
             return true;
@@ -316,7 +323,7 @@ impl Desk {
         !(kept || stood_in && back)
     }
 
-    /// An instance to run now, mail before time.
+    /// Takes an instance to run now; signals precede deadlines.
     fn take(&mut self, now: Nanos) -> Option<usize> {
         while let Some(number) = self.ready.pop_front() {
             if self.busy[number].is_none() && !self.inboxes[number].is_empty() {
@@ -341,7 +348,7 @@ impl Crew for Pool {
         !waiting(&mut desk)
     }
 
-    /// The worker goes with the call, and another is hired for it.
+    /// The hung worker is abandoned with its call, and a new one is started.
     fn relieve(
         &self,
         engine: &Arc<Engine>,
@@ -355,13 +362,14 @@ impl Crew for Pool {
         };
         *lock(&self.holders[instance]) = Holder::new(runner);
         let Some(worker) = self.lock().busy[instance] else {
-            // It hangs in its end, which is on no worker.
+            // The instance hangs in its end, which runs on no worker.
             return true;
         };
-        // Not waited for at the end; if the call ever returns, it ends what is left of it and goes.
+        // The shutdown does not join this thread. If the call ever returns, the thread ends the remains of
+        // the instance and exits.
         drop(lock(&self.workers).threads.remove(&worker));
         self.put_back(instance, None, 0, engine.clock.now());
-        // No worker of its own looks at what it left, and the keeper of the calendar may be gone with it.
+        // The abandoned worker may have been the keeper, and does not look at the work it left.
         self.work.notify_one();
         self.hire_some(engine, 1);
         true
@@ -378,7 +386,7 @@ impl Crew for Pool {
         if lost.is_empty() {
             let workers = std::mem::take(&mut *lock(&self.workers));
             for worker in workers.threads.into_values() {
-                // Its panics were reported by `guarded`.
+                // `guarded` has reported its panics.
                 let _ = worker.join();
             }
         }
@@ -394,7 +402,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
 
-    /// Nothing but one instance that is due then.
+    /// A desk with one instance, due at that time.
     fn due(due: Nanos) -> Desk {
         let mut calendar = Calendar::new(1);
         calendar.put(0, Some(due), 0);

@@ -1,4 +1,5 @@
-//! Real time's caretaker: fires the rules' timers, notices calls that do not return, and brings everything to rest at the end.
+//! The supervisor of real time: runs the rules' timers, detects calls that do not return, and brings
+//! everything to rest at the end.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -10,36 +11,39 @@ use crate::engine::Engine;
 use crate::event::{Event, Outcome};
 use crate::instance::Left;
 
-/// A call that runs this many times its budget hangs, if it also takes
+/// A call hangs if it takes more than this many times its budget and more than [`HUNG_LEAST`].
 const HUNG_BUDGETS: u64 = 10;
-/// this long: a loaded machine may well hold up a thread for some tenths of a second.
+/// No call hangs sooner by its budget: a loaded machine may delay a thread for some tenths of a second.
 const HUNG_LEAST: Duration = Duration::from_secs(1);
-/// How often calls are looked at at least: often enough to tell within a quarter of a second.
+/// The longest time between two checks of running calls, ns: a hung call is detected within a quarter of a
+/// second.
 const LOOK: Nanos = 250_000_000;
-/// How long an instance may take to go to sleep at the end before it is left behind.
+/// How long an instance may take to fall asleep at the end before it is left behind.
 pub(super) const REST: Duration = Duration::from_secs(1);
 
-/// The time at which the rules want to be called.
+/// The time of the rules' next timer.
 #[derive(Default)]
 pub(crate) struct Alarm {
     state: Mutex<(Option<Nanos>, bool)>,
     changed: Condvar,
 }
 
-/// Those who run the instances, as the supervisor sees them.
+/// An executor, as the supervisor sees it.
 pub(crate) trait Crew: Send + Sync {
-    /// Waits until an instance has nothing to do; false if it still had after `within`.
+    /// Waits until an instance has nothing to do. Returns false if it still had after `within`.
     fn settled(&self, instance: usize, within: Duration) -> bool;
-    /// Gives up the call of an instance that runs since then: somebody else takes over, once `tell` is done, which is told the bytes
-    /// of shared values that the call keeps. False, and nothing told, if it cannot be given up now.
+    /// Gives up the call of an instance that runs since `since`, and puts another runner in its place. `tell`
+    /// runs before the replacement and receives the bytes of shared values that the call keeps. Returns
+    /// false, without running `tell`, if the call cannot be given up now.
     fn relieve(&self, engine: &Arc<Engine>, instance: usize, since: Nanos, tell: &mut dyn FnMut(u64))
     -> bool;
-    /// Ends all instances in reverse order, and the threads; answers with those that are inside a call and stay behind.
+    /// Ends all instances in reverse order, and the threads. Returns the instances that are inside a call and
+    /// are left behind.
     fn dismiss(&self, engine: &Arc<Engine>) -> Vec<usize>;
 }
 
 impl Alarm {
-    /// Answers whether the caretaker must be called: it sleeps for longer than that.
+    /// Returns whether the supervisor must be notified, because it sleeps longer than until `next`.
     pub(crate) fn set(&self, next: Option<Nanos>) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let sooner = match (next, state.0) {
@@ -61,7 +65,7 @@ impl Alarm {
     }
 }
 
-/// Watches until the alarm is stopped.
+/// Supervises until the alarm is stopped.
 pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit: Option<Nanos>) {
     sharpen_timers();
     let mut reported = vec![None; engine.meters.len()];
@@ -90,7 +94,8 @@ pub(crate) fn watch(engine: &Arc<Engine>, crew: &dyn Crew, alarm: &Alarm, limit:
     }
 }
 
-/// Stops actuators first, then puts schemas to sleep, children before fathers, then ends them in reverse order.
+/// Stops actuators first, then puts schemas to sleep, children before fathers, and then ends them in reverse
+/// order.
 pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
     for driver in engine.brake_all() {
         if !crew.settled(driver, REST) {
@@ -101,7 +106,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
         }
     }
     let order = engine.put_to_sleep();
-    // Those who were put to sleep before may still be on their way there.
+    // Schemas put to sleep earlier may still be in that call.
     for instance in (0..engine.meters.len()).rev() {
         if !order.contains(&instance) {
             crew.settled(instance, REST);
@@ -135,8 +140,8 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn Crew) {
     engine.builds.close();
 }
 
-/// Runs a thread's body, and looks after a call that was given up in it. A panic in it is the host's own: it brakes all
-/// actuators and ends the application.
+/// Runs a thread's body, and ends the instance of a call that was given up in it. A panic in the body is a
+/// fault of the host: it brakes all actuators and ends the application.
 pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
     let Err(payload) = catch_unwind(AssertUnwindSafe(body)) else {
         return;
@@ -147,7 +152,8 @@ pub(crate) fn guarded(engine: &Engine, body: impl FnOnce()) {
     }
 }
 
-/// Lets this thread's waits end when they should, not up to 50 us later: the kernel rounds by its timer slack.
+/// Makes this thread's waits end on time instead of up to 50 us later, which is the kernel's default timer
+/// slack.
 pub(crate) fn sharpen_timers() {
     if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
         tracing::debug!("timer slack stays as it is: {error}");
@@ -172,23 +178,23 @@ fn look_for_hung(engine: &Arc<Engine>, crew: &dyn Crew, now: Nanos, reported: &m
         }
         let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
         if engine.room(number).is_some() {
-            // Its call returns as soon as its process is dead, and its runner does what follows from a death.
+            // The call returns once its process is dead, and its runner handles the death.
             engine.processes.kill(number, &reason, false);
-            // Not even the kernel can kill who waits inside of it, for a device that is gone.
+            // Even the kernel cannot kill a process that waits in it for a device that is gone.
             if took > patience(engine, number).saturating_add(engine.clock.of_machine(HUNG_LEAST)) {
                 engine.hung(number, reason);
             }
             continue;
         }
         let mut tell = |kept| engine.left_behind(number, since, reason.clone(), kept);
-        // The level selects again also if that must wait.
+        // The level selects again even if the replacement must wait.
         if !crew.relieve(engine, number, since, &mut tell) {
             engine.hung(number, reason);
         }
     }
 }
 
-/// How long a call may take before it counts as hung, in the application's time.
+/// How long a call may take before it counts as hung, in the application's time, ns.
 fn patience(engine: &Engine, number: usize) -> Nanos {
     let instance = &engine.application.instances[number];
     let least = || engine.clock.of_machine(HUNG_LEAST);
@@ -196,7 +202,7 @@ fn patience(engine: &Engine, number: usize) -> Nanos {
     instance.hang_ns.unwrap_or_else(by_budget)
 }
 
-/// How often calls are looked at: four times in the shortest time that one may take.
+/// How often running calls are checked: four times within the shortest patience, ns.
 fn look(engine: &Engine) -> Nanos {
     let patiences = (0..engine.meters.len()).map(|number| patience(engine, number));
     patiences.min().map_or(LOOK, |least| (least / 4).min(LOOK))

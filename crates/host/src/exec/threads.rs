@@ -1,4 +1,5 @@
-//! A thread for each schema that has been awake; a sleeping one waits without a deadline and costs no processor time.
+//! One thread for each instance. The thread of a sleeping schema waits without a deadline and costs no
+//! processor time.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::{Builder, JoinHandle};
@@ -12,7 +13,7 @@ use crate::engine::{Bells, Engine, Signal};
 use crate::inbox::Inbox;
 use crate::runner::{Line, Runner};
 
-/// One mailbox and one thread an instance.
+/// One mailbox and one thread for each instance.
 pub(crate) struct Threads {
     seats: Vec<Arc<Seat>>,
     alarm: Arc<Alarm>,
@@ -22,7 +23,7 @@ struct Seat {
     mail: Mutex<Mail>,
     news: Condvar,
     idle: Condvar,
-    /// Who has the seat. Whoever hangs loses it to another.
+    /// The runner and its thread. A runner that hangs is replaced.
     holder: Mutex<Holder>,
 }
 
@@ -35,10 +36,11 @@ struct Holder {
 #[derive(Default)]
 struct Mail {
     inbox: Inbox,
-    /// Its thread is taking a turn, and looks here before it waits again.
+    /// Its thread takes a turn, and looks here before it waits again.
     busy: bool,
     leave: bool,
-    /// How many wait until there is nothing to do: seldom anybody, and to tell nobody takes a call of the system.
+    /// The number of threads that wait until there is nothing to do. Usually none, and notifying none still
+    /// costs a system call.
     settling: usize,
 }
 
@@ -101,7 +103,8 @@ impl Crew for Threads {
         !waiting(&mut mail)
     }
 
-    /// The seat gets another thread, which is there before the call is given up: without one the schema stays as it is.
+    /// The replacement thread is started before the call is given up: if the system refuses it, the schema
+    /// stays as it is.
     fn relieve(
         &self,
         engine: &Arc<Engine>,
@@ -124,14 +127,15 @@ impl Crew for Threads {
         };
         let line = runner.line();
         let runner = Arc::new(Mutex::new(runner));
-        // What hangs is not waited for: if it ever returns, it ends what is left of it and goes.
+        // The hung thread is not joined. If its call ever returns, it ends the remains of the instance and
+        // exits.
         *lock(&seat.holder) = Holder {
             runner: Arc::clone(&runner),
             line,
             thread: Some(thread),
         };
         lock(&seat.mail).busy = false;
-        // It waits for this.
+        // The new thread waits for this.
         let _ = hand_over.send(runner);
         true
     }
@@ -149,7 +153,7 @@ impl Crew for Threads {
         for (number, seat) in self.seats.iter().enumerate() {
             let thread = lock(&seat.holder).thread.take();
             if let Some(thread) = thread.filter(|_| !lost.contains(&number)) {
-                // It only has to see `leave`; its panics were reported by `guarded`.
+                // The thread only has to see `leave`. `guarded` has reported its panics.
                 let _ = thread.join();
             }
         }
@@ -182,7 +186,7 @@ impl Seat {
         }
     }
 
-    /// Waits for mail or for the time that is due; `None` to leave.
+    /// Waits for signals or for the deadline. Returns `None` when the thread must leave.
     fn next(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
         let mut mail = lock(&self.mail);
         mail.busy = false;
@@ -207,7 +211,7 @@ impl Seat {
     }
 }
 
-/// A thread for a seat, which runs what it is given, if it is given anything.
+/// Starts a thread for a seat. It runs the runner that `runner` returns, if any.
 fn spawn(
     engine: &Arc<Engine>,
     number: usize,
@@ -216,7 +220,8 @@ fn spawn(
 ) -> std::io::Result<JoinHandle<()>> {
     let (engine, seat) = (Arc::clone(engine), Arc::clone(seat));
     engine.clock.hire();
-    // The system shows 15 bytes of a thread's name; the instance's own says most in `top` and a debugger.
+    // The system shows 15 bytes of a thread's name. The instance's name is the most useful in `top` and a
+    // debugger.
     let thread = Builder::new().name(engine.name(number).to_owned());
     thread.spawn(move || {
         guarded(&engine, || {

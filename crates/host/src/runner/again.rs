@@ -1,4 +1,5 @@
-//! A turn taken again, a step at a time: each when it was taken first, with the values that were seen then.
+//! Repeats a turn in a replay, a step at a time: each step at its original time, with the values that were
+//! seen then.
 
 use std::sync::Arc;
 
@@ -12,12 +13,12 @@ use crate::instance::{self, Ports, Shown, Wrote};
 use crate::turn::{Told, Turn};
 
 impl Runner {
-    /// Lets its inputs show values of the past.
+    /// Makes its inputs show values of the past.
     pub(crate) fn look_back(&mut self, history: impl FnMut(&Reader) -> Arc<History>) {
         self.desk.ports(|ports| ports.look_back(history));
     }
 
-    /// Has its inputs show what they showed in that turn; the newest if there is none.
+    /// Makes its inputs show what they showed in that turn; the newest values without a turn.
     pub(crate) fn recall(&mut self, turn: Option<&Told>) {
         self.desk.ports(|ports| ports.recall(turn));
     }
@@ -26,7 +27,7 @@ impl Runner {
         matches!(self.life, Life::Awake { .. })
     }
 
-    /// The check; none if it is not awake.
+    /// Repeats the check. `None` if the instance is not awake.
     pub(crate) fn look_again(&mut self) -> Option<Result<instance::Answer, String>> {
         match &mut self.life {
             Life::Awake { instance, .. } => {
@@ -43,12 +44,12 @@ impl Runner {
         self.desk.ports(|ports| ports.shown()).unwrap_or_default()
     }
 
-    /// What it wrote since this was asked last, in calls of which turns tell.
+    /// What it has written since the last call of this function, in calls that turns record.
     pub(crate) fn wrote(&mut self) -> Vec<Wrote> {
         std::mem::take(&mut self.beyond.wrote)
     }
 
-    /// The variable that a port writes; none if it is bound to nothing.
+    /// The variable that a port writes; `None` if it is not bound to one.
     pub(crate) fn written_by(&mut self, port: usize) -> Option<Arc<Variable>> {
         let variable = |ports: &mut Ports| {
             let written = ports.variable(port).filter(|(_, writes)| *writes);
@@ -57,14 +58,14 @@ impl Runner {
         self.desk.ports(variable).flatten()
     }
 
-    /// Tells the rules what that check found.
+    /// Reports the result of that check to the rules.
     pub(crate) fn checked_again(&mut self, result: Result<instance::Answer, String>) {
         if let Some(check) = self.found(self.engine.clock.now(), result) {
             self.told.checked = self.engine.checked(self.number, check);
         }
     }
 
-    /// Asks leave to iterate, in the way of that turn.
+    /// Asks permission to iterate, in the way of that turn.
     pub(crate) fn begin_again(&mut self, turn: &Turn) -> bool {
         self.is_awake()
             && match turn.way {
@@ -73,17 +74,17 @@ impl Runner {
             }
     }
 
-    /// The iteration.
+    /// Repeats the iteration.
     pub(crate) fn act_again(&mut self) -> Result<(), String> {
         self.iterate()
     }
 
-    /// Tells the rules how that iteration ended.
+    /// Reports the end of that iteration to the rules.
     pub(crate) fn acted_again(&mut self, result: Result<(), String>) {
         self.iterated(result);
     }
 
-    /// What somebody did to its panel.
+    /// Repeats a gesture on its panel.
     pub(crate) fn touch_again(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         match &mut self.life {
             Life::Slept(instance) | Life::Awake { instance, .. } => {
@@ -95,17 +96,17 @@ impl Runner {
         }
     }
 
-    /// A call of it failed.
+    /// Handles a failed call.
     pub(crate) fn fault_now(&mut self, reason: String) {
         self.fault(reason);
     }
 
-    /// The father's own function.
+    /// Calls the father's own arbitration.
     pub(crate) fn answer_again(&mut self, level: &Level) -> Answer {
         self.answer(level)
     }
 
-    /// Asks the father's own function, and tells the rules at once.
+    /// Calls the father's own arbitration, and reports the answer to the rules at once.
     pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
         self.arbitrate(group, ticket, level);
     }
@@ -115,7 +116,7 @@ impl Runner {
         self.unload();
     }
 
-    /// Lets go of what it looked at, and shows the newest values again.
+    /// Releases the values read, and shows the newest values again.
     pub(crate) fn rest_again(&mut self) {
         self.recall(None);
         self.rest();

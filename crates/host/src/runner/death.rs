@@ -1,9 +1,10 @@
-//! What follows when the process of a schema dies in one of its calls: what follows from any failure, and the rules hear of it once.
+//! Handles the death of a schema's process in one of its calls: the same as any failure, reported to the
+//! rules once.
 
 use super::{Life, Runner};
 
 impl Runner {
-    /// A call failed whose failure is no fault by itself, but its process may have died in it.
+    /// Handles a failed call whose failure is no fault by itself. Its process may have died in it.
     pub(super) fn survive(&mut self, reason: &str) {
         let died = match &self.life {
             Life::Slept(instance) | Life::Awake { instance, .. } => instance.is_dead(),
@@ -14,7 +15,7 @@ impl Runner {
         }
     }
 
-    /// Whether the rules do not know yet that its process has died, if it has.
+    /// Whether the rules must still be informed of a failure. False once they know that the process died.
     pub(super) fn is_to_tell(&self) -> bool {
         match &self.life {
             Life::Slept(instance) | Life::Awake { instance, .. } => instance.is_to_tell(),

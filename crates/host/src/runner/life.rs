@@ -1,4 +1,5 @@
-//! An instance's life between its turns: it awakes and falls asleep, is unloaded, fails and is let go of.
+//! Transitions of an instance between its turns: it awakes and falls asleep, is unloaded, fails and is given
+//! up.
 
 use jde_core::Nanos;
 
@@ -6,9 +7,9 @@ use super::{Life, Runner};
 use crate::turn::Turn;
 
 impl Runner {
-    /// The rules woke it then.
+    /// Wakes the instance, which the rules woke at `woken`.
     pub(super) fn wake_up(&mut self, woken: Nanos) {
-        // It was woken before it was unloaded, and is asleep again since.
+        // The rules woke it before it was unloaded, and it is asleep again since.
         if self.engine.is_unloaded(self.number) {
             return;
         }
@@ -29,7 +30,7 @@ impl Runner {
                 }
                 self.tell();
             }
-            // It slept and woke while the application was closing, when nobody told it of the first.
+            // It slept and woke while the application was closing, and the signal to sleep was withheld.
             other => self.life = other,
         }
     }
@@ -48,7 +49,7 @@ impl Runner {
         self.put_away();
     }
 
-    /// Ends the instance, now or when it sleeps; the next awakening makes a fresh one.
+    /// Ends the instance, now or when it sleeps. The next awakening creates a new one.
     pub(super) fn unload(&mut self) {
         self.unloading = true;
         self.put_away();
@@ -58,11 +59,11 @@ impl Runner {
         if self.unloading && !matches!(self.life, Life::Awake { .. }) {
             self.unloading = false;
             if !self.engine.is_unloaded(self.number) {
-                // Somebody let go of it before it slept.
+                // It was loaded again before it slept.
                 return;
             }
             self.dismiss();
-            // What it exported nobody vouches for any more.
+            // Its exports are no longer valid.
             self.engine.variables.retract_exports(self.number);
         }
     }
@@ -85,20 +86,20 @@ impl Runner {
         }
     }
 
-    /// A call failed: nothing of the instance is trusted any more, the next awakening makes a fresh one. A build on trial gives way
-    /// to the one before instead, which goes on as if nothing had happened.
+    /// Handles a failed call. The instance is not trusted any more, and the next awakening creates a new one.
+    /// A build on trial is replaced by the one before instead, which continues as if nothing had happened.
     pub(super) fn fault(&mut self, reason: String) {
         if self.go_back(&reason) {
             return;
         }
-        // The level selects again before anything else is tried with what is broken.
+        // The level selects again before the broken instance is called for its sleep.
         if self.is_to_tell() {
             self.told.failed = self.engine.faulted(self.number, reason);
         }
         self.give_up();
     }
 
-    /// Lets go of an instance that faulted.
+    /// Ends an instance that faulted.
     pub(super) fn give_up(&mut self) {
         if let Err(reason) = self.lie_down() {
             tracing::error!(
@@ -106,19 +107,19 @@ impl Runner {
                 "also failed while going to sleep: {reason}"
             );
         }
-        // What it exported on its way to sleep nobody vouches for any more than for what was before.
+        // What it exported during its last call is no more valid than its earlier exports.
         self.engine.variables.retract_exports(self.number);
         self.dismiss();
     }
 
     pub(super) fn dismiss(&mut self) {
-        // The next instance begins with a clean sheet, and so does its health.
+        // The next instance starts without a record of lateness, and so does its health.
         self.late = [false; 2];
         self.pass();
         let left = self.engine.panels.went(self.number, self.engine.clock.now());
         self.engine.untouched(self.number, left);
         self.life = match std::mem::replace(&mut self.life, Life::Changing) {
-            // Dropped, it ends.
+            // Dropping the instance ends it.
             Life::Slept(_) | Life::Awake { .. } => Life::Absent,
             other => other,
         };

@@ -1,4 +1,4 @@
-//! A line to a runner that is inside a call: enough to give that call up and to put another runner in its place.
+//! The means to give up a runner's call from another thread, and to put another runner in its place.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::Runner;
 use crate::engine::Engine;
 use crate::instance::Desk;
 
-/// What can be done about a runner that is inside a call.
+/// Access to a runner that is inside a call.
 #[derive(Clone)]
 pub(crate) struct Line {
     engine: Arc<Engine>,
@@ -25,9 +25,10 @@ impl Line {
         }
     }
 
-    /// Gives up the call that runs since then: answers with a runner that takes over, of the build that is in force, without an
-    /// instance yet. Nothing if it cannot be given up now, for one because it has returned. `tell` says so to the rules; it is told
-    /// how many bytes of shared values the call keeps, and neither the call can return nor anybody take over before it is done.
+    /// Gives up the call that runs since `since`. Returns a runner that takes over, of the build in force and
+    /// without an instance yet. Returns `None` if the call cannot be given up now, for example because it has
+    /// returned. `tell` reports to the rules and receives the bytes of shared values that the call keeps.
+    /// Until it is done, the call cannot return and no runner takes over.
     pub(crate) fn give_up(&self, since: Nanos, tell: impl FnOnce(u64)) -> Option<Runner> {
         let ports = self.desk.give_up(since, tell)?;
         let mut runner = Runner::with(&self.engine, self.number, ports);

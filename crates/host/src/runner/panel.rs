@@ -1,5 +1,6 @@
-//! A schema's own panel, on its own turns: drawn after an iteration or check while somebody looks, and touched before the next.
-//! How often is measured by the machine's clock, in lockstep too: what is decided never depends on who looks.
+//! A schema's own panel, in its own turns: drawn after an iteration or check while it is viewed, and touched
+//! before the next. The rate is measured by the machine's clock, in lockstep too: decisions never depend on a
+//! viewer.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,8 @@ use super::{Life, Runner};
 use crate::turn::Turn;
 
 impl Runner {
-    /// Hands in the first of the gestures that await it. The next has another turn, so that what cannot wait awaits one at most (R17).
+    /// Delivers the first of the waiting gestures. The next has another turn, so that urgent work waits for
+    /// at most one (R17).
     pub(super) fn take_gesture(&mut self) {
         let Some((by, gesture)) = self.engine.take_gesture(self.number) else {
             return;
@@ -30,8 +32,9 @@ impl Runner {
         self.tell();
     }
 
-    /// Draws the panel over what was looked at in this turn, if somebody looks and it is time. In real time it has the budget of an
-    /// iteration, on which the contract counts (R17): what took longer is not shown.
+    /// Draws the panel from the values read in this turn, if it is viewed and the time has come. In real time
+    /// the drawing has the budget of an iteration, on which the contract relies (R17): a drawing that took
+    /// longer is not shown.
     pub(super) fn draw(&mut self) {
         let Some(every) = self.engine.panels.wanted(self.number) else {
             return self.draws_nothing();
@@ -63,7 +66,8 @@ impl Runner {
         }
     }
 
-    /// Draws the panel of a schema that sleeps, over the newest values; answers when to draw it again, in real time.
+    /// Draws the panel of a sleeping schema from the newest values. Returns when to draw it again, in real
+    /// time.
     pub(crate) fn draw_asleep(&mut self) -> Option<Nanos> {
         if !matches!(self.life, Life::Slept(_)) {
             return None;

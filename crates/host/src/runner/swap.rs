@@ -1,8 +1,8 @@
-//! Another build takes over from the instance that runs, and gives way to it again if it fails on trial.
+//! Replaces the running instance by one of another build, and restores it if the new one fails on trial.
 //!
-//! The build before is put to sleep, never ended, until the trial is over: going back is then waking it up, which cannot fail for
-//! lack of anything. Both are at one desk, and called one after the other on one thread, so that at no time two can write what
-//! belongs to one.
+//! The build before is put to sleep and not ended until the trial is over. Going back only wakes it up, which
+//! needs no resources. Both are at one desk and are called one after the other on one thread, so that two
+//! never write what belongs to one.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -15,10 +15,10 @@ use crate::instance::{Instance, Remembered};
 use crate::reload::{Carried, LEAST_TURNS, Swap, Takeover};
 use crate::turn::{Call, Turn};
 
-/// A build on trial: what there is to go back to.
+/// A build on trial, with what is needed to go back.
 pub(super) struct Trial {
     before: build::Shared,
-    /// The instance that ran, asleep; none if it failed on its way there.
+    /// The instance that ran before, asleep; `None` if it failed while going to sleep.
     kept: Option<Instance>,
     remembered: Option<Remembered>,
     until: Nanos,
@@ -28,7 +28,7 @@ pub(super) struct Trial {
 /// Why a build could not take over.
 struct Refused {
     reason: String,
-    /// Why the one before cannot go on either, if that is so.
+    /// Why the build before cannot continue either, if it cannot.
     fault: Option<String>,
 }
 
@@ -37,14 +37,14 @@ struct Heir {
     instance: Instance,
     remembered: Option<Remembered>,
     carried: bool,
-    /// Whether the one before is fit to be gone back to.
+    /// Whether the instance before can be used to go back.
     kept: bool,
 }
 
 impl Runner {
     /// Puts another build in the place of the present one.
     pub(super) fn swap(&mut self, swap: &Swap) {
-        // Whoever was on trial is what to go back to from now on.
+        // A build on trial becomes the one to go back to.
         self.pass();
         let start = Instant::now();
         let result = self.exchange(swap);
@@ -77,7 +77,8 @@ impl Runner {
         }
     }
 
-    /// Goes back to the build before if the present one is on trial; answers whether that goes on, and the level need not know.
+    /// Goes back to the build before if the present one is on trial. Returns whether that build continues, so
+    /// that the level need not be informed.
     pub(super) fn go_back(&mut self, reason: &str) -> bool {
         let Some(trial) = self.trial.take() else {
             return false;
@@ -115,7 +116,7 @@ impl Runner {
         }
     }
 
-    /// A turn is over: its takeover is known to have worked so far, and a trial may be.
+    /// Ends a turn: a takeover in it has succeeded so far, and a trial may be over.
     pub(super) fn end_turn(&mut self, looked: bool) {
         if looked {
             self.last_turn = self.engine.clock.now();
@@ -126,7 +127,7 @@ impl Runner {
         if std::mem::take(&mut self.at_once)
             && let Life::Awake { due, .. } = &mut self.life
         {
-            // On top of its deadlines, which stay where they are.
+            // In addition to its deadlines, which stay where they are.
             *due = self.engine.clock.now();
         }
         if let Some(trial) = &mut self.trial {
@@ -137,7 +138,7 @@ impl Runner {
         }
     }
 
-    /// The trial is over, whatever it was: the present build stays.
+    /// Ends the trial, if there is one: the present build stays.
     pub(super) fn pass(&mut self) {
         if self.trial.take().is_some() {
             self.engine.builds.passed(self.number);
@@ -197,7 +198,8 @@ impl Runner {
         }
     }
 
-    /// An instance of the new build with all that the one before had, which sleeps then. After a refusal the one before is as it was.
+    /// Creates an instance of the new build with the memory of the one before, which then sleeps. After a
+    /// refusal the one before is as it was.
     fn succeed(&self, before: &mut Instance, swap: &Swap, awake: bool) -> Result<Heir, Refused> {
         let refused = |reason| Refused { reason, fault: None };
         let remembered = if swap.how.fresh {
@@ -235,7 +237,8 @@ impl Runner {
         }
     }
 
-    /// There was no instance: it had faulted, or was unloaded. There is nothing to go back to that would be better.
+    /// Starts a build where there was no instance, after a fault or an unloading. There is nothing better to
+    /// go back to.
     fn begin_with(&mut self, swap: &Swap) -> Result<(), String> {
         if self.engine.is_unloaded(self.number) {
             self.engine
@@ -254,7 +257,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Lets an instance be the schema, with a turn at once if it is awake.
+    /// Makes an instance the schema's own, with a turn at once if it is awake.
     fn seat(&mut self, instance: Instance, awake: bool) {
         self.engine.declare_panel(self.number, instance.panel());
         self.engine.panels.came(self.number);
@@ -268,7 +271,7 @@ impl Runner {
         };
     }
 
-    /// Puts an instance to sleep for another; answers whether it is fit to wake up again.
+    /// Puts an instance to sleep for another. Returns whether it can wake up again.
     fn lay_down(&self, instance: &mut Instance) -> bool {
         let slept = instance.recline();
         if let Err(reason) = &slept {
@@ -280,7 +283,7 @@ impl Runner {
         slept.is_ok()
     }
 
-    /// The build before cannot go on either.
+    /// Logs that the build before cannot continue either.
     fn is_lost(&self, reason: &str) -> bool {
         tracing::error!(
             schema = self.engine.name(self.number),
@@ -289,7 +292,7 @@ impl Runner {
         false
     }
 
-    /// Tells those who take turns again that from here on another build took them.
+    /// Records for replays that another build takes the turns from here on.
     fn tell_swap(&self, way: u8) {
         if let Some(journal) = &self.journal {
             let now = self.engine.clock.now();
@@ -306,12 +309,12 @@ impl Runner {
     }
 }
 
-/// Goes on where another left off; answers whether what that remembered was taken over.
+/// Continues where another instance left off. Returns whether the saved memory was taken over.
 fn resume(instance: &mut Instance, awake: bool, remembered: Option<&Remembered>) -> Result<bool, String> {
     if awake {
         instance.rise()?;
     }
-    // Last, so that waking up does not wipe it.
+    // Last, so that waking up does not erase it.
     match remembered {
         Some(remembered) => instance
             .restore(remembered)

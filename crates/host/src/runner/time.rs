@@ -1,4 +1,4 @@
-//! When a schema's next turn is due, and whether it keeps its deadlines (R11). It waits for nothing.
+//! When a schema's next turn is due, and whether it keeps its deadlines (R11). It never waits.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -8,7 +8,7 @@ use super::{Life, Runner};
 use crate::event::Event;
 
 impl Runner {
-    /// The next iteration comes by the new period, counted from the last.
+    /// Applies a new period: the next iteration is due one new period after the last.
     pub(super) fn retime(&mut self) {
         let Some(period) = self
             .engine
@@ -18,7 +18,7 @@ impl Runner {
             return;
         };
         if let Life::Awake { due, .. } = self.life {
-            // What would be over by the new period is due now, and not late.
+            // A deadline that the new period puts in the past is due now, and not late.
             let next = due.saturating_sub(self.period).saturating_add(period);
             self.be_due(next.max(self.engine.clock.now()));
         }
@@ -26,14 +26,15 @@ impl Runner {
         self.engine.retimed(self.number, period);
     }
 
-    /// Puts the deadlines of an instance on their grid, which was woken then: whole periods after that, and in real time a little
-    /// less, so that those who were woken at once are due in their order and not all at the same instant.
+    /// Puts the deadlines of an instance that was woken at `woken` on its grid: whole periods after that
+    /// time, and in real time a little earlier. So instances that were woken together are due in their order
+    /// and not all at the same instant.
     pub(super) fn begin_grid(&mut self, woken: Nanos) {
         let early = self.engine.early(self.number) % self.period;
         self.anchor = woken.saturating_add(self.period - early);
     }
 
-    /// Puts them on another, on which the next one is.
+    /// Moves the deadlines to another grid, with the next one at `then`.
     pub(super) fn be_due(&mut self, then: Nanos) {
         self.anchor = then;
         if let Life::Awake { due, .. } = &mut self.life {
@@ -41,11 +42,12 @@ impl Runner {
         }
     }
 
-    /// A turn that was due then is over: notes when the next is due; answers whether deadlines between the two were missed.
+    /// Ends a turn that was due at `due`, and sets the next deadline. Returns whether deadlines between the
+    /// two were missed.
     pub(super) fn goes_on(&mut self, due: Nanos, now: Nanos) -> bool {
         let (next, missed) = next_due(self.anchor, due, self.period, now);
         if next < due.saturating_add(self.period) {
-            // Onto the grid: what lies between the two is no cycle.
+            // The way onto the grid is shorter than a period and is not measured as a cycle.
             self.engine.meters[self.number].pause();
         }
         if let Life::Awake { due, .. } = &mut self.life {
@@ -58,14 +60,14 @@ impl Runner {
         self.note(Work::Cycle, took, missed || took > self.budget());
     }
 
-    /// Judges a drawing; answers whether it kept to the budget, which the contract counts on (R17).
+    /// Judges a drawing. Returns whether it kept to the budget, on which the contract relies (R17).
     pub(super) fn judge_drawing(&mut self, took: Nanos) -> bool {
         let late = took > self.budget();
         self.note(Work::Drawing, took, late);
         !late
     }
 
-    /// Nothing is drawn: it holds up nobody.
+    /// Notes that nothing is drawn, which is never late.
     pub(super) fn draws_nothing(&mut self) {
         self.note(Work::Drawing, 0, false);
     }
@@ -74,10 +76,11 @@ impl Runner {
         self.engine.application.instances[self.number].budget_ns
     }
 
-    /// Counts what is late, and tells when a row of such begins; who is late in either is late.
+    /// Counts late work, and reports the first of consecutive late ones. A schema is late if either kind of
+    /// work is.
     fn note(&mut self, work: Work, took: Nanos, late: bool) {
         if !late && !self.late[work as usize] {
-            // As ever.
+            // The usual case.
             return;
         }
         if late {
@@ -100,15 +103,15 @@ impl Runner {
     }
 }
 
-/// What has a deadline.
+/// The kinds of work with a deadline.
 #[derive(Clone, Copy)]
 enum Work {
     Cycle,
     Drawing,
 }
 
-/// The first deadline on the grid through `anchor` after a turn that was due then and is over now, and whether others were missed
-/// before it (R11).
+/// The first deadline on the grid through `anchor` after a turn that was due at `due` and ended at `now`, and
+/// whether other deadlines were missed before it (R11).
 fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
     let missed = due.saturating_add(period) <= now;
     let next = match now.checked_sub(anchor) {
