@@ -1,5 +1,5 @@
-//! A device at a port: bytes between the port and a conversation, met again by itself after every loss. It publishes nothing but
-//! how the connection stands.
+//! A device at a port: bytes between the port and a conversation, met again by itself after every loss. It
+//! publishes nothing but how the connection stands.
 
 use core::time::Duration;
 
@@ -11,7 +11,8 @@ use crate::report::{Report, Standing};
 /// How long the last words may take when the driver goes to sleep.
 const FAREWELL: Duration = Duration::from_millis(100);
 
-/// What is said to a device and heard of it, from the first word after the line is open. It does no I/O and has no clock.
+/// What is said to a device and heard of it, from the first word after the line is open. It does no I/O and
+/// has no clock.
 pub trait Conversation: Sized {
     /// What is looked for, as people call it: "scanner".
     const DEVICE: &'static str;
@@ -83,7 +84,8 @@ impl<C: Conversation> Device<C> {
         &self.wanted
     }
 
-    /// Whether it is heard and does what it shall; if not, what the driver exported of it is to be taken back.
+    /// Whether it is heard and does what it shall; if not, what the driver exported of it is to be taken
+    /// back.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.conversation.as_ref().is_some_and(C::is_ready)

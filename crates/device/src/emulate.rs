@@ -1,5 +1,6 @@
-//! For tests of drivers: an emulated device at a real pseudo-terminal or a real TCP connection, and a driver on the bench that is
-//! iterated until something is so. It plays no device itself, and nothing here belongs in a driver.
+//! For tests of drivers: an emulated device at a real pseudo-terminal or a real TCP connection, and a driver
+//! on the bench that is iterated until something is so. It plays no device itself, and nothing here belongs
+//! in a driver.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;

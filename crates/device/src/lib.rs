@@ -1,8 +1,9 @@
-//! What drivers of devices share: a [`Device`] holds a conversation to a port, a [`Report`] tells how the connection stands, and
-//! [`emulate`] plays the device in tests. It knows no device: what is said and what is published is the driver's.
+//! What drivers of devices share: a [`Device`] holds a conversation to a port, a [`Report`] tells how the
+//! connection stands, and [`emulate`] plays the device in tests. It knows no device: what is said and what is
+//! published is the driver's.
 //!
-//! A driver for another device at a serial line or behind TCP starts from this one, of a thermometer that is asked with `?` and
-//! answers with a line:
+//! A driver for another device at a serial line or behind TCP starts from this one, of a thermometer that is
+//! asked with `?` and answers with a line:
 //!
 //! ```
 //! use core::time::Duration;

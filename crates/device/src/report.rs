@@ -1,4 +1,5 @@
-//! How a device's connection stands, told when it changes. It looks at no device: whoever does says how it stands.
+//! How a device's connection stands, told when it changes. It looks at no device: whoever does says how it
+//! stands.
 
 use jde_port::{Link, Port};
 use jde_schema::prelude::*;
@@ -18,7 +19,8 @@ pub enum Standing<'a> {
     Lost(&'a str),
 }
 
-/// What was told of a connection: it tells a change alone, and complains of the same trouble once, however often it is tried again.
+/// What was told of a connection: it tells a change alone, and complains of the same trouble once, however
+/// often it is tried again.
 #[derive(Debug, Default)]
 pub struct Report {
     told: Option<Connection>,
@@ -27,7 +29,8 @@ pub struct Report {
 }
 
 impl<'a> Standing<'a> {
-    /// That of a device at a port; `name` is what it calls itself, once it is heard, and `device` what is looked for before.
+    /// That of a device at a port; `name` is what it calls itself, once it is heard, and `device` what is
+    /// looked for before.
     #[must_use]
     pub fn of(port: &'a Port, name: Option<&'a str>, device: &'a str) -> Self {
         match (port.link(), name) {
@@ -41,8 +44,8 @@ impl<'a> Standing<'a> {
 }
 
 impl Report {
-    /// Publishes how a connection stands after so many attempts, if that has not been told, and logs who is heard and what is
-    /// the trouble.
+    /// Publishes how a connection stands after so many attempts, if that has not been told, and logs who is
+    /// heard and what is the trouble.
     pub fn tell(
         &mut self,
         cx: &Context<'_>,

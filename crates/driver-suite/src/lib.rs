@@ -1,8 +1,10 @@
-//! One suite of tests for every driver of a robot's base: what an application may rely on, whatever is behind the driver. It runs the
-//! driver's real plugin in a real application, in real time, and waits for what the robot does, never for time.
+//! One suite of tests for every driver of a robot's base: what an application may rely on, whatever is behind
+//! the driver. It runs the driver's real plugin in a real application, in real time, and waits for what the
+//! robot does, never for time.
 //!
-//! A driver passes if it does what is tested in a room of 5 x 4 m, from a start at x 2.5, y 1.5 that looks along x, with sonars of
-//! a P3-DX and a laser on it. Give [`suite!`](crate::suite) a module name and a function that makes a [`Setting`]; each test gets one of its own.
+//! A driver passes if it does what is tested in a room of 5 x 4 m, from a start at x 2.5, y 1.5 that looks
+//! along x, with sonars of a P3-DX and a laser on it. Give [`suite!`](crate::suite) a module name and a
+//! function that makes a [`Setting`]; each test gets one of its own.
 
 mod build;
 mod pilot;

@@ -100,7 +100,8 @@ impl Rig {
         let odometry = odometry.expect("every base has one");
         while !so(self) {
             assert_eq!(self.handle.outcome(), None, "it ended before");
-            // What is waited for mostly comes with the next odometry; what comes without is looked for all the same.
+            // What is waited for mostly comes with the next odometry; what comes without is looked for all
+            // the same.
             odometry.wait_newer(odometry.newest(), LOOK);
         }
     }

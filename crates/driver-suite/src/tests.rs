@@ -1,4 +1,5 @@
-//! The tests. Tolerances are those of a robot whose wheels slip and whose numbers are whole millimetres and degrees.
+//! The tests. Tolerances are those of a robot whose wheels slip and whose numbers are whole millimetres and
+//! degrees.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 

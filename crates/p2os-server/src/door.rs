@@ -1,5 +1,5 @@
-//! Who has a pseudo-terminal open, by what the system tells of its path. A terminal tells its master only that nobody has it open any
-//! more, and not even that if the next one is there at once.
+//! Who has a pseudo-terminal open, by what the system tells of its path. A terminal tells its master only
+//! that nobody has it open any more, and not even that if the next one is there at once.
 
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};

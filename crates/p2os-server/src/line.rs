@@ -1,4 +1,5 @@
-//! A way to a robot: TCP or a pseudo-terminal, and the one client that has come by it. Understands no byte of it, never blocks.
+//! A way to a robot: TCP or a pseudo-terminal, and the one client that has come by it. Understands no byte of
+//! it, never blocks.
 
 use core::fmt;
 use std::fs::{File, OpenOptions};
@@ -41,7 +42,8 @@ enum End {
         door: Door,
         /// Whoever is on the line has closed it; what he said before may still be unread.
         closed: bool,
-        /// Heard together with that the one before had left, when the next was there already: it may be of the next.
+        /// Heard together with that the one before had left, when the next was there already: it may be of
+        /// the next.
         late: Vec<u8>,
     },
 }
@@ -119,7 +121,8 @@ impl Line {
         let End::Tcp(listener) = &self.end else {
             return None;
         };
-        // Whoever hung up before he was asked, or cannot be spoken to: the next one is asked in the next round.
+        // Whoever hung up before he was asked, or cannot be spoken to: the next one is asked in the next
+        // round.
         let (stream, address) = listener.accept().ok()?;
         Some(Caller {
             stream: jde_port::prepared(stream).ok()?,
@@ -153,8 +156,8 @@ impl Line {
         }
     }
 
-    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words. On a terminal a client may be
-    /// heard whom nobody has let in.
+    /// What was heard, as much as fits; 0 for nothing. An error is the end of the client, in words. On a
+    /// terminal a client may be heard whom nobody has let in.
     pub(crate) fn read(&mut self, room: &mut [u8]) -> Result<usize, String> {
         let peer = self.peer.as_ref();
         let read = match (&mut self.end, peer.and_then(|peer| peer.stream.as_ref())) {
@@ -206,8 +209,8 @@ impl Line {
         }
     }
 
-    /// Sends bytes after those that wait. An error is the end of the client, in words. Who can no longer be spoken to may have said
-    /// something before: [`read`](Self::read) tells of his end.
+    /// Sends bytes after those that wait. An error is the end of the client, in words. Who can no longer be
+    /// spoken to may have said something before: [`read`](Self::read) tells of his end.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
         let Some(peer) = &mut self.peer else {
             return Ok(());

@@ -1,4 +1,5 @@
-//! From the machine's time to the world's. A machine that was held up holds up the world: nothing drives on meanwhile.
+//! From the machine's time to the world's. A machine that was held up holds up the world: nothing drives on
+//! meanwhile.
 
 use core::time::Duration;
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! How much of what happens to a robot is told. A client can have thousands of things happen in a second; whoever watches, and the
-//! disk that keeps it, cannot. It looks at no event.
+//! How much of what happens to a robot is told. A client can have thousands of things happen in a second;
+//! whoever watches, and the disk that keeps it, cannot. It looks at no event.
 
 use core::time::Duration;
 
@@ -16,7 +16,8 @@ pub(crate) struct Quota {
 }
 
 impl Quota {
-    /// Begins a new share when a second of the machine is over; gives how many events of the last one were left out, if any.
+    /// Begins a new share when a second of the machine is over; gives how many events of the last one were
+    /// left out, if any.
     pub(crate) fn renew(&mut self, now: Duration) -> Option<u64> {
         if now.saturating_sub(self.begun) < SECOND {
             return None;

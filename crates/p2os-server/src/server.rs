@@ -1,4 +1,5 @@
-//! The loop: time passes in the world, clients come and go, bytes go to and fro. One thread does all of it, and waits for nobody.
+//! The loop: time passes in the world, clients come and go, bytes go to and fro. One thread does all of it,
+//! and waits for nobody.
 
 use core::net::SocketAddr;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -22,15 +23,16 @@ const MOST_HEARD: usize = 4096;
 const GONE: Duration = Duration::from_secs(8);
 /// What a robot is unless it is said to be another.
 const P3DX: &str = "p3dx";
-/// Most steps of the world between two looks at the lines: half of the time between two packets of information.
+/// Most steps of the world between two looks at the lines: half of the time between two packets of
+/// information.
 const MOST_STEPS: usize = 5;
 const STEP: Duration = Duration::from_nanos(STEP_NS);
 
 /// How a world is served.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Where the first robot listens; the others follow at the next ports, in the order of the world's file. With port 0 the
-    /// system chooses each.
+    /// Where the first robot listens; the others follow at the next ports, in the order of the world's file.
+    /// With port 0 the system chooses each.
     pub tcp: Option<SocketAddr>,
     /// Whether each robot also has a pseudo-terminal.
     pub terminal: bool,
@@ -206,8 +208,9 @@ impl Server {
         self.posts.iter().map(tally).collect()
     }
 
-    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens, of each robot at most twenty
-    /// things a second. It looks at `stop` whenever the world has come up with the machine.
+    /// Serves until `stop` says so or `limit` of the machine's time is over, and tells what happens, of each
+    /// robot at most twenty things a second. It looks at `stop` whenever the world has come up with the
+    /// machine.
     ///
     /// # Errors
     /// If the system cannot wait for several lines at once.
@@ -237,8 +240,8 @@ impl Server {
         Ok(())
     }
 
-    /// Lets the world's time pass up to `now`, step by step, and gives the time that it has come to: a machine that is too slow for
-    /// the speed hears its clients in between.
+    /// Lets the world's time pass up to `now`, step by step, and gives the time that it has come to: a
+    /// machine that is too slow for the speed hears its clients in between.
     fn pass(&mut self, now: Duration) -> Duration {
         for _ in 0..MOST_STEPS {
             let time = Duration::from_nanos(self.world.now());
@@ -341,7 +344,8 @@ impl Post {
             Err(why) => return self.station.leave(What::Left(why)),
         };
         if count > 0 {
-            // Who was heard on a terminal had no door to stand at. What he says who is turned away is not for later.
+            // Who was heard on a terminal had no door to stand at. What he says who is turned away is not for
+            // later.
             if known || self.answer(number, now) {
                 self.station.hear(world, &room[..count], now);
             }

@@ -136,7 +136,8 @@ impl Config {
         packet(KIND, self)
     }
 
-    /// Understands a packet; fields that an older firmware does not send are 0 or empty, and what follows the last is left out.
+    /// Understands a packet; fields that an older firmware does not send are 0 or empty, and what follows the
+    /// last is left out.
     ///
     /// # Errors
     /// If it is no configuration, or its first three names do not end.
@@ -150,7 +151,8 @@ impl Config {
         for _ in 0..3 {
             names.get::<String>()?;
         }
-        // Zeros read as zeros and as empty strings: an old firmware's packet goes on with as many as are missing.
+        // Zeros read as zeros and as empty strings: an old firmware's packet goes on with as many as are
+        // missing.
         let mut longest = packet.data().to_vec();
         longest.resize(longest.len() + 200, 0);
         Self::read(&mut Reader::new(WHAT, &longest))

@@ -1,4 +1,5 @@
-//! What can be wrong with a packet. Nothing here ends a connection: who receives drops the packet and goes on.
+//! What can be wrong with a packet. Nothing here ends a connection: who receives drops the packet and goes
+//! on.
 
 /// Why a packet was not made or not understood.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

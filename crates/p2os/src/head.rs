@@ -1,6 +1,8 @@
-//! The Canon VC-C4 pan-tilt camera: its frames, which travel inside TTY2 and come back as bytes of an auxiliary port.
+//! The Canon VC-C4 pan-tilt camera: its frames, which travel inside TTY2 and come back as bytes of an
+//! auxiliary port.
 //!
-//! A unit of an angle is 0.1125 degrees, of a speed 0.1125 degrees/s. Up and to the right are positive for the camera.
+//! A unit of an angle is 0.1125 degrees, of a speed 0.1125 degrees/s. Up and to the right are positive for
+//! the camera.
 
 use crate::Error;
 
@@ -99,7 +101,8 @@ pub enum HeadFrame {
     Answer(HeadAnswer),
 }
 
-/// Finds frames in a stream of bytes; bytes outside them are skipped, and so is a frame that does not end in time.
+/// Finds frames in a stream of bytes; bytes outside them are skipped, and so is a frame that does not end in
+/// time.
 #[derive(Clone, Debug, Default)]
 pub struct HeadParser {
     held: Vec<u8>,

@@ -1,4 +1,5 @@
-//! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and sweeps out of packets again.
+//! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and sweeps out of
+//! packets again.
 
 use crate::wire::{Field, Reader};
 use crate::{Error, Packet};
@@ -54,8 +55,8 @@ pub struct LaserPacket {
 
 /// Makes sweeps of packets.
 ///
-/// A sweep begins with the packet whose first reading is number 0. Packets that repeat what is known change nothing; a packet
-/// after a gap ends the sweep, and the next one begins anew.
+/// A sweep begins with the packet whose first reading is number 0. Packets that repeat what is known change
+/// nothing; a packet after a gap ends the sweep, and the next one begins anew.
 #[derive(Clone, Debug, Default)]
 pub struct Assembler {
     total: u16,

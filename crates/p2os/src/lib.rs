@@ -1,8 +1,10 @@
-//! The packet protocol of Pioneer robots (P2OS, AROS, ARCOS) and of the simulators that speak it: both ends, without I/O.
+//! The packet protocol of Pioneer robots (P2OS, AROS, ARCOS) and of the simulators that speak it: both ends,
+//! without I/O.
 //!
-//! There are no sockets, serial lines, threads or clocks here: who uses it brings the bytes and the time. A robot or simulator
-//! finds [`Packet`]s with a [`Receiver`], reads [`Command`]s and answers with [`Names`], [`Sip`], [`Config`], [`LaserPacket`],
-//! [`Encoders`], [`SerialAux`] and [`SimState`]. A client has a [`Session`], which does all of that for it, and knows [`Model`]s.
+//! There are no sockets, serial lines, threads or clocks here: who uses it brings the bytes and the time. A
+//! robot or simulator finds [`Packet`]s with a [`Receiver`], reads [`Command`]s and answers with [`Names`],
+//! [`Sip`], [`Config`], [`LaserPacket`], [`Encoders`], [`SerialAux`] and [`SimState`]. A client has a
+//! [`Session`], which does all of that for it, and knows [`Model`]s.
 
 mod command;
 mod config;

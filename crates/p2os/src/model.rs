@@ -1,4 +1,5 @@
-//! What is known of a model of robot: units, body, limits, sonars. Data, in files of TOML; nothing is computed from the robot's words.
+//! What is known of a model of robot: units, body, limits, sonars. Data, in files of TOML; nothing is
+//! computed from the robot's words.
 
 use core::f64::consts::TAU;
 
@@ -15,7 +16,8 @@ const KNOWN: [(&str, &str); 7] = [
     ("amigo-sh", include_str!("../models/amigo-sh.toml")),
 ];
 
-/// A model of robot. Every number is in the unit its name ends with, in the frame of the base: x ahead, y left.
+/// A model of robot. Every number is in the unit its name ends with, in the frame of the base: x ahead, y
+/// left.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
@@ -57,7 +59,8 @@ pub struct Units {
     pub range_mm: f64,
     /// Turning, rad/s, for a difference of 2 mm/s between the wheels.
     pub wheel_difference: f64,
-    /// Bits after which positions wrap; fewer than the robot has is right too, as long as half of them is not driven at once.
+    /// Bits after which positions wrap; fewer than the robot has is right too, as long as half of them is not
+    /// driven at once.
     pub position_bits: u32,
 }
 
@@ -93,7 +96,8 @@ pub struct Sonars {
     pub min_mm: f64,
     /// From here on nothing was heard.
     pub max_mm: f64,
-    /// Where each sits, mm ahead and mm to the left, and where it looks, degrees; in the order of the robot's numbers.
+    /// Where each sits, mm ahead and mm to the left, and where it looks, degrees; in the order of the robot's
+    /// numbers.
     pub mounts: Vec<[f64; 3]>,
 }
 

@@ -17,8 +17,8 @@ pub struct Pose {
 
 /// Follows the positions of SIPs.
 ///
-/// Counts that wrap go on, forwards and backwards. A step that the robot cannot have driven is no motion: the robot was given
-/// another origin, and the pose stays as it is.
+/// Counts that wrap go on, forwards and backwards. A step that the robot cannot have driven is no motion: the
+/// robot was given another origin, and the pose stays as it is.
 #[derive(Clone, Debug)]
 pub struct Odometer {
     pose: Pose,
@@ -34,7 +34,8 @@ struct Heard {
     time: Duration,
 }
 
-/// How much farther than its limits a robot may seem to have gone: bytes are late at times, and firmware rounds.
+/// How much farther than its limits a robot may seem to have gone: bytes are late at times, and firmware
+/// rounds.
 const SLACK_M: f64 = 0.25;
 const SLACK_RAD: f64 = 0.5;
 /// The same in proportion: SIPs that waited together seem to be apart less than they are.

@@ -1,4 +1,5 @@
-//! One packet of the protocol: `FA FB`, a count, a payload, a checksum. What a payload means is said elsewhere.
+//! One packet of the protocol: `FA FB`, a count, a payload, a checksum. What a payload means is said
+//! elsewhere.
 
 use crate::Error;
 

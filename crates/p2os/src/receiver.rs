@@ -1,4 +1,5 @@
-//! Finds packets in a stream of bytes, whatever else is in it. It holds no more than one packet, and interprets none.
+//! Finds packets in a stream of bytes, whatever else is in it. It holds no more than one packet, and
+//! interprets none.
 
 use core::time::Duration;
 
@@ -7,7 +8,8 @@ use crate::packet::{HEADER, MAX_PAYLOAD, MAX_WIRE, Packet, checksum};
 /// A pause inside a packet after which its rest does not come: both ends send a packet in one piece.
 pub const LONGEST_GAP: Duration = Duration::from_millis(100);
 
-/// Takes bytes as they come and gives packets; after garbage it begins anew at the next byte that can begin a packet.
+/// Takes bytes as they come and gives packets; after garbage it begins anew at the next byte that can begin a
+/// packet.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     held: Vec<u8>,
@@ -37,7 +39,8 @@ impl Receiver {
         }
     }
 
-    /// Takes bytes that came by `now`, on a clock that does not go back, and gives each packet they complete to `each`.
+    /// Takes bytes that came by `now`, on a clock that does not go back, and gives each packet they complete
+    /// to `each`.
     pub fn receive(&mut self, bytes: &[u8], now: Duration, mut each: impl FnMut(Packet)) {
         if bytes.is_empty() {
             return;
@@ -60,7 +63,8 @@ impl Receiver {
         self.dropped
     }
 
-    /// Takes what can be decided from what is held: afterwards it begins a packet whose end has not come, or is empty.
+    /// Takes what can be decided from what is held: afterwards it begins a packet whose end has not come, or
+    /// is empty.
     fn settle(&mut self, each: &mut impl FnMut(Packet)) {
         loop {
             match decide(&self.held) {

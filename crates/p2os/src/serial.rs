@@ -1,4 +1,5 @@
-//! Bytes that a device at one of the robot's auxiliary serial ports said. What they mean is the device's affair.
+//! Bytes that a device at one of the robot's auxiliary serial ports said. What they mean is the device's
+//! affair.
 
 use crate::{Error, Packet};
 

@@ -1,12 +1,13 @@
-//! The server information packet: what a robot says of itself some ten times a second, in the robot's own units.
+//! The server information packet: what a robot says of itself some ten times a second, in the robot's own
+//! units.
 
 use crate::wire::{Field, Reader};
 use crate::{Error, Packet};
 
 /// A server information packet.
 ///
-/// Firmware grew it at the end: what an old one lacks is `None`, and a packet is written up to the first `None`. Units of distance
-/// and speed are those of the robot's [`Model`](crate::Model).
+/// Firmware grew it at the end: what an old one lacks is `None`, and a packet is written up to the first
+/// `None`. Units of distance and speed are those of the robot's [`Model`](crate::Model).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sip {
     /// Whether the robot is moving.
@@ -23,8 +24,9 @@ pub struct Sip {
     pub right_velocity: i16,
     /// Battery, 0.1 V, up to 25.5 V.
     pub battery: u8,
-    /// Low byte: bit 0 the left wheel stalls, bits 1 to 7 rear bumpers. High byte: bit 0 the right wheel stalls, bits 1 to 7 front
-    /// bumpers. Bumpers count from the left, as seen from the middle of the robot in their direction.
+    /// Low byte: bit 0 the left wheel stalls, bits 1 to 7 rear bumpers. High byte: bit 0 the right wheel
+    /// stalls, bits 1 to 7 front bumpers. Bumpers count from the left, as seen from the middle of the robot
+    /// in their direction.
     pub stall_bumpers: u16,
     /// Set point of the server's heading controller, degrees.
     pub control: i16,

@@ -1,4 +1,5 @@
-//! What a simulator knows of its robot and no robot does: true pose and odometry's errors. No control may rest on it.
+//! What a simulator knows of its robot and no robot does: true pose and odometry's errors. No control may
+//! rest on it.
 
 use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};

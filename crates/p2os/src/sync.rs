@@ -5,7 +5,8 @@ use crate::{Error, Packet};
 
 /// A step of synchronisation; the robot echoes each, and adds its names to the third.
 ///
-/// Byte for byte these are a PULSE, OPEN and CLOSE without argument: only the state of the connection tells which is meant.
+/// Byte for byte these are a PULSE, OPEN and CLOSE without argument: only the state of the connection tells
+/// which is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sync {
     /// `00`.

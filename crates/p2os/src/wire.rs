@@ -1,4 +1,5 @@
-//! Numbers and strings of a payload: little-endian, strings ended by a zero byte. No field has a meaning here.
+//! Numbers and strings of a payload: little-endian, strings ended by a zero byte. No field has a meaning
+//! here.
 
 use crate::Error;
 
@@ -63,7 +64,8 @@ macro_rules! number {
 }
 number!(u8, i8, u16, i16, u32, i32);
 
-/// One character a byte (ISO 8859-1), so that every name survives; what a byte cannot hold becomes a question mark.
+/// One character a byte (ISO 8859-1), so that every name survives; what a byte cannot hold becomes a question
+/// mark.
 impl Field for String {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
         let end = from.rest.iter().position(|byte| *byte == 0);

@@ -1,12 +1,13 @@
-//! Where a device is: the text that a person writes in an application, read and written back. It opens nothing.
+//! Where a device is: the text that a person writes in an application, read and written back. It opens
+//! nothing.
 
 use core::fmt;
 use core::str::FromStr;
 
 /// Where a device is.
 ///
-/// As text: `tcp:HOST:PORT` (an IPv6 host in brackets), or `serial:PATH@BAUD`, with `,7E1` and the like behind where the line
-/// is not 8N1.
+/// As text: `tcp:HOST:PORT` (an IPv6 host in brackets), or `serial:PATH@BAUD`, with `,7E1` and the like
+/// behind where the line is not 8N1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// A TCP connection; a serial server counts as one.
@@ -93,8 +94,8 @@ impl Address {
         }
     }
 
-    /// Looks whether the device file is there and may be opened by this user, and opens nothing. Of a TCP connection only a try could
-    /// tell.
+    /// Looks whether the device file is there and may be opened by this user, and opens nothing. Of a TCP
+    /// connection only a try could tell.
     ///
     /// # Errors
     /// What is missing, and what to do, in words.

@@ -22,8 +22,8 @@ impl Backoff {
 }
 
 impl Default for Backoff {
-    /// 0.25 s, so that a plug pulled and put back is not noticed for long, up to 4 s, so that a device that stays away costs
-    /// next to nothing and is still met by somebody who switches it on and waits.
+    /// 0.25 s, so that a plug pulled and put back is not noticed for long, up to 4 s, so that a device that
+    /// stays away costs next to nothing and is still met by somebody who switches it on and waits.
     fn default() -> Self {
         Self {
             first: Duration::from_millis(250),

@@ -1,4 +1,5 @@
-//! One attempt to reach a device, on a thread of its own, because names, networks and lines take as long as they like.
+//! One attempt to reach a device, on a thread of its own, because names, networks and lines take as long as
+//! they like.
 
 use core::time::Duration;
 use std::fs::File;
@@ -57,7 +58,8 @@ impl Attempt {
         }
     }
 
-    /// Nobody waits for it any more: what it opens or has opened is closed, so that the device is free for others.
+    /// Nobody waits for it any more: what it opens or has opened is closed, so that the device is free for
+    /// others.
     pub(crate) fn abandon(&mut self) {
         self.result = None;
     }
@@ -90,8 +92,8 @@ fn open(address: &Address) -> Result<Stream, String> {
     }
 }
 
-/// A connection that never blocks, sends at once, and is given up when its peer has said nothing for some seconds, not even that it
-/// is there.
+/// A connection that never blocks, sends at once, and is given up when its peer has said nothing for some
+/// seconds, not even that it is there.
 ///
 /// # Errors
 /// If the system takes one of its options back.

@@ -1,5 +1,5 @@
-//! Byte streams to devices: a serial line or a TCP connection under one address, polled by its owner, that never blocks and
-//! comes back by itself. It knows no protocol, keeps no clock and prints nothing.
+//! Byte streams to devices: a serial line or a TCP connection under one address, polled by its owner, that
+//! never blocks and comes back by itself. It knows no protocol, keeps no clock and prints nothing.
 //!
 //! ```
 //! use core::time::Duration;

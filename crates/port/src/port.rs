@@ -13,7 +13,8 @@ use crate::connect::{Attempt, Stream};
 
 /// How long an attempt may take: longer than a host that does not answer, so that its own words come first.
 const LONGEST_ATTEMPT: Duration = Duration::from_secs(5);
-/// Most bytes that wait to be sent: at 9600 baud over a minute's worth, so who has more has a device that does not listen.
+/// Most bytes that wait to be sent: at 9600 baud over a minute's worth, so who has more has a device that
+/// does not listen.
 const MOST_WAITING: usize = 64 << 10;
 /// Most bytes that one call reads, so that a device that floods does not keep its owner from anything else.
 const MOST_AT_ONCE: usize = 64 << 10;
@@ -44,8 +45,9 @@ pub enum Link {
 
 /// A byte stream to a device, polled by its owner. No call but [`Self::flush`] ever blocks.
 ///
-/// Its owner calls [`Self::poll`] in every iteration and reads and writes meanwhile. A loss shows in [`Self::link`] at once;
-/// polling goes on and connects again by itself, ever more rarely while nothing is heard.
+/// Its owner calls [`Self::poll`] in every iteration and reads and writes meanwhile. A loss shows in
+/// [`Self::link`] at once; polling goes on and connects again by itself, ever more rarely while nothing is
+/// heard.
 #[derive(Debug)]
 pub struct Port {
     address: Address,
@@ -101,8 +103,8 @@ impl Port {
         self.attempts
     }
 
-    /// Opens, connects again when it is time, and sends what waits. `now` is the time since anything, as long as it is always
-    /// the same thing.
+    /// Opens, connects again when it is time, and sends what waits. `now` is the time since anything, as long
+    /// as it is always the same thing.
     pub fn poll(&mut self, now: Duration) -> &Link {
         self.now = now;
         match &self.link {
@@ -148,7 +150,8 @@ impl Port {
         into.len() - before
     }
 
-    /// Sends bytes, now or as soon as they go. They go whole or the connection is lost: half a frame is never left out.
+    /// Sends bytes, now or as soon as they go. They go whole or the connection is lost: half a frame is never
+    /// left out.
     ///
     /// Answers whether they were taken: they are not without a connection.
     pub fn write(&mut self, bytes: &[u8]) -> bool {
@@ -164,7 +167,8 @@ impl Port {
         self.stream.is_some()
     }
 
-    /// Sends what waits, for at most `timeout`; for the last words before closing. Answers whether all of it went.
+    /// Sends what waits, for at most `timeout`; for the last words before closing. Answers whether all of it
+    /// went.
     pub fn flush(&mut self, timeout: Duration) -> bool {
         let start = Instant::now();
         loop {
@@ -190,7 +194,8 @@ impl Port {
         }
     }
 
-    /// Changes the speed of a serial line, for as long as it is connected; over TCP the serial server keeps its own.
+    /// Changes the speed of a serial line, for as long as it is connected; over TCP the serial server keeps
+    /// its own.
     ///
     /// What was written before should have been answered: bytes still on their way leave at the new speed.
     pub fn set_baud(&mut self, baud: u32) {
@@ -201,8 +206,8 @@ impl Port {
         }
     }
 
-    /// Breaks off because the owner will not go on: the device is silent, or says what no such device would. It is tried again
-    /// as after any other loss.
+    /// Breaks off because the owner will not go on: the device is silent, or says what no such device would.
+    /// It is tried again as after any other loss.
     pub fn lose(&mut self, reason: &str) {
         let reason = format!("{}: {reason}", self.address.device());
         self.lost(reason);
@@ -219,7 +224,8 @@ impl Port {
         if let Some(old) = &self.attempt
             && !old.is_over()
         {
-            // A name that nobody resolves can take minutes, and a thread each time: wait for the one there is.
+            // A name that nobody resolves can take minutes, and a thread each time: wait for the one there
+            // is.
             let reason = format!("{}: still no answer from the last attempt", self.address.device());
             self.lost(reason);
             return;

@@ -14,8 +14,8 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 /// A serial line without a wire. What is written to its master is read at its path, and the other way round.
 ///
-/// Emulators of devices sit at the master; programs open the path like any serial line. Dropped, the line is gone, like one
-/// whose plug was pulled.
+/// Emulators of devices sit at the master; programs open the path like any serial line. Dropped, the line is
+/// gone, like one whose plug was pulled.
 pub struct Pty {
     master: File,
     path: PathBuf,
@@ -41,7 +41,8 @@ impl Pty {
         })
     }
 
-    /// The device's end; reading from it blocks. Reading fails while nobody has the path open and nothing is left to read.
+    /// The device's end; reading from it blocks. Reading fails while nobody has the path open and nothing is
+    /// left to read.
     #[must_use]
     pub fn master(&self) -> &File {
         &self.master

@@ -27,8 +27,8 @@ pub(crate) fn open_line(path: &str, baud: u32, framing: Framing) -> Result<File,
     Ok(line)
 }
 
-/// Looks whether a line is there and may be opened by this user, without opening it: that alone raises the signals that some devices
-/// restart by.
+/// Looks whether a line is there and may be opened by this user, without opening it: that alone raises the
+/// signals that some devices restart by.
 pub(crate) fn look(path: &str) -> Result<(), String> {
     let look = || {
         if FileType::from_raw_mode(stat(path)?.st_mode) != FileType::CharacterDevice {
@@ -50,7 +50,8 @@ fn apply(line: &File, mut settings: Termios, baud: u32) -> rustix::io::Result<()
     settings.set_speed(baud)?;
     tcsetattr(line, OptionalActions::Now, &settings)?;
     let given = tcgetattr(line)?.output_speed();
-    // A receiver samples in the middle of a bit: over ten bits it bears some 5 %, of which either end may take half.
+    // A receiver samples in the middle of a bit: over ten bits it bears some 5 %, of which either end may
+    // take half.
     if given.abs_diff(baud) > baud / 40 {
         return Err(Errno::RANGE);
     }
@@ -79,7 +80,8 @@ fn raw(settings: &mut Termios, framing: Framing) {
         Parity::Odd => modes.insert(ControlModes::PARENB | ControlModes::PARODD),
     }
     modes.set(ControlModes::CSTOPB, framing.stop_bits == 2);
-    // With one byte asked for, reading none means that the line is gone; with none asked for it could mean anything.
+    // With one byte asked for, reading none means that the line is gone; with none asked for it could mean
+    // anything.
     settings.special_codes[SpecialCodeIndex::VMIN] = 1;
     settings.special_codes[SpecialCodeIndex::VTIME] = 0;
 }

@@ -1,6 +1,6 @@
-//! Colours of things, as a world's file writes them.
+//! Colours of things, as a world file writes them.
 //!
-//! Knows no light: what a colour becomes in a picture is the camera's business.
+//! The camera alone decides how light changes a colour.
 
 /// A colour in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -13,7 +13,7 @@ pub struct Color {
     pub b: u8,
 }
 
-/// The names that a world's file may use instead of `#rrggbb`.
+/// The names that a world file may use instead of `#rrggbb`.
 pub(crate) const NAMES: [(&str, Color); 14] = [
     ("white", Color::new(245, 245, 242)),
     ("silver", Color::new(190, 192, 196)),
@@ -32,12 +32,12 @@ pub(crate) const NAMES: [(&str, Color); 14] = [
 ];
 
 impl Color {
-    /// Makes a colour of its parts, from 0 to 255.
+    /// Creates a colour from its components, from 0 to 255.
     pub const fn new(r: u8, g: u8, b: u8) -> Self {
         Self { r, g, b }
     }
 
-    /// Reads `#rrggbb` or one of the known names; nothing for anything else.
+    /// Parses `#rrggbb` or one of the known names; `None` for anything else.
     pub fn parse(text: &str) -> Option<Self> {
         if let Some((_, color)) = NAMES.iter().find(|(name, _)| *name == text) {
             return Some(*color);

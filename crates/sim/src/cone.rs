@@ -1,21 +1,22 @@
-//! A cone in which the nearest thing is sought: all of it, not some rays. Every solid is convex, so what a cone sees nearest of one is
-//! the solid's own nearest point, or if that is outside the cone lies on an edge of it, where a ray finds it.
+//! A cone in which the nearest thing is sought: the whole cone, not only some rays. Every solid is convex. So
+//! its nearest point in a cone is its nearest point of all, or lies on an edge of the cone, where a ray finds
+//! it.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::Vector;
 
 use crate::solid::{Solid, ray};
 
-/// The inside of a cone of half a turn at most, without its edges.
+/// The inside of a cone of at most half a turn, without its edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cone {
     origin: Vector,
-    /// Across the two edges, outwards.
+    /// The outward normals of the two edges.
     outwards: [Vector; 2],
 }
 
 impl Cone {
-    /// With these edges, the one to the right first.
+    /// Creates a cone with these edges: `right` first, then `left`, in radians.
     pub(crate) fn new(origin: [f64; 2], right: f64, left: f64) -> Self {
         let across = |angle: f64, side: f64| {
             let along = ray(origin, angle).dir;
@@ -27,7 +28,8 @@ impl Cone {
         }
     }
 
-    /// How far a box is away at least; nothing if none of it is in the cone, or nearer than `max`.
+    /// Returns a lower bound of the distance to a box; `None` if the box is outside the cone, or not nearer
+    /// than `max`.
     pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
         let (center, half) = (area.center() - self.origin, area.half_extents());
         let is_outside = |outwards: &Vector| outwards.dot(center) > outwards.abs().dot(half);
@@ -38,7 +40,8 @@ impl Cone {
         (gap < max).then_some(gap)
     }
 
-    /// The distance to the nearest point of a solid, if that is in the cone and nearer than `max`.
+    /// Returns the distance to the nearest point of a solid, if that point is in the cone and nearer than
+    /// `max`.
     pub(crate) fn sees(&self, solid: &Solid, max: f64) -> Option<f64> {
         let point = solid.nearest(self.origin) - self.origin;
         let distance = point.length();

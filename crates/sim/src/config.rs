@@ -1,17 +1,17 @@
-//! The numbers of a robot: its body, its motors, its wheels and how well they measure.
+//! The configuration of a robot: body, motors, wheels, and the errors of its odometry.
 //!
-//! The defaults are those of a Pioneer P3-DX, with the source of each beside it.
+//! The defaults are those of a Pioneer P3-DX; each has its source beside it.
 
 use crate::error::{WorldError, check};
 use crate::head::HeadConfig;
 
-/// Where a robot's odometry starts to count.
+/// Where a robot's odometry starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OdometryOrigin {
-    /// At zero, wherever the robot stands: what a real robot does when it is switched on.
+    /// At zero, wherever the robot is: like a real robot when it is switched on.
     #[default]
     Zero,
-    /// At the start pose of the world file, so that the odometry's frame is the world's but for its drift.
+    /// At the start pose of the world file: the odometry's frame is then the world's, except for its drift.
     StartPose,
 }
 
@@ -38,11 +38,12 @@ pub struct RobotConfig {
     pub ticks_per_meter: f64,
     /// Standard deviation of each wheel's constant scale error, as a fraction; drawn once from the seed.
     pub wheel_scale_sigma: f64,
-    /// Standard deviation of each wheel's slip after one metre, in metres; it grows with the root of the way.
+    /// Standard deviation of each wheel's slip after one metre, in metres. It grows with the root of the
+    /// distance.
     pub slip_sigma: f64,
-    /// Where the odometry starts to count.
+    /// Where the odometry starts.
     pub odometry_origin: OdometryOrigin,
-    /// The heaviest load it can push, in kilograms; under that load it is half as fast as without.
+    /// The heaviest load that it can push, in kilograms. That load halves its speed.
     pub max_push: f64,
     /// The pan-tilt head.
     pub head: HeadConfig,
@@ -56,7 +57,7 @@ impl Default for RobotConfig {
             // The data sheet of the P3-DX: 1.2 m/s and 300 degrees a second.
             max_linear: 1.2,
             max_angular: 300f64.to_radians(),
-            // The firmware's own values as delivered: 300 mm/s² and 100 degrees/s², both ways.
+            // The firmware's factory values: 300 mm/s² and 100 degrees/s², both ways.
             linear_acceleration: 0.3,
             linear_deceleration: 0.3,
             angular_acceleration: 100f64.to_radians(),
@@ -65,11 +66,11 @@ impl Default for RobotConfig {
             track: 2.0 / 5.6,
             // The firmware's ticksmm of a P3-DX.
             ticks_per_meter: 128_000.0,
-            // What is left after a careful calibration of the wheels (UMBmark): a few centimetres in a room.
+            // The residual after a careful calibration of the wheels (UMBmark): a few centimetres in a room.
             wheel_scale_sigma: 0.0002,
             slip_sigma: 0.0005,
             odometry_origin: OdometryOrigin::default(),
-            // The payload of the data sheet: what it can carry it can push.
+            // The payload of the data sheet: the robot can push what it can carry.
             max_push: 23.0,
             head: HeadConfig::default(),
         }
@@ -77,11 +78,11 @@ impl Default for RobotConfig {
 }
 
 impl RobotConfig {
-    /// Checks every number, and names the first that cannot work.
+    /// Checks every number. Errors: the first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let positive = |value: f64| value > 0.0;
         let not_negative = |value: f64| value >= 0.0;
-        // A body much smaller than a step of its way could pass through a wall.
+        // A body much smaller than one step could pass through a wall.
         check("radius", self.radius, "0.01 to 10 m", |value| {
             (0.01..=10.0).contains(&value)
         })?;

@@ -1,6 +1,6 @@
-//! What can be wrong with a world, a robot or a request, said so that a person can mend it.
+//! The errors of worlds, robots and requests. Each message says how to correct the error.
 //!
-//! One type for the crate. Nothing here prints.
+//! One type for the whole crate. Nothing here prints.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -8,33 +8,33 @@ use std::path::PathBuf;
 use crate::geometry::{Bounds, Pose2};
 use crate::head::HeadCommand;
 
-/// One thing wrong, or doubtful, in a file of a world.
+/// One error or doubtful statement in a file of a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// The file: the world, its map or the map's image.
     pub file: PathBuf,
-    /// The line, from 1; none when the file could not be read at all.
+    /// The line, from 1; none when no line applies: the file could not be read, or is a PNG image.
     pub line: Option<usize>,
-    /// What is wrong, what was expected, what to do.
+    /// What is wrong, what was expected, and what to do.
     pub message: String,
 }
 
-/// Why a world was not made, or a request to it refused.
+/// Why a world could not be created, or why it refused a request.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldError {
-    /// The world's files have faults: all of them, in the order of the lines.
+    /// The world's files have faults. All are listed, in the order of the lines.
     #[error("{}", lines(.0))]
     Faults(Vec<Fault>),
-    /// A robot that the world has no start for.
+    /// A robot that has no start in the world.
     #[error("the world `{world}` has no robot `{robot}`; {}", offer(.known, .nearest))]
     UnknownRobot {
         /// The world's name.
         world: String,
-        /// The robot asked for.
+        /// The requested robot.
         robot: String,
-        /// The robots it has starts for.
+        /// The robots that have starts.
         known: Vec<String>,
-        /// The known name most like the one asked for.
+        /// The known name that is most similar to the requested one.
         nearest: Option<String>,
     },
     /// The robot is in the world already.
@@ -43,51 +43,51 @@ pub enum WorldError {
         /// The robot.
         robot: String,
     },
-    /// The robot does not fit where it should start.
+    /// The robot does not fit at its start.
     #[error(
         "{place}: robot `{robot}` of radius {radius} m starts on `{by}`: move its start at least {need:.3} m away from it"
     )]
     StartBlocked {
-        /// File and line of the start, or the time when the place was found taken.
+        /// File and line of the start, or the time at which the place was found occupied.
         place: String,
         /// The robot.
         robot: String,
         /// Its radius in metres.
         radius: f64,
-        /// What stands there.
+        /// The thing that occupies the place.
         by: String,
-        /// How much farther away it must be at least, in metres; more if it is in the middle of what stands there.
+        /// The least extra distance in metres; more if the place is in the middle of the thing.
         need: f64,
     },
-    /// A number in a configuration that cannot work.
+    /// An invalid number in a configuration.
     #[error("{what} is {value}: expected {expected}")]
     BadConfig {
         /// The field.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What would do.
+        /// The valid values.
         expected: &'static str,
     },
-    /// A command with a number that is not finite; the robot keeps the one before.
+    /// A command with a number that is not finite. The robot keeps its earlier command.
     #[error("command of robot `{robot}` is {linear} m/s, {angular} rad/s: expected finite numbers")]
     BadCommand {
         /// The robot.
         robot: String,
-        /// The speed ahead that was asked for.
+        /// The requested speed ahead.
         linear: f64,
-        /// The turn rate that was asked for.
+        /// The requested turn rate.
         angular: f64,
     },
-    /// A command of the head with a number that is not finite; the head keeps the one before.
+    /// A command of the head with a number that is not finite. The head keeps its earlier command.
     #[error("command of the head of robot `{robot}` is {command:?}: expected finite numbers")]
     BadHeadCommand {
         /// The robot.
         robot: String,
-        /// What was asked for.
+        /// The requested command.
         command: HeadCommand,
     },
-    /// A robot cannot stand where it should be put; it stays where it is.
+    /// A robot cannot be put at the requested place. It stays where it is.
     #[error(
         "robot `{robot}` of radius {radius} m cannot be put at ({:.3}, {:.3}): `{by}` is there; choose a place at \
          least {need:.3} m farther from it", .pose.x, .pose.y
@@ -97,14 +97,14 @@ pub enum WorldError {
         robot: String,
         /// Its radius in metres.
         radius: f64,
-        /// Where it should be put.
+        /// The requested pose.
         pose: Pose2,
-        /// What stands there.
+        /// The thing that occupies the place.
         by: String,
-        /// How much farther away it must be at least, in metres; more if it is in the middle of what stands there.
+        /// The least extra distance in metres; more if the place is in the middle of the thing.
         need: f64,
     },
-    /// A place that is not in this world; the robot stays where it is.
+    /// A place outside this world. The robot stays where it is.
     #[error(
         "robot `{robot}` cannot be put at ({}, {}), heading {}: expected a place within the world, from {:?} to {:?}",
         .pose.x, .pose.y, .pose.heading, .bounds.min, .bounds.max
@@ -112,12 +112,12 @@ pub enum WorldError {
     BadPlace {
         /// The robot.
         robot: String,
-        /// Where it should be put.
+        /// The requested pose.
         pose: Pose2,
-        /// Where the world is.
+        /// The bounds of the world.
         bounds: Bounds,
     },
-    /// A buffer that does not hold one value a beam or sonar.
+    /// A buffer whose length is not the sensor's number of values.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]
     BadBuffer {
         /// The sensor.
@@ -139,7 +139,7 @@ impl fmt::Display for Fault {
 }
 
 impl WorldError {
-    /// Gives the faults of the files, or nothing for a refused request.
+    /// Returns the faults of the files; none for a refused request.
     pub fn faults(&self) -> &[Fault] {
         match self {
             Self::Faults(faults) => faults,
@@ -148,7 +148,7 @@ impl WorldError {
     }
 }
 
-/// Refuses a number that is not finite or that `fits` does not accept.
+/// Returns an error for a number that is not finite or that `fits` rejects.
 pub(crate) fn check(
     what: &'static str,
     value: f64,

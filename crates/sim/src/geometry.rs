@@ -15,7 +15,7 @@ pub struct Pose2 {
     pub heading: f64,
 }
 
-/// How a differential robot moves, or is told to move: ahead, and about its centre.
+/// The motion of a differential robot, or a command for it: ahead, and about its centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist2 {
     /// Metres a second ahead; negative is backwards.
@@ -24,7 +24,7 @@ pub struct Twist2 {
     pub angular: f64,
 }
 
-/// An upright rectangle in metres.
+/// An axis-aligned rectangle in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The corner of least x and y.
@@ -34,7 +34,7 @@ pub struct Bounds {
 }
 
 impl Pose2 {
-    /// Makes a pose; the heading is brought into (-π, π].
+    /// Creates a pose, with the heading normalized to (-π, π].
     pub fn new(x: f64, y: f64, heading: f64) -> Self {
         Self {
             x,
@@ -47,7 +47,7 @@ impl Pose2 {
         self.x.is_finite() && self.y.is_finite() && self.heading.is_finite()
     }
 
-    /// Gives in the outer frame what `local` is in the frame of this pose.
+    /// Returns in the outer frame the pose that is `local` in the frame of this one.
     pub fn compose(self, local: Self) -> Self {
         let (sin, cos) = libm::sincos(self.heading);
         Self::new(
@@ -57,10 +57,12 @@ impl Pose2 {
         )
     }
 
-    /// Gives the pose at the end of a circular arc of `distance` metres that turns by `turn` radians; exact for any turn.
+    /// Returns the pose at the end of a circular arc of `distance` metres that turns by `turn` radians. Exact
+    /// for any turn.
     pub fn along_arc(self, distance: f64, turn: f64) -> Self {
         let half = turn / 2.0;
-        // The chord of the arc: distance · sin(h)/h; its series is exact to the last bit where the quotient is not.
+        // The chord of the arc: distance · sin(h)/h. The series is exact to the last bit where the quotient
+        // is not.
         let ratio = if half.abs() < 1e-4 {
             1.0 - half * half / 6.0
         } else {
@@ -71,14 +73,14 @@ impl Pose2 {
         Self::new(self.x + chord * cos, self.y + chord * sin, self.heading + turn)
     }
 
-    /// Gives the distance in metres between two places, whatever their headings.
+    /// Returns the distance in metres between two places, whatever their headings.
     pub fn distance(self, other: Self) -> f64 {
         libm::hypot(self.x - other.x, self.y - other.y)
     }
 }
 
 impl Twist2 {
-    /// Makes a twist from metres and radians a second.
+    /// Creates a twist from metres and radians a second.
     pub const fn new(linear: f64, angular: f64) -> Self {
         Self { linear, angular }
     }
@@ -89,7 +91,7 @@ impl Twist2 {
 }
 
 impl Bounds {
-    /// Tells whether a point is inside or on the edge.
+    /// Returns whether a point is inside or on the edge.
     pub fn contains(&self, point: [f64; 2]) -> bool {
         (0..2).all(|axis| (self.min[axis]..=self.max[axis]).contains(&point[axis]))
     }
@@ -108,7 +110,7 @@ impl Bounds {
     }
 }
 
-/// Brings an angle in radians into (-π, π].
+/// Normalizes an angle in radians to (-π, π].
 pub fn wrap_angle(angle: f64) -> f64 {
     if angle > -PI && angle <= PI {
         return angle;

@@ -1,19 +1,19 @@
-//! The pan-tilt head of a robot: two axes that turn at the speeds they are told to, as far as their limits.
+//! The pan-tilt head of a robot: two axes that turn at the commanded speeds, up to their limits.
 //!
-//! Has no inertia, and knows nothing of the cameras on it.
+//! It has no inertia, and does not know the cameras on it.
 
 use crate::error::{WorldError, check};
 
 /// A pan-tilt head on a robot. By default a Canon VC-C4.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeadConfig {
-    /// Where both axes cross, in the robot's frame: ahead, to the left and above the floor, in metres.
+    /// Where the two axes cross, in the robot's frame: ahead, to the left and above the floor, in metres.
     pub mount: [f64; 3],
     /// Greatest pan to either side, in radians.
     pub max_pan: f64,
-    /// Farthest down, in radians.
+    /// Greatest tilt down, in radians.
     pub max_tilt_down: f64,
-    /// Farthest up, in radians, as a positive number.
+    /// Greatest tilt up, in radians, as a positive number.
     pub max_tilt_up: f64,
     /// Greatest speed of the pan, in rad/s.
     pub max_pan_speed: f64,
@@ -21,25 +21,25 @@ pub struct HeadConfig {
     pub max_tilt_speed: f64,
 }
 
-/// Where a head shall look, and how fast it shall turn there. All zero is to stay as it is.
+/// A direction for a head, and the speeds at which to turn there. All zero keeps the head as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeadCommand {
     /// Radians to the left.
     pub pan: f64,
     /// Radians down.
     pub tilt: f64,
-    /// Radians a second, whatever the sign; 0 holds the pan where it is.
+    /// Radians a second; the sign is ignored, and 0 holds the pan where it is.
     pub pan_speed: f64,
-    /// Radians a second, whatever the sign; 0 holds the tilt where it is.
+    /// Radians a second; the sign is ignored, and 0 holds the tilt where it is.
     pub tilt_speed: f64,
 }
 
-/// Where a head looks, and how it turned over the last step of the world.
+/// The direction of a head, and its turn rates over the last step of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Head {
     /// Radians to the left of the robot's heading.
     pub pan: f64,
-    /// Radians down, as REP-103 turns about the axis to the left.
+    /// Radians down: REP-103's positive direction about the axis to the left.
     pub tilt: f64,
     /// Radians a second to the left.
     pub pan_velocity: f64,
@@ -52,7 +52,8 @@ impl Default for HeadConfig {
         Self {
             // On the top plate of a P3-DX, a little ahead of its middle.
             mount: [0.05, 0.0, 0.35],
-            // The specification of the VC-C4: 100 degrees to the sides, 90 up and 30 down; two degrees are kept back.
+            // The specification of the VC-C4 is 100 degrees to the sides, 90 up and 30 down. Two degrees of
+            // pan and of tilt up are kept as a margin.
             max_pan: 98f64.to_radians(),
             max_tilt_down: 30f64.to_radians(),
             max_tilt_up: 88f64.to_radians(),
@@ -63,7 +64,7 @@ impl Default for HeadConfig {
 }
 
 impl HeadConfig {
-    /// Checks every number, and names the first that cannot work.
+    /// Checks every number. Errors: the first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let angle = |value: f64| (0.0..=std::f64::consts::PI).contains(&value);
         for (what, value) in ["head mount.x", "head mount.y", "head mount.z"]
@@ -105,11 +106,11 @@ impl Head {
     }
 }
 
-/// The angle after a time, and the velocity that led there.
+/// Returns the angle after `dt` seconds, and the velocity that led there.
 fn turn(angle: f64, wanted: f64, speed: f64, fastest: f64, dt: f64) -> (f64, f64) {
     let stride = speed.abs().min(fastest) * dt;
     let way = (wanted - angle).clamp(-stride, stride);
-    // What is reached is reached to the bit.
+    // The wanted angle is reached to the bit.
     let next = if (wanted - angle).abs() <= stride && stride > 0.0 {
         wanted
     } else {

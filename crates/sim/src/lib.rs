@@ -1,8 +1,9 @@
-//! A world of robots and sensors, stepped by its caller.
+//! A world of robots and sensors, which its caller steps.
 //!
-//! A [`World`] is read from a file, and moves only when [`World::advance_to`] is called: it never sleeps, starts no
-//! thread, draws nothing and prints nothing. One seed gives one history, to the bit, however the caller slices the time
-//! and whichever sensors are read in between. Metres, radians, seconds, and the axes of ROS REP-103.
+//! A [`World`] is read from a file. Time passes only in [`World::advance_to`]: the crate never sleeps, starts
+//! no thread, opens no window and prints nothing. One seed gives one history, identical to the bit. The
+//! history does not depend on how the caller divides the time, or on which sensors it reads in between. Units
+//! are metres, radians and seconds; axes follow ROS REP-103.
 //!
 //! ```
 //! use jde_sim::{LaserConfig, RobotConfig, Twist2, World};
@@ -25,33 +26,36 @@
 //!
 //! # World files
 //!
-//! TOML, in metres and degrees, x to the right and y up. Every key but those of the shapes themselves may be left out.
+//! TOML, in metres and degrees, x to the right and y up. Every key is optional, except those that define a
+//! shape.
 //!
 //! ```toml
 //! name   = "shed"                           # the file's own name if left out
 //! bounds = { min = [0, 0], max = [6, 4] }   # no robot starts outside; pictures show this part
 //! map    = "rooms.yaml"                     # a trinary ROS map, beside this file
 //!
-//! # For cameras: what is seen where nothing stands, and where the light comes from. Colours are "#rrggbb" or names: white,
-//! # silver, gray, black, red, orange, yellow, green, teal, blue, purple, pink, brown, beige.
+//! # For cameras: what is visible where there is no thing, and the direction of the light. Colours are
+//! # "#rrggbb" or names: white, silver, gray, black, red, orange, yellow, green, teal, blue, purple, pink,
+//! # brown, beige.
 //! floor = "#96908a"
 //! sky   = "#c4d6e8"
 //! light = { from_deg = 140, height_deg = 50 }
 //!
-//! # Everything has a `color` and, but for balls, a `height`: 2.5 m for walls, 0.75 m for boxes and circles, 1 m for movers,
-//! # 1.72 m for people. Lasers and sonars see it whatever its height.
+//! # Every thing has a `color`. Every thing except a ball has a `height`: 2.5 m for walls, 0.75 m for boxes
+//! # and circles, 1 m for movers, 1.72 m for people. Lasers and sonars ignore the height.
 //! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true, color = "beige" }]
 //! boxes   = [
 //!   { name = "desk", center = [1.2, 3.2], size = [1.6, 0.8], angle_deg = 10 },
-//!   # It slides when a robot pushes it, without turning; its `mass` in kilograms slows the robot.
+//!   # It slides when a robot pushes it, without turning. Its `mass` in kilograms slows the robot.
 //!   { name = "carton", center = [2.2, 2.6], size = [0.4, 0.4], movable = true, mass = 2 },
 //! ]
 //! circles = [{ name = "post", center = [4, 0.5], radius = 0.1, height = 2.5 }]
-//! # They roll away when they are pushed, slow down, and come softly off what they meet.
+//! # A ball rolls away when it is pushed, slows down, and bounces softly off what it meets.
 //! balls   = [{ name = "ball", center = [2.2, 1], radius = 0.11, color = "orange", mass = 0.43 }]
 //!
-//! # Round with a `radius`, or a box with a `size` that faces along its `way`. It goes there and back, or around in a
-//! # `loop`; it halts `clearance` metres from a robot, or before a loose thing, and turns back when it has waited `wait` seconds.
+//! # Round with a `radius`, or a box with a `size` whose x axis lies along its `way`. A mover returns the
+//! # same way, or circulates in a `loop`. It halts `clearance` metres from a robot, or before a loose thing,
+//! # and turns back after it has waited `wait` seconds.
 //! [[movers]]
 //! name      = "cart"
 //! size      = [0.8, 0.5]
@@ -61,8 +65,8 @@
 //! clearance = 0.5
 //! wait      = 3
 //!
-//! # A mover on two legs, which alternate while it walks: a laser sees the legs, a sonar the body. It rests `pause` seconds at
-//! # every way-point. The `color` is that of the clothing.
+//! # A mover on two legs, which alternate while it walks. A laser measures the legs, a sonar the body. It
+//! # rests `pause` seconds at every way-point. The `color` is that of the clothing.
 //! [[people]]
 //! name  = "anna"
 //! way   = [[5.5, 0.6], [5.5, 3.4]]

@@ -1,8 +1,8 @@
-//! Things that move on their own along way-points, and give way to robots.
+//! Things that move on their own along way-points, and keep a clearance to robots.
 //!
-//! A mover never touches a robot by its own motion: it halts when its next step would come nearer to one than its
-//! clearance, and turns back along its way when it has waited long enough. Movers pass through one another.
-//! A person is a mover with legs: a body for sonars and bumps, two legs for a laser.
+//! A mover never touches a robot by its own motion. It halts when its next step would come nearer to a robot
+//! than its clearance, and turns back along its way after it has waited long enough. Movers pass through one
+//! another. A person is a mover with a body for sonars and bumpers, and two legs for a laser.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::person::{self, Person};
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
-/// What moves.
+/// The body of a mover.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Body {
     Circle {
@@ -29,52 +29,52 @@ pub(crate) enum Body {
     },
 }
 
-/// What happens after the last way-point.
+/// The behaviour after the last way-point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AtEnd {
-    /// It goes on to the first.
+    /// It continues to the first.
     Loop,
     /// It returns the way it came.
     TurnBack,
 }
 
-/// A mover as the world file states it.
+/// A mover as the world file describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(crate) name: String,
     pub(crate) body: Body,
-    /// Two or more, each apart from the one before it.
+    /// Two or more points, each at a distance from the one before it.
     pub(crate) way: Vec<[f64; 2]>,
     pub(crate) at_end: AtEnd,
     /// Metres a second.
     pub(crate) speed: f64,
-    /// The gap it keeps to robots, in metres.
+    /// The gap that it keeps to robots, in metres.
     pub(crate) clearance: f64,
-    /// How long it waits before it turns back, in seconds.
+    /// The time that it waits before it turns back, in seconds.
     pub(crate) patience: f64,
-    /// How long it rests at every way-point, in seconds.
+    /// The time that it rests at every way-point, in seconds.
     pub(crate) pause: f64,
     pub(crate) color: Color,
-    /// Metres from the floor.
+    /// Metres above the floor.
     pub(crate) height: f64,
 }
 
 pub(crate) struct Mover {
     plan: Plan,
-    /// Metres from the first way-point to each, and after the last the whole length of the way.
+    /// Metres from the first way-point to each way-point. The last entry is the whole length of the way.
     marks: Vec<f64>,
     /// Metres along the way, from 0 to its length.
     position: f64,
-    /// 1 toward the later way-points, -1 toward the earlier.
+    /// 1 toward the later way-points, -1 toward the earlier ones.
     direction: f64,
-    /// Seconds since it halted for a robot.
+    /// Seconds since a robot or a loose thing halted it.
     waited: f64,
-    /// Seconds that it still rests at a way-point.
+    /// Remaining seconds of its rest at a way-point.
     resting: f64,
     /// Metres that it has walked.
     walked: f64,
     solid: Solid,
-    /// Of a person only.
+    /// `Some` for a person only.
     legs: Option<[Solid; 2]>,
 }
 
@@ -109,9 +109,9 @@ impl Mover {
         mover
     }
 
-    /// Moves on by `dt` seconds, or waits for the robots in its way and for the loose things.
+    /// Moves by `dt` seconds, or waits for the robots and loose things in its way.
     pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &Loose) {
-        // Half a step of tolerance: the sum of many steps is no round number.
+        // Half a step of tolerance: the sum of many steps is not a round number.
         if self.resting > dt / 2.0 {
             self.resting -= dt;
             return;
@@ -140,7 +140,7 @@ impl Mover {
         &self.solid
     }
 
-    /// What a ray of light meets just above the floor.
+    /// Returns what a ray of light hits just above the floor.
     pub(crate) fn feet(&self) -> &[Solid] {
         match &self.legs {
             Some(legs) => legs,
@@ -148,7 +148,7 @@ impl Mover {
         }
     }
 
-    /// The person, if it is one.
+    /// Returns the person; `None` for another body.
     pub(crate) fn person(&self) -> Option<Person> {
         let Body::Person { radius } = self.plan.body else {
             return None;
@@ -177,7 +177,8 @@ impl Mover {
         }
     }
 
-    /// Where it comes along its way, at steps of `stride` metres, or of more so that there are `most`.
+    /// Returns its solids along its way, `stride` metres apart. On a long way the stride grows, so that there
+    /// are `most` pieces.
     pub(crate) fn along(plan: &Plan, stride: f64, most: usize) -> impl Iterator<Item = Solid> {
         let mover = Self::new(plan.clone());
         let stride = stride.max(mover.length() / most as f64);
@@ -188,8 +189,9 @@ impl Mover {
         })
     }
 
-    /// Whether a step is too near a robot and nearer than now: going away is always allowed, so that nobody waits for ever. A step that
-    /// leaves no gap is no way away, even from where there was none.
+    /// Returns whether a step comes too near to a robot and nearer than now. A step away is always allowed,
+    /// so that no mover waits for ever. A step that leaves no gap is never a step away, even from where there
+    /// was none.
     fn crowds(&self, next: &Solid, robot: &Disc) -> bool {
         let disc = Solid::new(&Outline::Circle {
             center: robot.center,
@@ -199,12 +201,13 @@ impl Mover {
         gap < self.plan.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(&disc))
     }
 
-    /// Where it comes, if there is a way-point on this stride and it rests at them, and for how long it does.
+    /// Returns its next position, direction and rest in seconds, if this stride reaches a way-point where it
+    /// rests.
     fn rest(&self, stride: f64) -> Option<(f64, f64, f64)> {
         if self.plan.pause == 0.0 {
             return None;
         }
-        // What is missed by a rounding error is reached.
+        // A way-point that a rounding error misses counts as reached.
         let there = self.position + self.direction * (stride + 1e-9);
         let here = self.position;
         let between = |mark: f64| {
@@ -215,7 +218,7 @@ impl Mover {
             }
         };
         let mut marks = self.marks.iter().copied();
-        // The one it comes to first, where a stride goes past several.
+        // The first one, where a stride passes several.
         let mark = if self.direction > 0.0 {
             marks.find(|&mark| between(mark))?
         } else {
@@ -231,7 +234,7 @@ impl Mover {
         match self.plan.at_end {
             AtEnd::Loop => (wanted.rem_euclid(length), self.direction),
             AtEnd::TurnBack => {
-                // Unfolded there and back, the way is a loop of twice its length.
+                // The way there and back, unfolded, is a loop of twice its length.
                 let there = if self.direction > 0.0 {
                     self.position
                 } else {

@@ -1,21 +1,21 @@
-//! Wheel encoders, and the pose that a robot believes from them.
+//! Wheel encoders, and the pose that a robot computes from them.
 //!
-//! Knows how far the wheels rolled, never where the robot is.
+//! It knows how far the wheels rolled, never where the robot is.
 
 use crate::config::RobotConfig;
 use crate::geometry::{Pose2, Twist2};
 use crate::random::Noise;
 
-/// What the wheels say: a pose that drifts, and the twist of the last step.
+/// The measurement of the wheels: a pose that drifts, and the twist of the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Odometry {
-    /// The pose in the frame of the odometry, whose origin [`crate::OdometryOrigin`] tells.
+    /// The pose in the frame of the odometry. [`crate::OdometryOrigin`] defines its origin.
     pub pose: Pose2,
-    /// The twist over the last step of the world, in the frame of the robot; as coarse as the encoders' ticks.
+    /// The twist over the last step of the world, in the robot's frame, with the resolution of the encoders.
     pub twist: Twist2,
 }
 
-/// The ticks counted since the robot entered the world; backwards counts down.
+/// The ticks since the robot was added to the world; they decrease backwards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Encoders {
     /// The left wheel.
@@ -28,9 +28,9 @@ pub struct Encoders {
 pub(crate) struct Odometer {
     pub(crate) odometry: Odometry,
     pub(crate) encoders: Encoders,
-    /// Metres that each wheel measured, between the ticks too.
+    /// Metres that each wheel measured, without the rounding to ticks.
     rolled: [f64; 2],
-    /// What each wheel measures of a metre.
+    /// The measured length of one metre, for each wheel.
     scale: [f64; 2],
 }
 
@@ -50,12 +50,12 @@ impl Odometer {
         }
     }
 
-    /// Begins the pose anew at zero; the ticks go on.
+    /// Sets the pose to zero. The ticks continue.
     pub(crate) fn reset(&mut self) {
         self.odometry.pose = Pose2::default();
     }
 
-    /// Counts a true motion of `distance` metres and `turn` radians that took `dt` seconds.
+    /// Measures a true motion of `distance` metres and `turn` radians that took `dt` seconds.
     pub(crate) fn roll(&mut self, config: &RobotConfig, distance: f64, turn: f64, dt: f64, noise: &Noise) {
         let side = turn * config.track / 2.0;
         let slip = noise.normals(0);

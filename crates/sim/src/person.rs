@@ -1,6 +1,6 @@
 //! The figure of a person who stands or walks: where the legs are.
 //!
-//! Where a person goes is the business of `mover`.
+//! `mover` decides where a person walks.
 
 use std::f64::consts::TAU;
 
@@ -9,15 +9,16 @@ use crate::geometry::Pose2;
 use crate::shape::Outline;
 use crate::solid::Solid;
 
-/// Metres that a person walks with two steps, left and right.
+/// Metres that a person walks in two steps, left and right.
 const GAIT: f64 = 1.3;
 
-/// A person as it stands or walks.
+/// A person at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Person {
-    /// Where it is and faces.
+    /// Its place, and the direction that it faces.
     pub(crate) pose: Pose2,
-    /// How far the left leg is ahead of the body, as a part of the longest stride, from -1 to 1; the right one is as far behind.
+    /// How far the left leg is ahead of the body, as a part of the longest stride, from -1 to 1. The right
+    /// leg is as far behind.
     pub(crate) stride: f64,
     pub(crate) radius: f64,
     pub(crate) height: f64,
@@ -25,14 +26,15 @@ pub(crate) struct Person {
 }
 
 impl Person {
-    /// How far each leg swings, beside the radius of the body.
+    /// How far each leg swings, as a part of the body's radius.
     const SWING: f64 = 0.6;
-    /// How far each leg is from the middle, beside the radius of the body.
+    /// The distance of each leg from the middle, as a part of the body's radius.
     const ASIDE: f64 = 0.4;
-    /// How thick a leg is, beside the radius of the body.
+    /// The radius of a leg, as a part of the body's radius.
     const LEG: f64 = 0.26;
 
-    /// The middles of both legs, left and right, and their radius; always within the body.
+    /// Returns the middles of both legs, left and right, and their radius. The legs are always within the
+    /// body.
     pub(crate) fn feet(&self) -> ([[f64; 2]; 2], f64) {
         let foot = |side: f64| {
             let ahead = side * self.stride * Self::SWING * self.radius;
@@ -50,7 +52,7 @@ impl Person {
     }
 }
 
-/// The swing of the legs after so many metres of walking.
+/// Returns the swing of the legs after `walked` metres.
 pub(crate) fn stride(walked: f64) -> f64 {
     libm::sin(TAU * walked / GAIT)
 }

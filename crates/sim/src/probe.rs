@@ -1,22 +1,24 @@
-//! A ray made ready to ask many upright boxes how near they are: by their slabs (Kay and Kajiya, 1986), without a division.
+//! A ray prepared for many distance queries of axis-aligned boxes, by their slabs (Kay and Kajiya, 1986),
+//! without a division.
 //!
-//! It says no only where nothing in the box can be hit. What in it is hit, and where, is for `solid`.
+//! It rejects a box only if the ray hits nothing in it. `solid` computes what the ray hits, and where.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::Ray;
 
-/// By how much a box is larger for a ray, in metres: far more than distances are rounded, far less than matters.
+/// How much a box grows for a ray, in metres: far more than the rounding of distances, far less than matters.
 const SLACK: f64 = 1e-9;
-/// In place of the inverse of nothing: times the slack it is more than any distance.
+/// Replaces the inverse of zero: times the slack it exceeds any distance.
 const PARALLEL: f64 = 1e300;
 
-/// A ray whose parameter is metres.
+/// A ray whose parameter is in metres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
-    /// The origin as the lower and the upper sides of boxes have it, which are that much farther away from it.
+    /// The origin for the lower and for the upper sides of boxes. It is shifted by the slack, away from the
+    /// sides.
     origin: [Vector; 2],
-    /// One by the direction.
+    /// The reciprocal of the direction.
     inverse: Vector,
 }
 
@@ -38,7 +40,8 @@ impl Probe {
         }
     }
 
-    /// How far along the ray the box begins at least, 0 from inside it; nothing if the ray misses it, or reaches it after `max` metres.
+    /// Returns a lower bound of the distance along the ray to the box, 0 from inside it; `None` if the ray
+    /// misses the box, or reaches it after `max` metres.
     #[inline]
     pub(crate) fn reaches(&self, area: &Aabb, max: f64) -> Option<f64> {
         let (a, b) = (
@@ -55,7 +58,7 @@ impl Probe {
 mod tests {
     use super::*;
 
-    /// How far a box between these corners is along a ray, to the micrometre.
+    /// Returns the distance along a ray to a box between these corners, to the micrometre.
     fn reached(from: [f64; 2], to: [f64; 2], origin: [f64; 2], direction: [f64; 2]) -> Option<f64> {
         let area = Aabb::new(from.into(), to.into());
         let reached = Probe::of(&Ray::new(origin.into(), direction.into())).reaches(&area, 100.0);
@@ -100,7 +103,7 @@ mod tests {
             reached([2.0, 0.0], [5.0, 0.0], [0.0, 0.0], [1.0, -0.0]),
             Some(2.0)
         );
-        // Along one side of a box that has some.
+        // Along one side of a box with a thickness.
         assert_eq!(
             reached([2.0, -1.0], [3.0, 0.0], [0.0, 0.0], [1.0, 0.0]),
             Some(2.0)

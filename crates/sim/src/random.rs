@@ -1,7 +1,8 @@
-//! Noise as a function of the seed and of what it disturbs, never of what was read before.
+//! Noise as a function of the seed and of what it disturbs, never of earlier readings.
 //!
-//! The generator is Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
-//! It has no state: reading one sensor cannot change another, and reading one twice at one instant gives the same values.
+//! The generator is Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3",
+//! SC 2011). It has no state: reading one sensor cannot change another, and reading a sensor twice at one
+//! instant gives the same values.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +23,7 @@ pub(crate) struct Noise {
     step: u64,
 }
 
-/// Robots in one world: what fits beside the purpose and the stream in 32 bits.
+/// Robots in one world: as many as fit in 32 bits beside the purpose and the stream.
 pub(crate) const MAX_ROBOTS: usize = 1 << 12;
 
 impl Noise {
@@ -36,7 +37,7 @@ impl Noise {
         }
     }
 
-    /// Two independent draws of the standard normal distribution (Box and Muller).
+    /// Returns two independent draws of the standard normal distribution (Box and Muller).
     pub(crate) fn normals(&self, index: u32) -> [f64; 2] {
         let counter = [index, self.source, self.step as u32, (self.step >> 32) as u32];
         let words = philox(counter, self.key);
@@ -49,7 +50,7 @@ impl Noise {
     }
 }
 
-/// The upper 53 of 64 bits, as many as a float holds.
+/// Returns the upper 53 of 64 bits: a float holds no more.
 fn unit(low: u32, high: u32) -> f64 {
     ((u64::from(high) << 32 | u64::from(low)) >> 11) as f64
 }

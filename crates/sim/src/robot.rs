@@ -1,6 +1,6 @@
-//! One robot: how it gains and loses speed, what its body touches, and what is true of it.
+//! One robot: its acceleration, its contacts and its ground truth.
 //!
-//! Knows what stands around it only by the clearance that its world gives.
+//! It knows its surroundings only by the clearance that its world gives.
 
 use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
@@ -11,30 +11,30 @@ use crate::random::Noise;
 
 /// A gap at which bodies count as touching, in metres: the travel of a bumper.
 pub(crate) const CONTACT: f64 = 0.001;
-/// The gap at which a contact is over, in metres; more than [`CONTACT`], so that one touch is counted once.
+/// The gap at which a contact ends, in metres. It exceeds [`CONTACT`], so that one touch is counted once.
 const RELEASE: f64 = 0.003;
-/// How finely the moment of touching is sought, in halvings of a step.
+/// How many times a piece of a step is halved to find the moment of contact.
 const HALVINGS: u32 = 24;
 
-/// What is true of a robot, which no sensor of its own could tell.
+/// The ground truth of a robot, which none of its own sensors can measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// Where it is, in the frame of the world.
+    /// Its pose, in the frame of the world.
     pub pose: Pose2,
-    /// How it moves, in its own frame.
+    /// Its twist, in its own frame.
     pub twist: Twist2,
-    /// Metres of way, forwards and backwards alike.
+    /// The distance driven in metres, forwards and backwards alike.
     pub travelled: f64,
-    /// The gap between its body and the nearest thing, mover or robot, in metres; infinite when there is none. What can be
-    /// pushed is not counted: to push it is no collision.
+    /// The gap between its body and the nearest thing, mover or robot, in metres; infinite when there is
+    /// none. Loose things are not counted: pushing one is no collision.
     pub clearance: f64,
-    /// The least clearance since it entered the world.
+    /// The smallest clearance since it was added to the world.
     pub min_clearance: f64,
-    /// Whether it touches something: from a gap below 1 mm until one above 3 mm.
+    /// Whether it touches something. A contact begins at a gap below 1 mm and ends at one above 3 mm.
     pub contact: bool,
-    /// How often it began to touch something.
+    /// How many contacts have begun.
     pub collisions: u64,
-    /// Whether its wheels want to move it and something is in the way.
+    /// Whether an obstacle blocks the motion of its wheels.
     pub stalled: bool,
 }
 
@@ -94,18 +94,19 @@ impl Robot {
         self.head_command = command;
     }
 
-    /// Puts it elsewhere, at rest, to stand there until it is commanded again; its wheels notice nothing.
+    /// Moves it to another pose, at rest, until the next command. Its wheels measure nothing of it.
     pub(crate) fn place(&mut self, pose: Pose2, clearance: f64) {
         self.command = Twist2::default();
         self.odometer.odometry.twist = Twist2::default();
         let truth = &mut self.truth;
         (truth.pose, truth.twist, truth.stalled) = (pose, Twist2::default(), false);
-        // To be put down beside a thing is not to run into it.
+        // A robot that is put down beside a thing has not collided with it.
         truth.contact = clearance < CONTACT;
     }
 
-    /// Moves for `dt` seconds, as far as `clearance_at` stays positive and `make_room` answers, and counts what the wheels
-    /// rolled. `make_room` has what is loose give way to the body at a pose, within so many seconds, and gives the kilograms.
+    /// Moves for `dt` seconds, while `clearance_at` is not negative and `make_room` returns `Some`, and
+    /// updates the odometer, head and battery. `make_room` moves loose things out of the body's way at a pose
+    /// that the body reaches within the given seconds, and returns the kilograms that moved.
     pub(crate) fn step(
         &mut self,
         dt: f64,
@@ -127,14 +128,14 @@ impl Robot {
             config.angular_acceleration * dt,
             config.angular_deceleration * dt,
         );
-        // Under a constant acceleration the mean of the two speeds gives the exact way.
+        // Under a constant acceleration the mean of the two speeds gives the exact distance.
         let distance = (before.linear + linear) / 2.0 * dt;
         let turn = (before.angular + angular) / 2.0 * dt;
         let free = self.free_part(distance, turn, &clearance_at);
         let part = self.push(free, (distance, turn), dt, make_room);
         self.truth.stalled = part < 1.0;
         self.truth.twist = Twist2::new(if self.truth.stalled { 0.0 } else { linear }, angular);
-        // A round body can always turn: what is left of the turn happens on the spot.
+        // A round body can always turn: the rest of the turn takes place on the spot.
         let moved = self.truth.pose.along_arc(part * distance, part * turn);
         self.truth.pose = moved.along_arc(0.0, (1.0 - part) * turn);
         self.truth.travelled += (part * distance).abs();
@@ -143,7 +144,7 @@ impl Robot {
         self.battery.step(self.truth.twist, self.truth.stalled, dt);
     }
 
-    /// Notes the gap around the body when all have moved.
+    /// Updates the clearance and the contact, after all robots have moved.
     pub(crate) fn feel(&mut self, clearance: f64) {
         let truth = &mut self.truth;
         truth.clearance = clearance;
@@ -155,7 +156,7 @@ impl Robot {
         truth.contact = contact;
     }
 
-    /// Has what is loose give way along the first `part` of an arc; gives how much of it the body can go.
+    /// Pushes loose things out of the first `part` of an arc. Returns how much of the arc the body can drive.
     fn push(
         &mut self,
         part: f64,
@@ -180,15 +181,16 @@ impl Robot {
         part
     }
 
-    /// Into how many pieces a way is cut, so short beside the body that it cannot pass through the thinnest wall between two.
+    /// Returns the number of pieces into which a distance is cut. A piece is so short compared with the body
+    /// that the body cannot pass through the thinnest wall between two pieces.
     fn pieces(&self, distance: f64) -> f64 {
         (distance.abs() / (self.config.radius / 50.0)).ceil()
     }
 
-    /// The part of an arc, from 0 to 1, that the body can go without entering anything.
+    /// Returns the part of an arc, from 0 to 1, that the body can drive without entering anything.
     fn free_part(&self, distance: f64, turn: f64, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
         let start = self.truth.pose;
-        // The gap shrinks by no more than the way: far from everything one look is enough.
+        // The gap shrinks by no more than the distance: far from everything one check is enough.
         if distance == 0.0 || clearance_at(start) > distance.abs() {
             return 1.0;
         }
@@ -206,7 +208,7 @@ impl Robot {
     }
 }
 
-/// The greatest part known free between one that is free and one that is not.
+/// Returns the greatest part known to be free, by bisection between a free one and a blocked one.
 fn halve(mut free: f64, mut blocked: f64, at: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..HALVINGS {
         let middle = (free + blocked) / 2.0;
@@ -219,8 +221,8 @@ fn halve(mut free: f64, mut blocked: f64, at: impl Fn(f64) -> f64) -> f64 {
     free
 }
 
-/// Brings a speed nearer to the one that is wanted: by no more than `loss` toward zero, by no more than `gain` away from
-/// it, and through zero only after a stop there.
+/// Returns the next speed on the way to `wanted`. It changes by at most `loss` toward zero and by at most
+/// `gain` away from zero, and stops at zero before it changes sign.
 fn approach(speed: f64, wanted: f64, gain: f64, loss: f64) -> f64 {
     if speed != 0.0 && wanted * speed < speed * speed {
         let target = if wanted * speed > 0.0 { wanted } else { 0.0 };

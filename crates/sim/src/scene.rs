@@ -1,6 +1,6 @@
-//! The things that never move, under a tree that answers a ray or a distance in logarithmic time.
+//! The things that never move, in a tree that answers a ray or a distance query in logarithmic time.
 //!
-//! Built once; holds no movers and no robots.
+//! It is built once, and holds no movers and no robots.
 
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::Vector;
@@ -13,7 +13,7 @@ use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
-/// A thing that stands where it is, before it becomes solid.
+/// A fixed thing, before it becomes a [`Solid`].
 #[derive(Clone, Debug)]
 pub(crate) struct Fixture {
     pub(crate) name: String,
@@ -35,7 +35,7 @@ impl Scene {
             .iter()
             .map(|fixture| Solid::new(&fixture.outline))
             .collect();
-        // PLOC builds slower and casts faster than binning; a world is built once.
+        // PLOC builds more slowly than binning and casts faster; a world is built once.
         let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
         Self {
             fixtures,
@@ -48,9 +48,10 @@ impl Scene {
         self.solids.is_empty()
     }
 
-    /// The distance along the ray to the first thing nearer than `max`.
+    /// Returns the distance along the ray to the first thing nearer than `max`.
     pub(crate) fn cast(&self, ray: &Ray, max: f64) -> Option<f64> {
-        // Most of a ray's time goes into boxes that it misses: parry's own `cast_ray` divides at each of them.
+        // A ray spends most of its time on boxes that it misses, and parry's own `cast_ray` divides at each
+        // of them.
         let probe = Probe::of(ray);
         self.tree
             .find_best(
@@ -61,7 +62,7 @@ impl Scene {
             .map(|(_, distance)| distance)
     }
 
-    /// The distance to the nearest thing of which the nearest point is in a cone and nearer than `max`.
+    /// Returns the distance to the nearest thing whose nearest point is in a cone and nearer than `max`.
     pub(crate) fn nearest_in(&self, cone: &Cone, max: f64) -> Option<f64> {
         self.tree
             .find_best(
@@ -72,7 +73,7 @@ impl Scene {
             .map(|(_, distance)| distance)
     }
 
-    /// The nearest thing to a point and its distance, 0 inside it.
+    /// Returns the thing nearest to a point, and its distance: 0 for a point inside it.
     pub(crate) fn nearest(&self, point: Vector) -> Option<(&str, f64)> {
         self.tree
             .find_best(
@@ -83,7 +84,7 @@ impl Scene {
             .map(|(index, distance)| (self.fixtures[index as usize].name.as_str(), distance))
     }
 
-    /// The things whose boxes come within `reach` of a point.
+    /// Returns the things whose bounding boxes come within `reach` of a point.
     pub(crate) fn around(&self, point: Vector, reach: f64) -> impl Iterator<Item = &Solid> {
         let area = Aabb::from_half_extents(point, Vector::splat(reach));
         self.tree
@@ -91,7 +92,7 @@ impl Scene {
             .map(|index| &self.solids[index as usize])
     }
 
-    /// The things whose boxes come within `reach` of a solid's.
+    /// Returns the things whose bounding boxes come within `reach` of a solid's.
     pub(crate) fn beside(&self, solid: &Solid, reach: f64) -> impl Iterator<Item = &Solid> {
         let area = solid.aabb().loosened(reach);
         self.tree
@@ -99,7 +100,7 @@ impl Scene {
             .map(|index| &self.solids[index as usize])
     }
 
-    /// The names of the things that are no farther from a solid than `gap`.
+    /// Returns the names of the things that are no farther from a solid than `gap`.
     pub(crate) fn near<'a>(&'a self, solid: &'a Solid, gap: f64) -> impl Iterator<Item = &'a str> {
         let area = solid.aabb().loosened(gap);
         self.tree

@@ -1,4 +1,4 @@
-//! What stands or moves in a world, as data for pictures and for the geometry behind the sensors.
+//! The shapes of the things in a world, for pictures and for the geometry behind the sensors.
 //!
 //! Nothing here draws.
 
@@ -19,7 +19,7 @@ pub enum Outline {
     Box {
         /// Its middle.
         center: [f64; 2],
-        /// Its whole extent along its own x and y.
+        /// Its full extent along its own x and y.
         size: [f64; 2],
         /// The angle from the world's x axis to its own.
         angle: f64,
@@ -38,26 +38,26 @@ pub enum Outline {
 pub struct Shape<'a> {
     /// The name in the world file; the things of a ROS map carry the name of its file.
     pub name: &'a str,
-    /// Where it is and how big.
+    /// Its place and size.
     pub outline: Outline,
     /// Its colour.
     pub color: Color,
-    /// How far it reaches up from the floor, in metres.
+    /// Its height above the floor, in metres.
     pub height: f64,
-    /// Whether it may be elsewhere later: it moves on its own, or can be pushed.
+    /// Whether it may move later: on its own, or when it is pushed.
     pub moving: bool,
-    /// What it looks like.
+    /// Its appearance.
     pub figure: Figure,
 }
 
-/// What a thing looks like on its outline.
+/// The appearance of a thing on its outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Figure {
-    /// The same from the floor to its height.
+    /// The same outline from the floor up to its height.
     Upright,
     /// A ball.
     Ball,
-    /// A person who faces that way, in the frame of the world.
+    /// A person who faces `heading`, in the frame of the world.
     Person {
         /// Radians.
         heading: f64,
@@ -65,8 +65,8 @@ pub enum Figure {
 }
 
 impl Outline {
-    /// Gives its middle with the direction of its own x axis, and its whole extent along its own x and y. The x axis of a wall is along
-    /// it.
+    /// Returns its middle with the direction of its own x axis, and its full extent along its own x and y.
+    /// The x axis of a wall lies along the wall.
     pub fn placed(&self) -> (Pose2, [f64; 2]) {
         match *self {
             Self::Segment { from, to } => {

@@ -1,6 +1,6 @@
-//! Outlines made solid: rays, distances and nearest points, each by parry's own formulas.
+//! Outlines as solids: rays, distances and nearest points, all by parry's formulas.
 //!
-//! Knows no names, no time and no robots.
+//! It knows no names, no time and no robots.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::{Pose, Rotation, Vector};
@@ -9,8 +9,8 @@ use parry2d_f64::shape::{Ball, Cuboid, Segment, Shape};
 
 use crate::shape::Outline;
 
-/// By how much a wall is longer at each end for a ray, in metres: two walls that share a corner leave no gap of a
-/// rounding error between them.
+/// How much longer a wall is at each end, in metres, so that a ray cannot pass through a rounding error
+/// between two walls that share a corner.
 const OVERLAP: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ impl Solid {
         }
     }
 
-    /// How far along a unit ray the solid begins; 0 from inside it.
+    /// Returns the distance along a unit ray to the solid: 0 from inside, `None` beyond `max` metres.
     pub(crate) fn cast(&self, ray: &Ray, max: f64) -> Option<f64> {
         match &self.form {
             Form::Segment(segment) => segment.cast_local_ray(ray, max, true),
@@ -57,7 +57,7 @@ impl Solid {
         }
     }
 
-    /// The point of the solid nearest to `point`, which is `point` itself inside it.
+    /// Returns the point of the solid nearest to `point`: `point` itself inside the solid.
     pub(crate) fn nearest(&self, point: Vector) -> Vector {
         self.form.shape().project_point(&self.pose, point, true).point
     }
@@ -66,7 +66,7 @@ impl Solid {
         self.nearest(point).distance(point)
     }
 
-    /// The gap between two solids; 0 when they overlap.
+    /// Returns the gap between two solids: 0 on overlap.
     pub(crate) fn distance_to_solid(&self, other: &Self) -> f64 {
         query::distance(&self.pose, self.form.shape(), &other.pose, other.form.shape())
             .map_or(f64::INFINITY, |found| found.distance)
@@ -87,7 +87,7 @@ impl Form {
     }
 }
 
-/// A ray whose parameter is metres.
+/// A ray whose parameter is in metres.
 pub(crate) fn ray(origin: [f64; 2], angle: f64) -> Ray {
     let (sin, cos) = libm::sincos(angle);
     Ray::new(Vector::from(origin), Vector::new(cos, sin))

@@ -1,4 +1,5 @@
-//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that does what its frames say and answers each.
+//! The pan-tilt camera at a robot's first auxiliary port: a VC-C4 that does what its frames say and answers
+//! each.
 //!
 //! The camera counts to the right and up, the world to the left and down.
 

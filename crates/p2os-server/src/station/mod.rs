@@ -1,5 +1,5 @@
-//! One robot of the world as its client sees it: shakes hands, does what the commands say, tells what the robot senses. Takes and
-//! gives bytes, and never waits.
+//! One robot of the world as its client sees it: shakes hands, does what the commands say, tells what the
+//! robot senses. Takes and gives bytes, and never waits.
 
 mod head;
 mod laser;
@@ -247,8 +247,8 @@ impl Station {
             (Phase::Waiting(Sync::Two), Some(Sync::Two)) => self.meet(world),
             // Whatever else a client says before it has shaken hands is of an older session.
             (Phase::Waiting(_), _) => {}
-            // The three are also PULSE, OPEN and CLOSE. Nobody opens what he has open: in this order they are the hello of another,
-            // who came while nobody saw the one before leave.
+            // The three are also PULSE, OPEN and CLOSE. Nobody opens what he has open: in this order they are
+            // the hello of another, who came while nobody saw the one before leave.
             (Phase::Open, Some(Sync::Two)) if self.hello == Some(Sync::Two) => {
                 self.leave(What::Left("another says hello on its line".to_owned()));
                 self.send(Ok(Sync::Zero.to_packet()));

@@ -1,4 +1,5 @@
-//! What the motors of a robot shall do: speeds, or a way or a heading to reach, within the limits that the client set.
+//! What the motors of a robot shall do: speeds, or a way or a heading to reach, within the limits that the
+//! client set.
 //!
 //! Knows the robot's odometry, never where it is.
 

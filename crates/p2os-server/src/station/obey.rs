@@ -1,5 +1,5 @@
-//! What each command of a client does to the robot. One that the robot has no device for does nothing; one that cannot be done is told
-//! to whoever watches.
+//! What each command of a client does to the robot. One that the robot has no device for does nothing; one
+//! that cannot be done is told to whoever watches.
 
 use core::time::Duration;
 

@@ -1,4 +1,5 @@
-//! The argument of a command as it is on the wire, and how types of ours are put into it. Which command takes which is not known here.
+//! The argument of a command as it is on the wire, and how types of ours are put into it. Which command takes
+//! which is not known here.
 
 /// What follows the number of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +21,8 @@ pub(crate) const POSITIVE: u8 = 0x3B;
 const NEGATIVE: u8 = 0x1B;
 const TEXT: u8 = 0x2B;
 
-/// Whether OPEN, CLOSE or CONFIG comes with the argument 1; robots take both, and no argument is also a step of synchronisation.
+/// Whether OPEN, CLOSE or CONFIG comes with the argument 1; robots take both, and no argument is also a step
+/// of synchronisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// No argument.
@@ -212,7 +214,8 @@ impl Held for () {
     }
 }
 
-/// Nothing for the origin, else x mm, y mm, th degrees; sent with the type byte, without which one robot of old reads on.
+/// Nothing for the origin, else x mm, y mm, th degrees; sent with the type byte, without which one robot of
+/// old reads on.
 impl Held for Option<[i16; 3]> {
     fn put(&self) -> Argument {
         let numbers = self.iter().flatten().flat_map(|number| number.to_le_bytes());

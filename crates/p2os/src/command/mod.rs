@@ -1,8 +1,9 @@
-//! What a client asks of a robot: one enum over every command, from and to packets. What the robot makes of it is not decided here.
+//! What a client asks of a robot: one enum over every command, from and to packets. What the robot makes of
+//! it is not decided here.
 //!
-//! Numbers are the raw ones of the protocol: mm, mm/s, degrees. A simulator's own commands share some numbers with commands of
-//! robots that are hardly used (35 also selects an analog port, 36 is the gripper's pressure, 67 asks the second serial port); the simulator's have
-//! the name here, and the bytes are the same.
+//! Numbers are the raw ones of the protocol: mm, mm/s, degrees. A simulator's own commands share some numbers
+//! with commands of robots that are hardly used (35 also selects an analog port, 36 is the gripper's
+//! pressure, 67 asks the second serial port); the simulator's have the name here, and the bytes are the same.
 
 mod argument;
 
@@ -143,7 +144,8 @@ commands! {
     GetAux3(u16) = 61,
     /// Asks about the battery; to one simulator of old it meant to exit, so nothing may end by it.
     BatteryInfo(u16) = 62,
-    /// Bytes for the device at the second auxiliary port; 66 with a number is [`SetOriginX`](Self::SetOriginX).
+    /// Bytes for the device at the second auxiliary port; 66 with a number is
+    /// [`SetOriginX`](Self::SetOriginX).
     Tty3(Vec<u8>) = 66,
     /// Puts a simulator's robot at x, mm.
     SetOriginX(i16) = 66,

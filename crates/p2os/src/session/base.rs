@@ -1,4 +1,5 @@
-//! The base: speeds within limits, sent when they change and often enough, and motors that must be on. Only a wish moves it.
+//! The base: speeds within limits, sent when they change and often enough, and motors that must be on. Only a
+//! wish moves it.
 
 use core::time::Duration;
 

@@ -35,7 +35,8 @@ pub enum Event {
         /// Of the right wheel.
         right: i64,
     },
-    /// Where the head looks, rad to the left and rad down; by its own word, or by what it was told if it cannot answer.
+    /// Where the head looks, rad to the left and rad down; by its own word, or by what it was told if it
+    /// cannot answer.
     Head {
         /// To the left.
         pan: f64,

@@ -1,4 +1,5 @@
-//! The hello: three synchronisations in order, OPEN, CONFIG, and what switches the robot on. Nothing here moves it.
+//! The hello: three synchronisations in order, OPEN, CONFIG, and what switches the robot on. Nothing here
+//! moves it.
 
 use core::time::Duration;
 

@@ -10,7 +10,8 @@ use crate::{AuxPort, Command, SerialAux};
 const PATIENCE: Duration = Duration::from_millis(400);
 /// Between two commands to a camera that cannot answer.
 const PACE: Duration = Duration::from_millis(150);
-/// Between two questions where it looks: each takes 50 bytes of a line that has 960 a second and the robot's state to carry.
+/// Between two questions where it looks: each takes 50 bytes of a line that has 960 a second and the robot's
+/// state to carry.
 const QUESTION: Duration = Duration::from_millis(200);
 /// After switching on, and after it said that it is busy.
 const REST: Duration = Duration::from_millis(500);
@@ -104,8 +105,8 @@ impl HeadLine {
             return warning.or(Some(self.event()));
         };
         if self.answers {
-            // Forget what was not fetched, and fetch as much as the answer will have: before the camera is spoken to, for what it
-            // answers at once must not be forgotten with the rest.
+            // Forget what was not fetched, and fetch as much as the answer will have: before the camera is
+            // spoken to, for what it answers at once must not be forgotten with the rest.
             say(Command::GetAux(0));
             say(Command::GetAux(if next == HeadCommand::Where { 14 } else { 6 }));
         }

@@ -1,4 +1,5 @@
-//! Asking for a simulator's laser, in the words of old and then in the newer ones. What its packets say is `crate::laser`'s.
+//! Asking for a simulator's laser, in the words of old and then in the newer ones. What its packets say is
+//! `crate::laser`'s.
 
 use core::time::Duration;
 

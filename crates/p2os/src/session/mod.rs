@@ -1,8 +1,8 @@
-//! The client's end of a connection: hello, switching on, driving, goodbye. It has no clock, no thread and no socket; its owner
-//! carries bytes both ways and says what time it is.
+//! The client's end of a connection: hello, switching on, driving, goodbye. It has no clock, no thread and no
+//! socket; its owner carries bytes both ways and says what time it is.
 //!
-//! Once connected, nothing is ever sent but from [`Session::drive`] and [`Session::close`]. So a robot whose application hangs
-//! hears nothing, and its watchdog stops it.
+//! Once connected, nothing is ever sent but from [`Session::drive`] and [`Session::close`]. So a robot whose
+//! application hangs hears nothing, and its watchdog stops it.
 
 mod base;
 mod event;
@@ -81,7 +81,8 @@ impl Session {
         }
     }
 
-    /// A new connection is there: says hello. Whatever was before is forgotten, but for the odometry and the encoders, which go on.
+    /// A new connection is there: says hello. Whatever was before is forgotten, but for the odometry and the
+    /// encoders, which go on.
     pub fn connected(&mut self, now: Duration) {
         self.receiver = Receiver::new();
         self.output.clear();
@@ -123,7 +124,8 @@ impl Session {
         }
     }
 
-    /// Goes on with the hello, or drives as is wished now. Called in every iteration of its owner, and by nobody else.
+    /// Goes on with the hello, or drives as is wished now. Called in every iteration of its owner, and by
+    /// nobody else.
     pub fn drive(&mut self, wish: &Wish, now: Duration) {
         match self.state {
             State::Syncing | State::Opening(_) => self.wait(now),

@@ -75,8 +75,8 @@ pub struct HeadWish {
 }
 
 impl Beams {
-    /// As many beams, the first at `-view / 2`, each `view / beams` rad from the one before, as near as the protocol's whole
-    /// degrees allow.
+    /// As many beams, the first at `-view / 2`, each `view / beams` rad from the one before, as near as the
+    /// protocol's whole degrees allow.
     #[must_use]
     pub fn spread(beams: u32, view: f64) -> Self {
         let (view, beams) = (view.to_degrees(), f64::from(beams.max(1)));

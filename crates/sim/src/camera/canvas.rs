@@ -1,14 +1,14 @@
-//! A picture with the depth of every pixel: the nearer hides the farther, in whatever order they come.
+//! A picture with the depth of every pixel: near things hide far ones, in any order of drawing.
 //!
-//! Knows pixels only, no shapes.
+//! It knows pixels only, no shapes.
 
-/// A picture that is being made.
+/// A picture in progress.
 pub(super) struct Canvas<'a> {
     pub(super) width: usize,
     pub(super) height: usize,
     /// Three bytes a pixel, by rows from the top.
     colors: &'a mut [u8],
-    /// The inverse of the depth in metres, so that it is straight along a row of a flat face; 0 where nothing is.
+    /// The inverse of the depth in metres, which is linear along a row of a flat face; 0 for an empty pixel.
     near: Vec<f32>,
 }
 
@@ -23,7 +23,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// The colours and inverse depths of the pixels from `left` until `right` of a row.
+    /// Returns the colours and inverse depths of the pixels from `left` until `right` of a row.
     pub(super) fn span(
         &mut self,
         row: usize,
@@ -36,7 +36,8 @@ impl<'a> Canvas<'a> {
     }
 }
 
-/// The pixels whose middles lie between two places along a row or column of `count` pixels.
+/// Returns the range of pixels whose middles lie between two positions along a row or column of `count`
+/// pixels.
 pub(super) fn middles(from: f64, to: f64, count: usize) -> (usize, usize) {
     let bound = |place: f64| libm::ceil(place - 0.5).clamp(0.0, count as f64) as usize;
     let (first, end) = (bound(from), bound(to));

@@ -1,6 +1,7 @@
-//! What people and robots look like.
+//! The appearance of people and robots.
 //!
-//! Pictures only: no other sense meets these parts. Windows draw figures of their own (`window/space/figures.rs` of `crates/view`).
+//! Only pictures contain these parts: no other sensor detects them. Windows draw figures of their own
+//! (`window/space/figures.rs` of `crates/view`).
 
 use super::stage::Stage;
 use crate::color::Color;
@@ -18,7 +19,7 @@ const LASER: Color = Color::new(70, 96, 150);
 const LENS: Color = Color::new(205, 206, 210);
 
 impl Stage<'_> {
-    /// Adds a person: legs and arms as they swing, the body in the clothing, the head.
+    /// Adds a person: swinging legs and arms, the body in the clothing, the head.
     pub(crate) fn person(&mut self, person: &Person) {
         let Person {
             pose,
@@ -34,7 +35,7 @@ impl Stage<'_> {
         }
         self.stand(disc(pose, [0.0, 0.0], 0.62 * radius), [hip, shoulder], color);
         for side in [1.0, -1.0] {
-            // An arm goes with the leg of the other side.
+            // An arm swings with the leg of the other side.
             let at = [-side * stride * 0.3 * radius, side * 0.8 * radius];
             self.stand(
                 disc(pose, at, 0.19 * radius),

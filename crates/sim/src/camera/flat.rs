@@ -1,27 +1,28 @@
 //! Flat faces: convex, of one colour each, filled row by row.
 //!
-//! The inverse of the depth is straight across a face, so a pixel costs an addition and a comparison.
+//! The inverse of the depth is linear across a face, so a pixel costs one addition and one comparison.
 
 use super::canvas::{Canvas, middles};
 use super::view::{Rays, V3, View, dot, sub};
 
-/// Nearer than this in metres nothing is drawn: the inside of the camera.
+/// Nothing nearer than this is drawn, in metres: the inside of the camera.
 const NEAR: f64 = 0.01;
 
 /// A convex face with its corners in order.
 pub(super) struct Face {
     pub(super) corners: [V3; 4],
-    /// The unit normal; a face is seen from both its sides.
+    /// The unit normal. Both sides of a face are visible.
     pub(super) normal: V3,
     pub(super) color: [u8; 3],
 }
 
-/// Corners of a face in front of the eye: the plane of the eye can cut one more.
+/// Greatest number of corners of a face in front of the eye: the near plane can cut off one corner and make
+/// two.
 const CORNERS: usize = 5;
 
 impl Face {
     pub(super) fn draw(&self, view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
-        // On the ray through (u, v) the plane of the face is met at depth t: n·(eye + t·ray) = n·corner.
+        // The ray through (u, v) hits the plane of the face at depth t: n·(eye + t·ray) = n·corner.
         let offset = dot(self.normal, sub(self.corners[0], view.eye));
         if offset == 0.0 {
             return;
@@ -51,7 +52,7 @@ impl Face {
         }
     }
 
-    /// The corners in the picture, of the part that is in front of the eye.
+    /// Returns the corners, in the picture, of the part in front of the eye.
     fn pixels<'a>(&self, view: &View, pixels: &'a mut [[f64; 2]; CORNERS]) -> &'a [[f64; 2]] {
         let local = self.corners.map(|corner| view.local(corner));
         let mut count = 0;
@@ -77,7 +78,7 @@ impl Face {
     }
 }
 
-/// Where a row enters and leaves a convex face.
+/// Returns where a row enters and leaves a convex face.
 fn across(corners: &[[f64; 2]], v: f64) -> (f64, f64) {
     let mut found = (f64::INFINITY, f64::NEG_INFINITY);
     for (index, from) in corners.iter().enumerate() {

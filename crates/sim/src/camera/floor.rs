@@ -1,17 +1,17 @@
-//! The floor with its faint grid of metres, and the sky: what is seen where nothing stands.
+//! The floor with its faint grid of metres, and the sky: the background where there is no thing.
 //!
-//! Drawn last, so that what stands costs nothing here.
+//! It is drawn last, and skips pixels that already have a depth.
 
 use super::canvas::Canvas;
 use super::light::Light;
 use super::view::{Rays, V3, View};
 use crate::color::Color;
 
-/// Half the breadth of a line of the grid, in metres.
+/// Half the width of a line of the grid, in metres.
 const LINE: f64 = 0.012;
-/// How much of the light a line takes.
+/// How much a line darkens the floor.
 const FAINT: f64 = 0.16;
-/// How much darker the sky is straight above than at the horizon.
+/// How much darker the sky is at the zenith than at the horizon.
 const ZENITH: f64 = 0.3;
 
 pub(super) fn draw(light: &Light, view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
@@ -34,12 +34,13 @@ pub(super) fn draw(light: &Light, view: &View, rays: &Rays, canvas: &mut Canvas<
     }
 }
 
-/// How much of a pixel of the floor the lines of the grid cover, from 0 to 1.
+/// Returns how much of a pixel of the floor the lines of the grid cover, from 0 to 1.
 fn line(eye: V3, ray: V3, rays: &Rays) -> f64 {
-    // Below the floor there is none.
+    // An eye below the floor has no floor ahead of it.
     let depth = (-eye[2] / ray[2]).max(0.0);
     let cover = |axis: usize| {
-        // How far the point on the floor moves from one pixel to the next: the lines far away fade instead of flickering.
+        // How far the point on the floor moves from one pixel to the next: distant lines fade instead of
+        // flickering.
         let slope = ray[axis] / ray[2];
         let moves = |step: V3| (depth * (step[axis] - slope * step[2])).abs();
         let pixel = moves(rays.column) + moves(rays.row) + 1e-9;

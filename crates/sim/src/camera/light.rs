@@ -1,10 +1,10 @@
-//! How a world is lit: one distant light, and what comes back from all around.
+//! The lighting of a world: one distant light, and ambient light.
 //!
-//! Casts no shadows; how far a thing is makes no difference.
+//! There are no shadows, and the distance of a thing makes no difference.
 
 use crate::color::Color;
 
-/// What a world looks like where nothing stands, and where its light comes from.
+/// The colours of the floor and the sky, and the direction of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Light {
     /// The unit vector toward the light, in the frame of the world.
@@ -13,17 +13,17 @@ pub(crate) struct Light {
     pub(crate) sky: Color,
 }
 
-/// What a face gets from all around.
+/// The ambient light on every face.
 const AMBIENT: f64 = 0.64;
-/// What a face gets from the light that it looks into.
+/// The extra light on a face that looks straight into the light.
 const DIRECT: f64 = 0.36;
-/// What a face gets that looks straight away from the light, from what the light falls on there.
+/// The extra light on a face that looks straight away from the light: light that surfaces there reflect.
 const RETURNED: f64 = 0.14;
 
 impl Default for Light {
     fn default() -> Self {
         Self {
-            // From high ahead and to the left of one who looks along x: the four sides of a box differ.
+            // High, behind and to the left of a viewer who looks along x: the four sides of a box differ.
             direction: [-0.48, 0.36, 0.8],
             floor: Color::new(150, 143, 131),
             sky: Color::new(196, 214, 232),
@@ -32,7 +32,7 @@ impl Default for Light {
 }
 
 impl Light {
-    /// The colour of a face with a unit normal: Lambert's law.
+    /// Returns the colour of a face with a unit normal: Lambert's law.
     pub(crate) fn shade(&self, color: Color, normal: [f64; 3]) -> [u8; 3] {
         let facing: f64 = (0..3).map(|axis| normal[axis] * self.direction[axis]).sum();
         let strength = AMBIENT + DIRECT * facing.max(0.0) + RETURNED * (-facing).max(0.0);
@@ -40,7 +40,7 @@ impl Light {
     }
 }
 
-/// A part of a colour under a light of some strength, rounded.
+/// Scales a component of a colour, rounded.
 fn scale(part: u8, strength: f64) -> u8 {
     (f64::from(part) * strength + 0.5) as u8
 }

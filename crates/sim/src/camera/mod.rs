@@ -1,10 +1,12 @@
 //! Cameras: pictures of the world in true perspective, under any pan and tilt.
 //!
-//! Flat faces are filled row by row against a buffer of depths; round things are met pixel by pixel by their own rays, so
-//! that a ball is a ball at any distance. Columns of walls alone, the cheaper way, bend under a tilt. All arithmetic is
-//! that of IEEE 754 and libm: the same world gives the same bytes anywhere.
+//! Flat faces are filled row by row against a depth buffer. Round things are computed by one ray a pixel, so
+//! that a ball is round at any distance. The cheaper method, one column of wall for each column of pixels,
+//! would bend under a tilt. All arithmetic is that of IEEE 754 and libm: the same world gives the same bytes
+//! anywhere.
 //!
-//! Models no lens, no blur, no shadow and no noise, and never the body of the robot that carries the camera.
+//! There is no model of lenses, blur, shadows or noise. A picture never shows the robot that carries the
+//! camera.
 
 mod canvas;
 mod figure;
@@ -25,7 +27,8 @@ pub(crate) use view::View;
 
 /// A camera on a robot. By default 320 x 240 pixels on the pan-tilt head.
 ///
-/// Its frame is that of REP-103 for optics: x to the right of the picture, y down, z into it. With no yaw it looks ahead.
+/// Its frame is the optical frame of REP-103: x to the right of the picture, y down, z into it. With a yaw of
+/// 0 it looks ahead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraConfig {
     /// Columns of the picture.
@@ -34,20 +37,21 @@ pub struct CameraConfig {
     pub height: usize,
     /// The angle from the left edge of the picture to the right one, in radians. Pixels are square.
     pub field_of_view: f64,
-    /// What carries it.
+    /// The part that carries it.
     pub mount: CameraMount,
-    /// Where it sits on what carries it: ahead, to the left and up, in metres.
+    /// Its place on the carrying part: ahead, to the left and up, in metres.
     pub place: [f64; 3],
-    /// Radians that it is turned to the left on what carries it.
+    /// Its angle to the left on the carrying part, in radians.
     pub yaw: f64,
 }
 
-/// What carries a camera.
+/// The part that carries a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CameraMount {
     /// The body: `place` is in the robot's frame, above the floor.
     Body,
-    /// The pan-tilt head: `place` is in the frame of the head, from the point where both axes cross, and turns with it.
+    /// The pan-tilt head: `place` is in the frame of the head, from the point where both axes cross, and
+    /// turns with it.
     #[default]
     Head,
 }
@@ -67,17 +71,17 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
-    /// Gives the bytes of a picture: three a pixel.
+    /// Returns the bytes of a picture: three a pixel.
     pub fn bytes(&self) -> usize {
         3 * self.width * self.height
     }
 
-    /// Gives the distance in pixels from the eye to the picture: what maps the tangent of an angle to pixels.
+    /// Returns the focal length in pixels: the factor from the tangent of an angle to pixels.
     pub fn focal_length(&self) -> f64 {
         self.width as f64 / 2.0 / libm::tan(self.field_of_view / 2.0)
     }
 
-    /// Checks every number, and names the first that cannot work.
+    /// Checks every number. Errors: the first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let pixels = |value: f64| (1.0..=4096.0).contains(&value);
         check("camera width", self.width as f64, "1 to 4096 pixels", pixels)?;
@@ -99,7 +103,7 @@ impl CameraConfig {
         check("camera yaw", self.yaw, "a finite number", |_| true)
     }
 
-    /// How the world looks from it, on a robot at a pose whose head looks somewhere.
+    /// Returns the view from a robot at a pose, with its head at the given angles.
     pub(crate) fn view(&self, robot: Pose2, (head, mount): (Head, &HeadConfig)) -> View {
         let base = View::new(
             [robot.x, robot.y, 0.0],

@@ -1,6 +1,6 @@
-//! Balls and upright cylinders, met by the ray of every pixel that they can be in.
+//! Balls and upright cylinders, computed by one ray for every pixel that they may cover.
 //!
-//! No facets: the edge and the shade of a round thing are those of its formula.
+//! There are no facets: edges and shades follow the exact formula.
 
 use super::canvas::{Canvas, middles};
 use super::light::Light;
@@ -24,7 +24,7 @@ pub(super) enum Round {
 }
 
 impl Round {
-    /// The middle and the radius of a ball around it.
+    /// Returns the middle and the radius of its bounding sphere.
     pub(super) fn around(&self) -> (V3, f64) {
         match *self {
             Self::Ball { center, radius } => (center, radius),
@@ -66,7 +66,8 @@ impl Round {
         }
     }
 
-    /// The part of the picture that it can be in: columns and rows. All of it when it reaches behind the eye.
+    /// Returns the columns and rows of the picture that it may cover: all of them when it extends behind the
+    /// eye.
     fn extent(&self, view: &View) -> ([f64; 2], [f64; 2]) {
         let corners = self.corners().map(|corner| view.local(corner));
         if corners.iter().any(|corner| corner[2] < 1e-3) {
@@ -83,7 +84,7 @@ impl Round {
         (reach(0), reach(1))
     }
 
-    /// The corners of the upright box around it.
+    /// Returns the corners of its upright bounding box.
     fn corners(&self) -> [V3; 8] {
         let ([x, y], radius, bottom, top) = match *self {
             Self::Ball {
@@ -107,7 +108,7 @@ impl Round {
         })
     }
 
-    /// Where a ray meets it first from outside: the parameter, and the normal there.
+    /// Returns where a ray first hits it from outside: the parameter, and the normal there.
     fn meet(&self, eye: V3, ray: V3) -> Option<(f64, V3)> {
         match *self {
             Self::Ball { center, radius } => {
@@ -141,7 +142,7 @@ impl Round {
                         return Some((depth, normal));
                     }
                 }
-                // Through the end that faces the eye, if it looks at one.
+                // The end that faces the eye, if the eye is above or below.
                 let (end, normal) = if eye[2] > top { (top, 1.0) } else { (bottom, -1.0) };
                 let depth = (end - eye[2]) / ray[2];
                 let (x, y) = (dx + depth * ray[0], dy + depth * ray[1]);
@@ -152,7 +153,7 @@ impl Round {
     }
 }
 
-/// The first solution of `a·t² + 2·b·t + c = 0` ahead of the eye, if the eye is outside.
+/// Returns the first solution of `a·t² + 2·b·t + c = 0` ahead of the eye, if the eye is outside.
 fn first(a: f64, b: f64, c: f64) -> Option<f64> {
     let square = b * b - a * c;
     (c > 0.0 && b < 0.0 && square >= 0.0).then(|| c / (square.sqrt() - b))

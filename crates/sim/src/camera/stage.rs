@@ -1,6 +1,6 @@
-//! What is in the picture: faces and round things, gathered from the shapes of a world.
+//! The contents of a picture: faces and round things, collected from the shapes of a world.
 //!
-//! Knows outlines and heights, not what they are; people and robots are put together in `figure`.
+//! It knows outlines and heights, not what they represent. `figure` composes people and robots.
 
 use super::canvas::Canvas;
 use super::flat::Face;
@@ -11,11 +11,11 @@ use super::view::{V3, View, dot, sub};
 use crate::color::Color;
 use crate::shape::Outline;
 
-/// A picture's things, those left out that it cannot show.
+/// The things in a picture, without those that the camera cannot see.
 pub(crate) struct Stage<'a> {
     view: View,
     light: &'a Light,
-    /// With the depth of the nearest corner.
+    /// Each with the depth of its nearest corner.
     faces: Vec<(f64, Face)>,
     rounds: Vec<(Round, Color)>,
 }
@@ -30,7 +30,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Adds a thing that stands on the floor, or from `bottom` to `top`.
+    /// Adds an upright thing from `bottom` to `top`.
     pub(crate) fn stand(&mut self, outline: Outline, [bottom, top]: [f64; 2], color: Color) {
         match outline {
             Outline::Segment { from, to } => self.wall(from, to, [bottom, top], color),
@@ -51,11 +51,11 @@ impl<'a> Stage<'a> {
         self.round(Round::Ball { center, radius }, color);
     }
 
-    /// Makes the picture: three bytes a pixel, rows from the top.
+    /// Draws the picture: three bytes a pixel, rows from the top.
     pub(crate) fn draw(mut self, picture: &mut [u8]) {
         let rays = self.view.rays();
         let mut canvas = Canvas::new(self.view.width, self.view.height, picture);
-        // From near to far, so that most of what is hidden is found hidden before its colour is written.
+        // From near to far: most hidden pixels are then rejected before a colour is written.
         self.faces.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, face) in &self.faces {
             face.draw(&self.view, &rays, &mut canvas);
@@ -77,7 +77,7 @@ impl<'a> Stage<'a> {
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let length = libm::hypot(dx, dy);
         let eye = self.view.eye;
-        // It is lit on the side that is seen.
+        // The wall is lit on the side that the camera sees.
         let side = dy * (eye[0] - from[0]) - dx * (eye[1] - from[1]);
         let sign = if side < 0.0 { -1.0 } else { 1.0 };
         let normal = [sign * dy / length, sign * -dx / length, 0.0];
@@ -116,7 +116,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Adds a face of something solid, unless it looks away from the eye.
+    /// Adds a face of a solid, unless the face looks away from the eye.
     fn outer(&mut self, corners: [V3; 4], normal: V3, color: Color) {
         if dot(normal, sub(self.view.eye, corners[0])) > 0.0 {
             self.face(corners, normal, color);

@@ -1,10 +1,10 @@
-//! Where a camera is and looks, and what ray goes through a pixel of it.
+//! The pose of a camera, and the ray through each of its pixels.
 //!
-//! Draws nothing.
+//! Nothing here draws.
 
 pub(super) type V3 = [f64; 3];
 
-/// An eye in the world, with its picture.
+/// A camera in the world, with its picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(super) eye: V3,
@@ -17,8 +17,9 @@ pub(crate) struct View {
     pub(super) height: usize,
 }
 
-/// The vectors of the rays of a picture: the ray through the point (u, v) is `origin + u * column + v * row`, and goes one metre
-/// ahead of the eye in each unit of its parameter. So the depth of a point is the parameter of its ray.
+/// The vectors of the rays of a picture. The ray through the point (u, v) is `origin + u * column + v * row`.
+/// A unit of its parameter advances one metre ahead of the eye, so the depth of a point is the parameter of
+/// its ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rays {
     pub(super) origin: V3,
@@ -27,7 +28,7 @@ pub(super) struct Rays {
 }
 
 impl View {
-    /// An eye that looks along a heading, level.
+    /// Creates an eye that looks along a heading, level.
     pub(super) fn new(eye: V3, heading: f64, focal: f64, [width, height]: [usize; 2]) -> Self {
         let (sin, cos) = libm::sincos(heading);
         Self {
@@ -41,7 +42,7 @@ impl View {
         }
     }
 
-    /// Moved by metres ahead, to the left and up, as it looks.
+    /// Returns the view moved by metres ahead, to the left and up, in its own axes.
     pub(super) fn moved(mut self, [x, y, z]: V3) -> Self {
         for axis in 0..3 {
             self.eye[axis] += x * self.ahead[axis] + y * self.left[axis] + z * self.up[axis];
@@ -49,13 +50,13 @@ impl View {
         self
     }
 
-    /// Turned to the left about its own upright axis.
+    /// Returns the view turned to the left about its own upright axis.
     pub(super) fn panned(mut self, angle: f64) -> Self {
         (self.ahead, self.left) = turned(self.ahead, self.left, angle);
         self
     }
 
-    /// Turned down about its own axis to the left.
+    /// Returns the view turned down about its own left axis.
     pub(super) fn tilted(mut self, angle: f64) -> Self {
         (self.up, self.ahead) = turned(self.up, self.ahead, angle);
         self
@@ -71,13 +72,13 @@ impl View {
         Rays { origin, column, row }
     }
 
-    /// A point of the world as the camera has it: to the right, down and ahead, in metres.
+    /// Returns a point of the world in the camera's frame: to the right, down and ahead, in metres.
     pub(super) fn local(&self, point: V3) -> V3 {
         let away = sub(point, self.eye);
         [-dot(away, self.left), -dot(away, self.up), dot(away, self.ahead)]
     }
 
-    /// Where a point ahead of the camera is in its picture.
+    /// Returns the position in the picture of a point ahead of the camera.
     pub(super) fn pixel(&self, [x, y, z]: V3) -> [f64; 2] {
         [
             self.width as f64 / 2.0 + self.focal * x / z,
@@ -85,11 +86,13 @@ impl View {
         ]
     }
 
-    /// Whether a ball around all of a thing can be in the picture; may say so of one just beside it.
+    /// Returns whether the bounding sphere of a thing may be in the picture; may be true for a sphere just
+    /// outside.
     pub(super) fn may_see(&self, center: V3, radius: f64) -> bool {
         let [x, y, z] = self.local(center);
         let side = |offset: f64, half: f64| {
-            // The distance to the plane through the eye and the edge of the picture, times the length of its normal.
+            // The distance to the plane through the eye and the edge of the picture, times the length of its
+            // normal.
             offset.abs() * self.focal - z * half <= radius * (self.focal + half)
         };
         z > -radius && side(x, self.width as f64 / 2.0) && side(y, self.height as f64 / 2.0)
@@ -114,7 +117,7 @@ fn scaled(a: V3, by: f64) -> V3 {
     a.map(|value| value * by)
 }
 
-/// Two axes turned toward each other: the first to the second.
+/// Turns two axes: the first toward the second.
 fn turned(first: V3, second: V3, angle: f64) -> (V3, V3) {
     let (sin, cos) = libm::sincos(angle);
     (

@@ -1,27 +1,28 @@
-//! The bytes of the files of a world. Each kind has a greatest size, and what is no file, such as a device, is not read.
+//! Reads the files of a world. Each kind of file has a size limit. Only regular files are read, so no device
+//! is.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// Greatest world file or map's YAML, in bytes: thousands of things.
+/// Greatest world file or map YAML, in bytes: enough for thousands of things.
 const MOST_TEXT: u64 = 4 << 20;
-/// Greatest image of a map: that of the most pixels, in plain text.
+/// Greatest image of a map, in bytes: the most pixels, in plain text.
 pub(crate) const MOST_IMAGE: u64 = 512 << 20;
 
-/// The text of a file.
+/// Returns the text of a file.
 pub(crate) fn text(path: &Path) -> Result<String> {
     String::from_utf8(of(path, MOST_TEXT)?).map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8"))
 }
 
-/// The bytes of a file of at most so many.
+/// Returns the bytes of a file of at most `most` bytes.
 pub(crate) fn of(path: &Path, most: u64) -> Result<Vec<u8>> {
     let about = std::fs::metadata(path)?;
     if !about.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file"));
     }
     let mut bytes = Vec::new();
-    // It may grow while it is read.
+    // The file may grow while it is read.
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         let message = format!("it has more than {} MiB", most >> 20);

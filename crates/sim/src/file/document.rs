@@ -1,6 +1,6 @@
-//! A TOML text with its lines, read table by table, that collects every fault instead of stopping at the first.
+//! A TOML text, read table by table. It collects every fault instead of stopping at the first.
 //!
-//! Knows tables and keys; what a value must be is in `values`, what a world is in `things`.
+//! It knows tables and keys. `values` checks values, `things` reads things.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -25,7 +25,7 @@ pub(crate) struct Table<'a> {
     document: &'a Document<'a>,
     keys: &'a DeTable<'a>,
     span: Range<usize>,
-    /// How a fault names it: "box `desk`".
+    /// Its name in faults: "box `desk`".
     what: String,
 }
 
@@ -47,17 +47,17 @@ impl<'a> Document<'a> {
         1 + before.iter().filter(|&&byte| byte == b'\n').count()
     }
 
-    /// Notes a fault at a place of the text.
+    /// Records a fault at a place in the text.
     pub(crate) fn fault(&self, span: &Range<usize>, message: impl Into<String>) {
         self.push(self.at(span, message));
     }
 
-    /// Notes a fault of another file.
+    /// Records a fault of another file.
     pub(crate) fn push(&self, fault: Fault) {
         self.faults.borrow_mut().push(fault);
     }
 
-    /// Makes a fault without noting it.
+    /// Creates a fault without recording it.
     pub(crate) fn at(&self, span: &Range<usize>, message: impl Into<String>) -> Fault {
         Fault {
             file: self.path.to_owned(),
@@ -66,7 +66,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// All faults, in the order of their lines.
+    /// Returns all faults: first those of this file, in the order of their lines.
     pub(crate) fn into_faults(self) -> Vec<Fault> {
         let mut faults = self.faults.into_inner();
         faults.sort_by_key(|fault| (fault.file != self.path, fault.line));
@@ -100,7 +100,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reads an item as a table; it is named by its `name`, or else by its number.
+    /// Reads an item as a table. Faults name it by its `name`, or else by its number.
     pub(crate) fn item(
         document: &'a Document<'a>,
         item: &'a Item<'a>,
@@ -130,7 +130,7 @@ impl<'a> Table<'a> {
         self.keys.get(key)
     }
 
-    /// The items of an array, none when the key is missing.
+    /// Returns the items of an array; none when the key is missing.
     pub(crate) fn array(&self, key: &str) -> &'a [Item<'a>] {
         let Some(item) = self.get(key) else { return &[] };
         match item.get_ref().as_array() {
@@ -145,7 +145,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A value that must be there.
+    /// Returns a value whose key is required.
     pub(crate) fn required<T>(&self, key: &str, read: impl Fn(&Item<'a>) -> Read<T>) -> Option<T> {
         match self.get(key) {
             Some(item) => self.noted(key, read(item)),
@@ -156,7 +156,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A value that has a default; nothing when it is there and wrong.
+    /// Returns a value, or its default when the key is missing; `None` when the value is invalid.
     pub(crate) fn optional<T>(
         &self,
         key: &str,

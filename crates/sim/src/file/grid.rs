@@ -1,8 +1,8 @@
-//! A grid of cells and the few rectangles that cover what is solid in it.
+//! A grid of cells, and the rectangles that cover its occupied cells.
 //!
-//! Knows cells only: metres, rotations and files are the map's.
+//! It knows cells only; `map` knows metres, rotations and files.
 
-/// What a cell of a map holds.
+/// The content of a cell of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cell {
     Free,
@@ -10,7 +10,7 @@ pub(crate) enum Cell {
     Unknown,
 }
 
-/// Cells by rows, the lowest first.
+/// Cells by rows, from the lowest row.
 #[derive(Debug)]
 pub(crate) struct Grid {
     pub(crate) width: usize,
@@ -18,7 +18,7 @@ pub(crate) struct Grid {
     pub(crate) cells: Vec<Cell>,
 }
 
-/// A block of cells: the columns from `left` up to and without `right`, the rows from `bottom` up to and without `top`.
+/// A block of cells: the columns `left..right` and the rows `bottom..top`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
     pub(crate) left: usize,
@@ -28,12 +28,13 @@ pub(crate) struct Block {
 }
 
 impl Grid {
-    /// Covers the occupied cells, each once: runs of a row, merged upward while the next row has the very same run.
+    /// Covers every occupied cell exactly once: runs of a row, merged upward while the next row has an
+    /// identical run.
     pub(crate) fn blocks(&self) -> Vec<Block> {
         let mut done = Vec::new();
         let mut open: Vec<Block> = Vec::new();
         for (row, cells) in self.cells.chunks_exact(self.width).enumerate() {
-            // Both lists go from left to right, so one pass pairs them.
+            // Both lists are ordered from left to right, so one pass pairs them.
             let mut below = std::mem::take(&mut open).into_iter().peekable();
             for (left, right) in runs(cells) {
                 while let Some(block) = below.next_if(|block| block.left < left) {

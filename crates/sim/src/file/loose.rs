@@ -1,6 +1,7 @@
 //! The things of a world file that can be pushed: balls, and boxes that are movable.
 //!
-//! Each reader reports every fault of its things, and gives nothing if there was one. Whether they have room is found in `room`.
+//! Each reader reports every fault of its things, and returns `None` if there is one. `room` checks their
+//! places.
 
 use std::ops::Range;
 
@@ -10,14 +11,14 @@ use super::values;
 use crate::color::Color;
 use crate::loose::{Body, Form};
 
-/// A loose thing, and its place in the file.
+/// A loose thing, and its span in the file.
 pub(crate) type Placed = (Body, Range<usize>);
 
-/// What a box weighs in kilograms unless the file says otherwise: a carton that is half full.
+/// The default mass of a box in kilograms: a carton that is half full.
 const BOX_MASS: f64 = 4.0;
-/// What a ball weighs in kilograms unless the file says otherwise: a football.
+/// The default mass of a ball in kilograms: a football.
 const BALL_MASS: f64 = 0.43;
-/// The colour of balls.
+/// The default colour of a ball.
 const BALL: Color = Color::new(240, 124, 24);
 
 pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Placed>> {
@@ -25,7 +26,7 @@ pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Pla
     each(document, root, "balls", "ball", &known, ball)
 }
 
-/// A box that is `movable`.
+/// Reads a box that is `movable`.
 pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<Placed> {
     let place = things::rectangle(table);
     let (look, mass) = (

@@ -1,6 +1,6 @@
-//! ROS occupancy maps: what the image of a map server means, and where it lies in the world.
+//! ROS occupancy maps: the meaning of a map server's image, and its pose in the world.
 //!
-//! Trinary maps only. Cells that are occupied become solid; unknown ones do not, but no robot starts there.
+//! Trinary maps only. Occupied cells become solid. Unknown cells do not, but no robot starts on one.
 
 use std::path::Path;
 
@@ -16,21 +16,22 @@ use crate::geometry::Pose2;
 use crate::scene::Fixture;
 use crate::shape::Outline;
 
-/// Most rectangles of occupied cells: a hundred times a large building's, and what the tree of shapes holds in a second.
+/// Most rectangles of occupied cells: a hundred times those of a large building, and as many as the tree of
+/// shapes builds in a second.
 const MOST_BLOCKS: usize = 500_000;
 
 pub(crate) struct Map {
     name: String,
-    /// Metres a side of a cell.
+    /// The length of a cell's side in metres.
     resolution: f64,
     /// The lower left corner of the image in the world.
     origin: Pose2,
     grid: Grid,
-    /// What covers its occupied cells.
+    /// The rectangles that cover its occupied cells.
     blocks: Vec<Block>,
 }
 
-/// The map that the world names, if it names one.
+/// Reads the map that the world names, if it names one.
 pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Map>> {
     let Some(item) = root.get("map") else {
         return Some(None);
@@ -79,7 +80,7 @@ impl Map {
         })
     }
 
-    /// The four corners of the image in the world.
+    /// Returns the four corners of the image in the world.
     pub(crate) fn corners(&self) -> [[f64; 2]; 4] {
         let (width, height) = (self.grid.width as f64, self.grid.height as f64);
         [
@@ -90,7 +91,7 @@ impl Map {
         ]
     }
 
-    /// Why a robot cannot start at a point of the world, as far as the map knows.
+    /// Returns why a robot cannot start at a point of the world; `None` if the map allows it.
     pub(crate) fn misplaced(&self, [x, y]: [f64; 2]) -> Option<String> {
         let (sin, cos) = libm::sincos(self.origin.heading);
         let (dx, dy) = (x - self.origin.x, y - self.origin.y);
@@ -109,7 +110,7 @@ impl Map {
         }
     }
 
-    /// A point of the world from columns and rows.
+    /// Returns the point of the world at a column and a row.
     fn at(&self, column: f64, row: f64) -> [f64; 2] {
         let point = self
             .origin
@@ -137,7 +138,7 @@ fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
     })
 }
 
-/// What the shades mean: the darker, the likelier a cell is occupied; the other way round when negated.
+/// Classifies the shades: a darker cell is more likely occupied. `negate` inverts that.
 fn judge(picture: &Picture, negate: bool, occupied: f64, free: f64) -> Grid {
     let cell = |&shade: &f32| {
         let likely = f64::from(if negate { shade } else { 1.0 - shade });

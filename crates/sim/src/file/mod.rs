@@ -1,6 +1,6 @@
 //! World files: TOML with walls, boxes, circles, movers, people, balls, a map and the starts of robots.
 //!
-//! All faults of the world and its map are found and reported together; nothing is guessed, and nothing is ignored.
+//! The faults of a world and its map are reported together. The reader guesses nothing and ignores nothing.
 
 mod bytes;
 mod document;
@@ -32,12 +32,13 @@ use crate::scene::Scene;
 
 pub(crate) use self::bytes::text as text_of;
 
-/// How finely the ways of movers are looked over for things in them, in metres; a very long way is looked over in [`MOST_LOOKS`].
+/// The distance between checks for things in the way of a mover, in metres. A very long way has
+/// [`MOST_LOOKS`] checks.
 const STRIDE: f64 = 0.05;
-/// Most places of a way that are looked at: half a kilometre of it.
+/// Most checks along a way: half a kilometre.
 const MOST_LOOKS: usize = 10_000;
 
-/// A world that can be built: its files had no faults.
+/// A world whose files have no faults.
 pub(crate) struct Plan {
     pub(crate) name: String,
     pub(crate) scene: Scene,
@@ -50,7 +51,7 @@ pub(crate) struct Plan {
     pub(crate) warnings: Vec<Fault>,
 }
 
-/// Where a robot begins, and where the file says so.
+/// The start of a robot, and the place in the file that states it.
 pub(crate) struct Start {
     pub(crate) robot: String,
     pub(crate) pose: Pose2,
@@ -64,7 +65,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
     for error in &errors {
         document.fault(&error.span().unwrap_or(0..0), error.message());
     }
-    // Behind a fault of syntax the rest of the tree is a guess.
+    // After a syntax error the rest of the tree is a guess.
     if !errors.is_empty() {
         return Err(document.into_faults());
     }
@@ -75,13 +76,13 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<Plan, Vec<Fault>> {
     let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
     let plan = plan(&document, &root);
     let faults = document.into_faults();
-    // A fault that spoils no value, such as an unknown key, refuses the world all the same.
+    // A fault that spoils no value, such as an unknown key, also refuses the world.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
 }
 
-/// The known name most like a wrong one, if it is like it at all.
+/// Returns the known name that is most similar to a wrong one, if any is similar enough.
 pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // Below this likeness a suggestion misleads more often than it helps.
+    // A suggestion below this similarity misleads more often than it helps.
     const LIKENESS: f64 = 0.75;
     known
         .map(|name| (strsim::jaro_winkler(wrong, name), name))
@@ -90,7 +91,7 @@ pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> 
         .map(|(_, name)| name)
 }
 
-/// Reads everything before it gives up, so that every fault is found.
+/// Reads all parts before it returns, so that every fault is reported.
 fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     let file_name = document
         .path()
@@ -178,14 +179,14 @@ fn plan(document: &Document<'_>, root: &Table<'_>) -> Option<Plan> {
     })
 }
 
-/// Why no robot, however small, can start at a point.
+/// Returns why no robot, however small, can start at a point.
 fn misplaced(
     point: [f64; 2],
     scene: &Scene,
     stated: Option<Bounds>,
     map: Option<&map::Map>,
 ) -> Option<String> {
-    /// A gap that only rounding makes, in metres.
+    /// The largest gap that rounding alone can cause, in metres.
     const NONE: f64 = 1e-9;
     if let Some(bounds) = stated.filter(|bounds| !bounds.contains(point)) {
         let Bounds { min, max } = bounds;

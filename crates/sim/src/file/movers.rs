@@ -1,6 +1,6 @@
 //! The things of a world file that move on their own: movers and people.
 //!
-//! Each reader reports every fault of its things, and gives nothing if there was one.
+//! Each reader reports every fault of its things, and returns `None` if there is one.
 
 use std::ops::Range;
 
@@ -10,22 +10,22 @@ use super::values;
 use crate::color::Color;
 use crate::mover::{self, AtEnd, Body};
 
-/// The gap in metres that a mover keeps to robots unless it says otherwise: an arm's length.
+/// The default clearance of a mover to robots, in metres: an arm's length.
 const CLEARANCE: f64 = 0.5;
-/// How long a mover waits for a robot before it turns back, in seconds, unless it says otherwise.
+/// The default time that a mover waits before it turns back, in seconds.
 const WAIT: f64 = 3.0;
 
-/// What movers look like unless the file says otherwise: a painted cart.
+/// The default look of movers: a painted cart.
 const MOVER: Look = Look {
     color: Color::new(74, 116, 168),
     height: 1.0,
 };
-/// What people look like: their clothing, and how tall they are.
+/// The default look of people: the colour of their clothing, and their height.
 const PERSON: Look = Look {
     color: Color::new(46, 86, 140),
     height: 1.72,
 };
-/// Half the breadth of a person, in metres, unless the file says otherwise.
+/// The default radius of a person, in metres.
 const SHOULDERS: f64 = 0.25;
 
 pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(mover::Plan, Range<usize>)>> {
@@ -90,7 +90,7 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::Plan> {
     walk(table, name, body, look, pause?)
 }
 
-/// What movers and people have in common.
+/// Reads the keys that movers and people share.
 fn walk(
     table: &Table<'_>,
     name: String,

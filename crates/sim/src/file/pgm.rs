@@ -1,10 +1,10 @@
 //! Portable graymaps, plain (P2) and raw (P5), as ROS map servers write them.
 //!
-//! One image a file; comments may stand anywhere in the header, and in a plain raster.
+//! One image a file. Comments may occur anywhere in the header, and in a plain raster.
 
 use super::picture::{MAX_PIXELS, Picture};
 
-/// What is wrong, and on which line of the file.
+/// The line of the file, and what is wrong there.
 pub(crate) type PgmError = (usize, String);
 
 struct Scanner<'a> {
@@ -59,7 +59,7 @@ impl Scanner<'_> {
         Some(byte)
     }
 
-    /// A decimal number after white space and comments.
+    /// Reads a decimal number after white space and comments.
     fn number(&mut self, what: &str, fits: std::ops::RangeInclusive<u32>) -> Result<u32, PgmError> {
         loop {
             match self.bytes.get(self.at) {
@@ -90,7 +90,8 @@ impl Scanner<'_> {
     }
 
     fn plain(&mut self, count: usize, deepest: u32) -> Result<Vec<f32>, PgmError> {
-        // Each pixel takes a digit and a space: a header that promises more is not believed.
+        // Each pixel takes a digit and a space, so a file that is too short is rejected before memory is
+        // allocated.
         if self.bytes.len() - self.at < 2 * count - 1 {
             return Err((self.line, format!("ends early: expected {count} pixels")));
         }
@@ -100,7 +101,7 @@ impl Scanner<'_> {
     }
 
     fn raw(&mut self, count: usize, deepest: u32) -> Result<Vec<f32>, PgmError> {
-        // Exactly one white space ends the header: the next byte may be a pixel that looks like one.
+        // Exactly one white space ends the header: the next byte may be a pixel that looks like white space.
         if !self.next().is_some_and(|byte| byte.is_ascii_whitespace()) {
             return Err((
                 self.line,

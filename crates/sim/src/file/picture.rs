@@ -1,4 +1,4 @@
-//! The image of a map as shades of gray, from PGM or PNG, told apart by its first bytes.
+//! The image of a map as shades of gray. The first bytes tell PNG from PGM.
 //!
 //! Transparency is ignored, as in ROS map servers in their trinary mode.
 
@@ -11,7 +11,7 @@ use crate::error::Fault;
 /// Ten thousand cells a side: 500 m at 5 cm.
 pub(crate) const MAX_PIXELS: usize = 100_000_000;
 
-/// Shades from 0, black, to 1, white, by rows from the top.
+/// Shades from 0 (black) to 1 (white), by rows from the top.
 #[derive(Debug)]
 pub(crate) struct Picture {
     pub(crate) width: usize,
@@ -49,7 +49,7 @@ fn png(bytes: &[u8]) -> Result<Picture, String> {
     let mut buffer = vec![0; size];
     let info = reader.next_frame(&mut buffer).map_err(refuse)?;
     let channels = info.color_type.samples();
-    // Of gray with alpha and of colour with alpha the last channel is no colour.
+    // In gray with alpha and in colour with alpha, the last channel is not a colour.
     let colours = if channels % 2 == 0 { channels - 1 } else { channels };
     let shades = buffer[..info.buffer_size()].chunks_exact(channels).map(|pixel| {
         let sum: u32 = pixel[..colours].iter().map(|&value| u32::from(value)).sum();

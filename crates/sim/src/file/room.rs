@@ -1,6 +1,6 @@
-//! Whether what can be pushed has room where the file puts it.
+//! Checks that loose things have room where the file puts them.
 //!
-//! Knows nothing of robots: they enter later, and are refused where something lies.
+//! It ignores robots: they are added later, and are refused where a thing lies.
 
 use super::document::Document;
 use super::loose::Placed;
@@ -8,7 +8,8 @@ use crate::loose::SKIN;
 use crate::mover::Mover;
 use crate::scene::Scene;
 
-/// Notes a fault for everything loose that lies in a thing, in a mover where it starts, or in another loose thing.
+/// Records a fault for every loose thing that lies in a fixed thing, in a mover at its start, or in another
+/// loose thing. Returns whether there is none.
 pub(crate) fn check(document: &Document<'_>, scene: &Scene, movers: &[Mover], loose: &[Placed]) -> bool {
     let mut sound = true;
     for (index, (body, span)) in loose.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! How a world is lit, and its floor and sky.
+//! The lighting of a world, and its floor and sky.
 //!
-//! For pictures only: no other sense knows of them.
+//! For pictures only: no other sensor uses them.
 
 use super::document::{Document, Table};
 use super::values;
@@ -18,7 +18,7 @@ pub(crate) fn light(document: &Document<'_>, root: &Table<'_>) -> Option<Light> 
     })
 }
 
-/// The unit vector to where the light comes from.
+/// Returns the unit vector toward the light.
 fn direction(document: &Document<'_>, root: &Table<'_>, default: [f64; 3]) -> Option<[f64; 3]> {
     let Some(item) = root.get("light") else {
         return Some(default);

@@ -1,6 +1,6 @@
-//! The YAML file of a ROS map: its keys, their lines, and the image it names.
+//! The YAML file of a ROS map: its keys, their lines, and the image that it names.
 //!
-//! Trinary maps only; keys that a map server does not know are none of our business.
+//! Trinary maps only. Unknown keys are ignored, as by a map server.
 
 use std::path::{Path, PathBuf};
 
@@ -10,10 +10,10 @@ use super::picture::{self, Picture};
 use crate::error::Fault;
 use crate::geometry::Pose2;
 
-/// What the file says, image included.
+/// The contents of the file, image included.
 pub(crate) struct Facts {
     pub(crate) picture: Picture,
-    /// Metres a side of a cell.
+    /// The length of a cell's side in metres.
     pub(crate) resolution: f64,
     /// The lower left corner of the image in the world.
     pub(crate) origin: Pose2,
@@ -31,7 +31,7 @@ struct Sheet<'a> {
     faults: Vec<Fault>,
 }
 
-/// Reads the file and its image; all faults of both together.
+/// Reads the file and its image. Errors: all faults of both.
 pub(crate) fn read(path: &Path, text: &str) -> Result<Facts, Vec<Fault>> {
     let single = |line, message| {
         vec![Fault {
@@ -60,7 +60,7 @@ pub(crate) fn read(path: &Path, text: &str) -> Result<Facts, Vec<Fault>> {
     });
     let origin = sheet.origin();
     let negate = sheet.negate();
-    // Without thresholds, those with which the usual shade of unknown ground, 205, is unknown.
+    // The default thresholds classify the usual shade of unknown cells, 205, as unknown.
     let occupied = sheet.number("occupied_thresh", Some(0.65), "0 to 1", likelihood);
     let free = sheet.number("free_thresh", Some(0.196), "0 to 1", likelihood);
     sheet.mode();
@@ -181,7 +181,7 @@ impl Sheet<'_> {
             .map(|(_, value)| value)
     }
 
-    /// A key that must be there; when it is not, the fault names the key most like it.
+    /// Returns a required key. If it is missing, the fault names the most similar key.
     fn get(&mut self, key: &str) -> Option<&MarkedYaml<'_>> {
         if self.find(key).is_none() {
             let mapping = self.root.data.as_mapping()?;

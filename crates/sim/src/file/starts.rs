@@ -1,6 +1,6 @@
-//! Where robots start, and the bounds of a world.
+//! The starts of robots, and the bounds of a world.
 //!
-//! Whether a start is free is not known here: that needs the whole scene.
+//! This module does not check whether a start is free: that needs the whole scene.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
-//! The things of a world file that stand still: walls, boxes and circles. Those that move on their own are in `movers`, those
-//! that can be pushed in `loose`.
+//! The fixed things of a world file: walls, boxes and circles. `movers` reads the things that move on their
+//! own, `loose` those that can be pushed.
 //!
-//! Each reader reports every fault of its things, and gives nothing if there was one.
+//! Each reader reports every fault of its things, and returns `None` if there is one.
 
 use super::document::{Document, Table};
 use super::loose;
@@ -10,37 +10,37 @@ use crate::color::Color;
 use crate::scene::Fixture;
 use crate::shape::Outline;
 
-/// What a thing looks like.
+/// The appearance of a thing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
     pub(crate) color: Color,
-    /// Metres from the floor.
+    /// Metres above the floor.
     pub(crate) height: f64,
 }
 
-/// What walls, and the blocks of a map, look like unless the file says otherwise: plaster, up to a ceiling that is not there.
+/// The default look of walls and of the blocks of a map: plaster, up to an invisible ceiling.
 pub(crate) const WALL: Look = Look {
     color: Color::new(226, 221, 208),
     height: 2.5,
 };
-/// What boxes look like: a desk.
+/// The default look of boxes: a desk.
 pub(crate) const BOX: Look = Look {
     color: Color::new(176, 136, 92),
     height: 0.75,
 };
-/// What circles look like: something painted.
+/// The default look of circles: painted metal.
 const CIRCLE: Look = Look {
     color: Color::new(96, 134, 128),
     height: 0.75,
 };
 
-/// What a box is.
+/// A fixed or a movable box.
 enum Kind {
     Fixed(Fixture),
     Loose(loose::Placed),
 }
 
-/// What stands still, and the boxes among the rest that can be pushed.
+/// Reads the fixed things, and the boxes that are movable.
 pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<(Vec<Fixture>, Vec<loose::Placed>)> {
     let walls = each(
         document,
@@ -89,7 +89,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<(Vec<Fix
     Some((fixtures, movable))
 }
 
-/// The `color` and the `height` of a thing.
+/// Reads the `color` and the `height` of a thing.
 pub(crate) fn look(table: &Table<'_>, default: Look) -> Option<Look> {
     let color = table.optional("color", default.color, values::color);
     let height = table.optional("height", default.height, values::positive);
@@ -99,7 +99,7 @@ pub(crate) fn look(table: &Table<'_>, default: Look) -> Option<Look> {
     })
 }
 
-/// Reads every item of an array of tables, each with its name; nothing if any has a fault.
+/// Reads every item of an array of tables, each with its name; `None` if any has a fault.
 pub(crate) fn each<'a, T>(
     document: &'a Document<'a>,
     root: &Table<'a>,
@@ -171,7 +171,7 @@ fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
     Some(fixture(name, Outline::Box { center, size, angle }, look?))
 }
 
-/// Where a box is: its middle, its size and its angle.
+/// Reads the place of a box: its middle, its size and its angle in radians.
 pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> {
     let (center, size) = (
         table.required("center", values::point),

@@ -1,6 +1,6 @@
-//! What a value in a world file may be: numbers, points, sizes, texts and flags.
+//! The values of a world file: numbers, points, sizes, texts and flags.
 //!
-//! Each reader answers with the value, or with the place and what was expected there; none knows its key.
+//! Each reader returns the value, or its span and what was expected there. No reader knows its key.
 
 use std::ops::Range;
 
@@ -9,19 +9,20 @@ use toml::de::DeValue;
 use super::document::Item;
 use crate::color::{self, Color};
 
-/// What a reader of a value answers: the value, or where it is wrong and how.
+/// The result of a reader: the value, or its span and what is wrong with it.
 pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
 
-/// Greatest coordinate or length, in metres: what is farther in a world of robots is a slip of the pen.
+/// Greatest coordinate or length, in metres: a larger number is most likely a typing error.
 const FAR: f64 = 1e5;
 
-/// Least distance of two points that follow each other, in metres: what is nearer is lost by rounding at the end of a long way.
+/// Least distance of consecutive points, in metres: rounding at the end of a long way would lose a shorter
+/// one.
 const LEAST_LEG: f64 = 1e-6;
 
-/// Greatest speed of what moves on its own, in m/s, as that of robots.
+/// Greatest speed of a mover, in m/s: the same as that of robots.
 const FASTEST: f64 = 20.0;
 
-/// A number within [`FAR`].
+/// Reads a number within [`FAR`].
 pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
     let parsed = match item.get_ref() {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
@@ -56,7 +57,8 @@ pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
     }
 }
 
-/// A speed in m/s: in one step at the greatest a thing goes 0.2 m, and does not get past a robot that it must halt for.
+/// Reads a speed in m/s. At the greatest speed a thing moves 0.2 m in one step, and so cannot get past a
+/// robot that it must halt for.
 pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
     match positive(item)? {
         speed if speed <= FASTEST => Ok(speed),
@@ -64,22 +66,22 @@ pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
     }
 }
 
-/// Whether two points are as far from each other as a leg of a way has to be long.
+/// Returns whether two points are far enough apart for a leg of a way.
 pub(crate) fn apart(from: [f64; 2], to: [f64; 2]) -> bool {
     libm::hypot(to[0] - from[0], to[1] - from[1]) >= LEAST_LEG
 }
 
-/// A point `[x, y]`.
+/// Reads a point `[x, y]`.
 pub(crate) fn point(item: &Item<'_>) -> Read<[f64; 2]> {
     pair(item, "a point [x, y]", number)
 }
 
-/// A size `[along x, along y]`.
+/// Reads a size `[along x, along y]`.
 pub(crate) fn size(item: &Item<'_>) -> Read<[f64; 2]> {
     pair(item, "a size [along x, along y]", positive)
 }
 
-/// Two points or more, each apart from the one before it.
+/// Reads two or more points, each at a distance from the one before it.
 pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
     let Some(items) = item.get_ref().as_array() else {
         return Err((
@@ -143,7 +145,7 @@ fn pair(item: &Item<'_>, expected: &str, read: fn(&Item<'_>) -> Read<f64>) -> Re
     }
 }
 
-/// The kind of a value, with its article.
+/// Returns the kind of a value, with its article.
 pub(crate) fn named(item: &Item<'_>) -> String {
     let kind = item.get_ref().type_str();
     if kind.starts_with(['a', 'i', 'o']) {

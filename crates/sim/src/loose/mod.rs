@@ -1,7 +1,8 @@
-//! Things that are not fixed and do not move on their own: balls that roll, boxes that slide where they are pushed.
+//! Things that are not fixed and do not move on their own: balls that roll, and boxes that slide when they
+//! are pushed.
 //!
-//! Quasi-static: a box moves only while it is pushed, straight and without turning; a ball rolls on and slows down. Nothing
-//! ever enters anything else. How a robot pushes is in `push`, how a ball rolls in `roll`.
+//! The model is quasi-static. A box moves only while it is pushed, without turning. A ball rolls on and slows
+//! down. Nothing ever enters anything else. See `push` for robots that push, and `roll` for balls that roll.
 
 mod push;
 mod roll;
@@ -14,10 +15,11 @@ use crate::color::Color;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
 
-/// The gap that is kept between what touches, in metres: far above what rounding makes, far below what is seen.
+/// The gap that is kept between bodies in contact, in metres: far above rounding errors, too small to see.
 pub(crate) const SKIN: f64 = 1e-6;
 
-/// Rounding of a gap that does not change, in metres: what slides along a wall does not come nearer to it.
+/// The rounding of a gap that does not change, in metres: a body that slides along a wall does not approach
+/// it.
 const ROUNDING: f64 = 1e-12;
 
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +30,7 @@ pub(crate) enum Form {
     Box {
         size: [f64; 2],
         angle: f64,
-        /// How tall it is, in metres.
+        /// Its height, in metres.
         height: f64,
     },
 }
@@ -41,7 +43,7 @@ pub(crate) struct Body {
     pub(crate) mass: f64,
     pub(crate) color: Color,
     center: Vector,
-    /// Metres a second; of balls only.
+    /// Metres a second; always zero for a box.
     velocity: Vector,
     solid: Solid,
 }
@@ -52,12 +54,12 @@ pub(crate) struct Loose {
     bodies: Vec<Body>,
 }
 
-/// What loose things cannot move: walls, movers, robots.
+/// The things that loose things cannot move: walls, movers, robots.
 pub(crate) trait Firm {
-    /// The nearest point to a solid within reach of it, and the gap; nothing beyond.
+    /// Returns the nearest point within `reach` of a solid, and the gap to the solid; `None` beyond.
     fn nearest(&self, solid: &Solid, center: Vector, reach: f64) -> Option<(Vector, f64)>;
 
-    /// The gap within reach of a solid; infinite beyond.
+    /// Returns the gap to a solid within `reach`; infinite beyond.
     fn gap(&self, solid: &Solid, center: Vector, reach: f64) -> f64 {
         self.nearest(solid, center, reach)
             .map_or(f64::INFINITY, |(_, gap)| gap)
@@ -81,7 +83,7 @@ impl Body {
         &self.solid
     }
 
-    /// Two opposite corners of the rectangle around it.
+    /// Returns two opposite corners of its bounding box.
     pub(crate) fn corners(&self) -> [[f64; 2]; 2] {
         let area = self.solid.aabb();
         [area.mins.into(), area.maxs.into()]
@@ -113,7 +115,7 @@ impl Body {
         }
     }
 
-    /// The solid that it is when it is moved.
+    /// Returns its solid after a displacement.
     fn moved(&self, way: Vector) -> Solid {
         Solid::new(&outline(self.form, self.center + way))
     }
@@ -133,7 +135,8 @@ impl Loose {
         &self.bodies
     }
 
-    /// Whether a solid that moves would enter a thing; going away from one, or along it, is always allowed.
+    /// Returns whether a moving solid would enter a thing. Motion away from a thing, or along it, is always
+    /// allowed.
     pub(crate) fn hinder(&self, now: &Solid, next: &Solid) -> bool {
         self.bodies.iter().any(|body| {
             enters(body.solid.distance_to_solid(next), || {
@@ -143,7 +146,7 @@ impl Loose {
     }
 }
 
-/// Whether a gap is too small, and smaller than it was.
+/// Returns whether a gap is too small and smaller than before.
 fn enters(gap: f64, before: impl FnOnce() -> f64) -> bool {
     gap <= 0.0 || (gap < SKIN && gap < before() - ROUNDING)
 }

@@ -1,26 +1,28 @@
-//! How a robot pushes what is loose: everything its body would enter moves away from it by the least that makes room.
+//! How a robot pushes loose things: everything that its body would enter moves away by the least distance
+//! that makes room.
 //!
-//! Without friction: a thing leaves along the line of contact. What a pushed thing meets moves on with it.
+//! There is no friction: a thing moves along the line of contact. A pushed thing takes along what it meets.
 
 use parry2d_f64::math::Vector;
 
 use super::{Body, Firm, Form, Loose, SKIN, enters};
 
-/// How often what was pushed may come into the way of the same body again in one piece of its way.
+/// How many times pushed things may come back into the way of the same body, in one piece of its way.
 const ROUNDS: usize = 4;
 
 /// A round body that pushes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pusher {
     pub(crate) radius: f64,
-    /// The heaviest load in kilograms that it can push.
+    /// The heaviest load that it can push, in kilograms.
     pub(crate) strength: f64,
 }
 
 impl Loose {
-    /// Makes room for a body at a point, where it comes within `dt` seconds.
+    /// Makes room for a body at a point that it reaches within `dt` seconds.
     ///
-    /// Gives the kilograms that moved, or nothing if something is held or too heavy; then nothing has moved.
+    /// Returns the kilograms that moved. Returns `None` if something blocks the things or they are too heavy;
+    /// then nothing has moved.
     pub(crate) fn make_room(
         &mut self,
         pusher: Pusher,
@@ -71,7 +73,8 @@ impl Loose {
         None
     }
 
-    /// Moves a thing, and with it by the same way all that it meets; `chain` has those that already move so.
+    /// Moves a thing, and by the same displacement everything that it meets. `chain` marks the things that
+    /// already move so.
     fn shift(
         &mut self,
         index: usize,
@@ -103,7 +106,7 @@ impl Loose {
         body.go(way);
         if let Form::Ball { .. } = body.form {
             let (ahead, speed) = (way.normalize(), way.length() / dt);
-            // It rolls on at least as fast as it was pushed, and no slower than it rolled already.
+            // It rolls on at least as fast as it was pushed, and no slower than it rolled before.
             body.velocity += ahead * (speed - body.velocity.dot(ahead)).max(0.0);
         }
         Some(())
@@ -115,10 +118,10 @@ impl Loose {
     }
 }
 
-/// The way by which a thing must go, if the body at a point enters it.
+/// Returns the displacement that frees a thing from the body at a point, if the body enters the thing.
 fn depth(body: &Body, pusher: Pusher, center: Vector) -> Option<Vector> {
     let away = body.solid.nearest(center) - center;
     let gap = away.length() - pusher.radius;
-    // A centre within the thing has no way out; the pieces of a way are too short for it to get there.
+    // A centre inside the thing has no way out. The pieces of a way are too short to get there.
     (gap < 0.0 && away.length() > 0.0).then(|| away.normalize() * (SKIN - gap))
 }

@@ -1,28 +1,28 @@
-//! How balls roll: ever slower, and softly off what they meet.
+//! How balls roll: they slow down, and bounce softly off what they meet.
 //!
-//! The energy of a ball never grows by itself; only a robot that pushes gives it any.
+//! The energy of a ball never grows by itself; only a robot that pushes it adds energy.
 
 use parry2d_f64::math::Vector;
 
 use super::{Firm, Form, Loose, SKIN, enters};
 
-/// What rolling takes from a speed in a second, in m/s²: a light ball on a carpet.
+/// The deceleration of rolling, in m/s²: a light ball on a carpet.
 const ROLLING: f64 = 0.2;
-/// The part of a speed that a ball keeps when it bounces: a soft one.
+/// The part of its speed that a ball keeps when it bounces: a soft ball.
 const RESTITUTION: f64 = 0.5;
-/// The part of its radius that a ball rolls in one step at most: it cannot get through a wall between two of them.
+/// The greatest part of its radius that a ball rolls in one step, so that it cannot pass through a wall.
 const STRIDE: f64 = 0.5;
 
 /// What a ball meets.
 enum Met {
-    /// Something that does not give, in the direction from it to the ball.
+    /// An immovable thing, with the direction from it to the ball.
     Firm(Vector),
     /// Another ball.
     Ball(usize),
 }
 
 impl Loose {
-    /// Rolls every ball on for `dt` seconds, in the order of the file.
+    /// Rolls every ball for `dt` seconds, in the order of the file.
     pub(crate) fn roll(&mut self, dt: f64, firm: &impl Firm) {
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
@@ -44,7 +44,7 @@ impl Loose {
         }
     }
 
-    /// What is nearest to where a ball would be, if it would be too near.
+    /// Returns the nearest thing to a ball's next place, if that thing would be too near.
     fn meets(&self, index: usize, way: Vector, firm: &impl Firm) -> Option<Met> {
         let body = &self.bodies[index];
         let (center, solid) = (body.center + way, body.moved(way));
@@ -74,7 +74,7 @@ impl Loose {
             .map(|(_, met)| met)
     }
 
-    /// Turns the ball back where it is; it rolls away in the next step.
+    /// Reflects the velocity of a ball. The ball stays in place, and rolls away in the next step.
     fn bounce(&mut self, index: usize, met: Met) {
         match met {
             Met::Firm(away) => {
@@ -84,7 +84,8 @@ impl Loose {
                 if nearing < 0.0 {
                     body.velocity -= away * ((1.0 + RESTITUTION) * nearing);
                 } else {
-                    // Past the point of a corner it goes away from it again, yet got too near on the way there.
+                    // The ball has passed the point of a corner and moves away from it, yet it came too near
+                    // on the way.
                     body.velocity *= -RESTITUTION;
                 }
             }

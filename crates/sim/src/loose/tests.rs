@@ -1,4 +1,4 @@
-//! Balls among themselves: what they have they only lose.
+//! Balls and their energy, which only decreases.
 
 use parry2d_f64::math::Vector;
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use crate::color::Color;
 use crate::shape::Outline;
 use crate::solid::Solid;
 
-/// A square of walls, 2 m a side, around the origin.
+/// A square of walls around the origin, with sides of 2 m.
 struct Pen([Solid; 4]);
 
 impl Pen {

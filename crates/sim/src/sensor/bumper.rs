@@ -1,30 +1,31 @@
-//! Bumper rings: which segments of the body touch something.
+//! Bumper rings: the segments of the body that touch something.
 //!
 //! The sides, where the wheels are, have none.
 
 use crate::geometry::{Pose2, wrap_angle};
 
-/// The middles of the segments in degrees, ahead from left to right; those behind are the same, half a turn on.
-/// A segment reaches half way to its neighbours, and the outer ones as far to the other side.
+/// The middles of the front segments in degrees, from left to right. The rear segments are the same, turned
+/// by half a turn. A segment extends half way to its neighbours; the outer ones extend as far to their other
+/// side.
 pub const BUMPER_HEADINGS: [f64; 5] = [52.0, 19.0, 0.0, -19.0, -52.0];
 
-/// Which bumpers are pressed; clockwise as seen from above, as the Pioneer numbers them.
+/// The pressed bumpers, clockwise as seen from above: the numbering of the Pioneer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bumpers {
-    /// Ahead, from left to right.
+    /// At the front, from left to right.
     pub front: [bool; 5],
-    /// Behind, from the robot's right to its left.
+    /// At the rear, from the robot's right to its left.
     pub rear: [bool; 5],
 }
 
 impl Bumpers {
-    /// Tells whether any is pressed.
+    /// Returns whether any is pressed.
     pub fn any(&self) -> bool {
         self.front.iter().chain(&self.rear).any(|&pressed| pressed)
     }
 }
 
-/// Presses the segments that face points of contact on a body.
+/// Returns the bumpers of a body at `pose` that face the points of contact.
 pub(crate) fn press(pose: Pose2, touched: impl Iterator<Item = [f64; 2]>) -> Bumpers {
     let mut bumpers = Bumpers::default();
     for point in touched {
@@ -42,7 +43,7 @@ pub(crate) fn press(pose: Pose2, touched: impl Iterator<Item = [f64; 2]>) -> Bum
 }
 
 fn segment(degrees: f64) -> Option<usize> {
-    // Half way between neighbours; the outermost edge mirrors the inner one of its segment.
+    // Half way between neighbours; each outermost edge mirrors the inner edge of its segment.
     const EDGES: [f64; 6] = [68.5, 35.5, 9.5, -9.5, -35.5, -68.5];
     (0..5).find(|&index| degrees <= EDGES[index] && degrees > EDGES[index + 1])
 }

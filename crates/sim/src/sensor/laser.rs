@@ -1,6 +1,6 @@
 //! A scanning laser: one ray a beam.
 //!
-//! All beams of a scan are taken at one instant; the sweep of a turning mirror is not modelled.
+//! All beams of a scan are taken at one instant. The sweep of a turning mirror is not modelled.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,25 +8,26 @@ use crate::error::{WorldError, check};
 use crate::geometry::Pose2;
 use crate::random::Noise;
 
-/// A laser on a robot. By default 180 beams over half a turn, as far as 8 m.
+/// A laser on a robot. By default 180 beams over half a turn, with a range of 8 m.
 ///
-/// Beam `i` looks along `angle(i) = -field_of_view / 2 + i · field_of_view / beams` in the frame of the laser, from right to
-/// left: 180 beams over 180° look at -90°, -89°, ... +89°, and a full turn repeats no direction.
+/// Beam `i` points along `angle(i) = -field_of_view / 2 + i · field_of_view / beams` in the frame of the
+/// laser, from right to left: 180 beams over 180° point along -90°, -89°, ... +89°, and a full turn repeats
+/// no direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserConfig {
-    /// Where it sits on the robot, in the robot's frame.
+    /// Its pose on the robot, in the robot's frame.
     pub mount: Pose2,
     /// Rays in a scan.
     pub beams: usize,
     /// The angle that the scan covers, in radians.
     pub field_of_view: f64,
-    /// The nearest distance it can measure, in metres.
+    /// The shortest distance that it measures, in metres.
     pub range_min: f64,
-    /// The farthest distance it can measure, in metres.
+    /// The longest distance that it measures, in metres.
     pub range_max: f64,
     /// Standard deviation of a range, in metres.
     pub sigma: f64,
-    /// Tells apart the noise of several lasers of one robot.
+    /// Separates the noise of several lasers of one robot.
     pub stream: u16,
 }
 
@@ -41,7 +42,7 @@ impl Default for LaserConfig {
             },
             beams: 180,
             field_of_view: PI,
-            // Nearer than the body's own edge: nothing outside the robot is too near.
+            // Inside the body's own edge: nothing outside the robot is too near.
             range_min: 0.02,
             range_max: 8.0,
             // The statistical error of a SICK LMS200 on its 8 m range is 5 mm.
@@ -52,27 +53,27 @@ impl Default for LaserConfig {
 }
 
 impl LaserConfig {
-    /// Gives the direction of the first beam, in radians.
+    /// Returns the direction of the first beam, in radians.
     pub fn angle_min(&self) -> f64 {
         -self.field_of_view / 2.0
     }
 
-    /// Gives the angle between neighbouring beams, in radians.
+    /// Returns the angle between neighbouring beams, in radians.
     pub fn angle_increment(&self) -> f64 {
         self.field_of_view / self.beams as f64
     }
 
-    /// Gives the direction of the last beam, in radians: one increment short of the edge.
+    /// Returns the direction of the last beam, in radians: one increment short of the edge.
     pub fn angle_max(&self) -> f64 {
         self.angle(self.beams.saturating_sub(1))
     }
 
-    /// Gives the direction of a beam, in radians.
+    /// Returns the direction of a beam, in radians.
     pub fn angle(&self, beam: usize) -> f64 {
         self.angle_min() + beam as f64 * self.angle_increment()
     }
 
-    /// Checks every number, and names the first that cannot work.
+    /// Checks every number. Errors: the first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         let any = |_| true;
         check("laser mount.x", self.mount.x, "a finite number", any)?;
@@ -99,7 +100,7 @@ impl LaserConfig {
         check("laser sigma", self.sigma, "0 m or more", |value| value >= 0.0)
     }
 
-    /// Fills a scan; `cast` gives the distance to the first thing on a ray.
+    /// Fills a scan. `cast` returns the distance to the first thing on a ray.
     pub(crate) fn scan(
         &self,
         robot: Pose2,

@@ -1,4 +1,4 @@
-//! What the robots can measure, each sampled when it is asked for.
+//! The sensors of the robots, each sampled when it is read.
 //!
 //! Reading changes nothing: the same sensor at the same time gives the same values, noise included.
 
@@ -12,8 +12,8 @@ pub use sonar::SonarConfig;
 
 pub(crate) use bumper::press;
 
-/// What a range finder reports for a true distance and the error of its reading, after ROS REP-117: plus infinity for
-/// nothing within its reach, minus infinity for something too near to measure.
+/// Returns the reading of a range finder for a true distance and an error, after ROS REP-117: plus infinity
+/// for nothing within its range, minus infinity for something too near to measure.
 fn reading(distance: Option<f64>, error: f64, min: f64, max: f64) -> f32 {
     match distance.map(|distance| distance + error) {
         Some(range) if range < min => f32::NEG_INFINITY,

@@ -1,30 +1,31 @@
-//! A ring of sonars: the nearest thing in each cone, however thin.
+//! A ring of sonars: each reports the nearest thing in its cone, however thin.
 //!
-//! Echoes from mirrors, crosstalk and surfaces that reflect away from the sensor are not modelled.
+//! Multiple reflections, crosstalk and surfaces that reflect away from the sensor are not modelled.
 
 use crate::error::{WorldError, check};
 use crate::geometry::Pose2;
 use crate::random::Noise;
 
-/// Sonars on a robot. By default the 16 of a Pioneer P3-DX: eight ahead from left to right, then eight behind from right
-/// to left.
+/// Sonars on a robot. By default the 16 of a Pioneer P3-DX: eight at the front from left to right, then eight
+/// at the rear from right to left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SonarConfig {
-    /// Where each sits and looks, in the robot's frame.
+    /// The pose of each sonar, in the robot's frame.
     pub mounts: Vec<Pose2>,
     /// The whole angle of each cone, in radians.
     pub cone: f64,
-    /// The nearest distance it can measure, in metres.
+    /// The shortest distance that it measures, in metres.
     pub range_min: f64,
-    /// The farthest distance it can measure, in metres.
+    /// The longest distance that it measures, in metres.
     pub range_max: f64,
     /// Standard deviation of a range, in metres.
     pub sigma: f64,
-    /// Tells apart the noise of several rings of one robot.
+    /// Separates the noise of several rings of one robot.
     pub stream: u16,
 }
 
-/// Millimetres and degrees of the left half of the ring of a P3-DX, front to rear (SonarUnit in ARIA's p3dx.p).
+/// The left half of the ring of a P3-DX, front to rear, in millimetres and degrees (SonarUnit in ARIA's
+/// p3dx.p).
 const LEFT: [[f64; 3]; 8] = [
     [69.0, 136.0, 90.0],
     [114.0, 119.0, 50.0],
@@ -59,7 +60,7 @@ impl Default for SonarConfig {
 }
 
 impl SonarConfig {
-    /// Checks every number, and names the first that cannot work.
+    /// Checks every number. Errors: the first number that is invalid.
     pub fn check(&self) -> Result<(), WorldError> {
         for mount in &self.mounts {
             check("sonar mount.x", mount.x, "a finite number", |_| true)?;
@@ -87,7 +88,8 @@ impl SonarConfig {
         check("sonar sigma", self.sigma, "0 m or more", |value| value >= 0.0)
     }
 
-    /// Fills one range a sonar; `cast` gives the distance to the first thing in the cone around a direction.
+    /// Fills one range a sonar. `cast` returns the distance to the nearest thing in the cone around a
+    /// direction.
     pub(crate) fn measure(
         &self,
         robot: Pose2,

@@ -1,6 +1,6 @@
-//! What does not give way to loose things: what is fixed, what moves on its own, and robots.
+//! The things that loose things cannot move: fixed things, movers and robots.
 //!
-//! A view of the world; moves nothing.
+//! A read-only view of the world.
 
 use parry2d_f64::math::Vector;
 
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::shape::Outline;
 use crate::solid::Solid;
 
-/// The firm part of a world, with the robots that are in their places.
+/// The immovable part of a world, with the robots at their present poses.
 pub(super) struct Standing<'a> {
     scene: &'a Scene,
     movers: &'a [Mover],

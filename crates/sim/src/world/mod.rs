@@ -1,6 +1,6 @@
-//! The world: its time and its things. What is done to its robots is in `robots`, what can be measured in `senses`.
+//! The world: its time and its things. `robots` changes its robots, `senses` measures.
 //!
-//! Time is counted in whole steps, so that a history does not depend on who advances the world, or how often.
+//! Time advances in whole steps, so that a history does not depend on how the caller divides the time.
 
 mod firm;
 mod pictures;
@@ -25,10 +25,11 @@ use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::shape::Shape;
 
-/// The length of a step in nanoseconds: short beside the periods of schemas, long enough to run a day in seconds.
+/// The length of a step in nanoseconds: short compared with periods of schemas, long enough to run a day in
+/// seconds.
 pub const STEP_NS: u64 = 10_000_000;
 
-/// A world with its robots; made by [`World::load`] or [`World::parse`].
+/// A world with its robots. [`World::load`] and [`World::parse`] create it.
 pub struct World {
     name: String,
     seed: u64,
@@ -42,16 +43,16 @@ pub struct World {
     warnings: Vec<Fault>,
 }
 
-/// A start of the world file, and the robot that took it.
+/// A start of the world file, and the robot that was added there.
 struct Berth {
     start: Start,
     robot: Option<Robot>,
 }
 
 impl World {
-    /// Reads a world file, and the map it names; `seed` decides all noise.
+    /// Reads a world file and the map that it names. `seed` determines all noise.
     ///
-    /// Errors: all the faults of the files together, each with its file and line.
+    /// Errors: all faults of the files, each with its file and line.
     pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let path = path.as_ref();
         let text = file::text_of(path).map_err(|error| {
@@ -64,9 +65,10 @@ impl World {
         Self::parse(&text, path, seed)
     }
 
-    /// Makes a world from the text of a file; `path` names it in errors, and a map is looked for beside it.
+    /// Creates a world from the text of a world file. `path` names it in errors; a map's path is relative to
+    /// its folder.
     ///
-    /// Errors: all the faults of the text and the map together, each with its file and line.
+    /// Errors: all faults of the text and the map, each with its file and line.
     pub fn parse(text: &str, path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let Plan {
             name,
@@ -95,22 +97,24 @@ impl World {
         })
     }
 
-    /// Gives the name in the file, or the file's own name.
+    /// Returns the name in the file, or the stem of the file's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Gives what is legal in the files but doubtful: a world without walls, a mover whose way crosses a thing.
+    /// Returns what is legal in the files but doubtful: a world without walls, a mover whose way crosses a
+    /// thing.
     pub fn warnings(&self) -> &[Fault] {
         &self.warnings
     }
 
-    /// Gives the rectangle that holds the world: the one its file states, or the one around all it names.
+    /// Returns the bounds of the world: those that its file states, or else the box around all that the file
+    /// names.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// Gives everything that stands or moves, as it is now, but for the robots.
+    /// Returns all things as they are now, except the robots.
     pub fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
         let loose = self.loose.bodies().iter().map(loose::Body::shape);
         self.scene
@@ -119,14 +123,15 @@ impl World {
             .chain(loose)
     }
 
-    /// Gives the present time in nanoseconds: a whole number of steps, at most one behind what the world was advanced to.
+    /// Returns the present time in nanoseconds: a multiple of [`STEP_NS`], less than one step behind the time
+    /// that the world was advanced to.
     pub fn now(&self) -> u64 {
         self.steps * STEP_NS
     }
 
-    /// Moves everything on to a time in nanoseconds; a time that is past changes nothing.
+    /// Steps the world up to a time in nanoseconds. A time in the past changes nothing.
     ///
-    /// The cost is one step for each [`STEP_NS`] of the way.
+    /// It takes one step for each [`STEP_NS`].
     pub fn advance_to(&mut self, time_ns: u64) {
         while self.steps < time_ns / STEP_NS {
             self.step();
@@ -143,7 +148,7 @@ impl World {
         loose.roll(dt, &self.firm());
         self.steps += 1;
         for index in 0..self.berths.len() {
-            // Taken out for its step, so that the rest of the world can be asked for its clearance.
+            // The robot is taken out for its step, so that its closures can borrow the rest of the world.
             let Some(mut robot) = self.berths[index].robot.take() else {
                 continue;
             };
@@ -162,7 +167,7 @@ impl World {
         self.feel();
     }
 
-    /// Has every robot note the gap around it, once all stand where they stand.
+    /// Updates every robot's clearance, after all have moved.
     fn feel(&mut self) {
         for index in 0..self.berths.len() {
             let Some(robot) = &self.berths[index].robot else {
@@ -175,7 +180,8 @@ impl World {
         }
     }
 
-    /// What is nearest to a round body of all that stands, moves or lies about, and the gap; negative when they overlap.
+    /// Returns the nearest thing to a round body, loose things included, and the gap. The gap is negative on
+    /// overlap.
     fn vacancy(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
         let center = Vector::new(pose.x, pose.y);
         let loose = self.loose.bodies().iter().map(|body| {
@@ -190,7 +196,8 @@ impl World {
         )
     }
 
-    /// What is nearest to a round body but for what is loose, and the gap; negative when they overlap.
+    /// Returns the nearest thing to a round body, loose things excluded, and the gap. The gap is negative on
+    /// overlap.
     fn clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
         let center = Vector::new(pose.x, pose.y);
         let fixed = self.scene.nearest(center);

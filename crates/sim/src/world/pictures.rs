@@ -1,6 +1,6 @@
-//! What a camera sees of a world.
+//! Camera pictures of a world.
 //!
-//! Changes nothing: a picture is of the world's present time.
+//! A picture shows the present time and changes nothing.
 
 use super::{RobotId, World};
 use crate::camera::{CameraConfig, Stage};
@@ -8,10 +8,10 @@ use crate::error::WorldError;
 use crate::loose::Form;
 
 impl World {
-    /// Fills `picture` with what a camera on a robot sees: RGB, three bytes a pixel, rows from the top.
+    /// Fills `picture` with the view of a camera on a robot: RGB, three bytes a pixel, rows from the top.
     ///
-    /// The robot itself is not in it. The same world gives the same bytes.
-    /// Errors: a buffer of another length than [`CameraConfig::bytes`], numbers that cannot work.
+    /// The picture never shows the robot itself. The same world gives the same bytes.
+    /// Errors: a buffer whose length is not [`CameraConfig::bytes`], an invalid number in the configuration.
     pub fn picture(
         &self,
         robot: RobotId,

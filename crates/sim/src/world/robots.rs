@@ -1,6 +1,6 @@
-//! The robots of a world: who is in it, what each is told, and where it is put.
+//! The robots of a world: adding, removing, commanding and placing them.
 //!
-//! Nothing here lets time pass.
+//! No time passes here.
 
 use super::World;
 use crate::config::RobotConfig;
@@ -11,19 +11,20 @@ use crate::head::HeadCommand;
 use crate::random::{Noise, Purpose};
 use crate::robot::Robot;
 
-/// A robot of a world; valid for the world that gave it, as long as the robot is in it.
+/// A robot of a world. It is valid in the world that returned it, while the robot is in that world.
 ///
-/// Whatever takes an id panics once its robot has been removed. A robot that is added again has the id it had before.
+/// Every function that takes an id panics after its robot has been removed. A robot that is added again gets
+/// its earlier id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct RobotId(pub(super) usize);
 
 impl World {
-    /// Gives the robots that the file has starts for, whether they have been added or not.
+    /// Returns the names of the robots that have a start in the file, whether or not they have been added.
     pub fn robot_names(&self) -> impl Iterator<Item = &str> {
         self.berths.iter().map(|berth| berth.start.robot.as_str())
     }
 
-    /// Gives the robots that have been added, in the order of the file.
+    /// Returns the robots that have been added, in the order of the file.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &str)> {
         let added = self
             .berths
@@ -33,9 +34,10 @@ impl World {
         added.map(|(index, berth)| (RobotId(index), berth.start.robot.as_str()))
     }
 
-    /// Puts a robot at its start, at rest. The order in which robots are added makes no difference.
+    /// Adds a robot at its start, at rest. The order in which robots are added makes no difference.
     ///
-    /// Errors: a name without a start, a robot added before, numbers that cannot work, something in its place.
+    /// Errors: a name without a start, a robot that is in the world already, an invalid number in `config`, a
+    /// start that is not free.
     pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
         config.check()?;
         let index = self
@@ -75,9 +77,9 @@ impl World {
         Ok(RobotId(index))
     }
 
-    /// Tells a robot how to move from the next step on, within the limits of its motors, until it is told otherwise.
+    /// Sets a robot's motion from the next step until the next command, within the limits of its motors.
     ///
-    /// Errors: a number that is not finite; the robot keeps the command before.
+    /// Errors: a number that is not finite. The robot then keeps its earlier command.
     pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
         if !twist.is_finite() {
             let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
@@ -91,19 +93,19 @@ impl World {
         Ok(())
     }
 
-    /// Gives the numbers that the robot was added with.
+    /// Returns the configuration with which the robot was added.
     pub fn config(&self, robot: RobotId) -> &RobotConfig {
         &self.robot(robot).config
     }
 
-    /// Gives the robot's name.
+    /// Returns the robot's name.
     pub fn robot_name(&self, robot: RobotId) -> &str {
         &self.berths[robot.0].start.robot
     }
 
-    /// Tells a robot's head where to look from the next step on, within its limits.
+    /// Sets the direction of a robot's head from the next step, within its limits.
     ///
-    /// Errors: a number that is not finite; the head keeps the command before.
+    /// Errors: a number that is not finite. The head then keeps its earlier command.
     pub fn command_head(&mut self, robot: RobotId, command: HeadCommand) -> Result<(), WorldError> {
         if !command.is_finite() {
             let robot = self.robot_name(robot).to_owned();
@@ -113,10 +115,10 @@ impl World {
         Ok(())
     }
 
-    /// Puts a robot elsewhere, at rest; it stands there until it is commanded again.
+    /// Moves a robot to another pose, at rest. It stays there until the next command.
     ///
-    /// Its odometry does not jump, as with a real robot that is lifted.
-    /// Errors: something in the way, a place outside the world's bounds; the robot stays where it is.
+    /// Its odometry does not jump, like that of a real robot that is lifted.
+    /// Errors: a place that is not free, or outside the world's bounds. The robot then stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
         let name = self.robot_name(robot);
         if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
@@ -141,13 +143,13 @@ impl World {
         Ok(())
     }
 
-    /// Takes a robot out of the world; its id is valid no more until it is added again, at its start.
+    /// Removes a robot from the world. Its id becomes invalid until the robot is added again, at its start.
     pub fn remove_robot(&mut self, robot: RobotId) {
         self.berths[robot.0].robot = None;
         self.feel();
     }
 
-    /// Has a robot's odometry begin anew at zero, where the robot is; its encoders go on counting.
+    /// Sets a robot's odometry to zero at its present pose. Its encoders keep their counts.
     pub fn reset_odometry(&mut self, robot: RobotId) {
         self.robot_mut(robot).odometer.reset();
     }

@@ -1,4 +1,4 @@
-//! What can be measured in a world, and what is true of it.
+//! Measurements of a world, and the ground truth.
 //!
 //! Nothing here changes the world.
 
@@ -19,9 +19,10 @@ use crate::shape::Outline;
 use crate::solid;
 
 impl World {
-    /// Fills `ranges`, one a beam from right to left, with metres; +∞ for no return, -∞ for too near (REP-117).
+    /// Fills `ranges` with metres, one value a beam from right to left; +∞ is no return, -∞ is too near
+    /// (REP-117).
     ///
-    /// Errors: a buffer of another length than `beams`, numbers that cannot work.
+    /// Errors: a buffer whose length is not `beams`, an invalid number in the configuration.
     pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
         laser.check()?;
         buffer("laser", ranges.len(), laser.beams)?;
@@ -32,9 +33,10 @@ impl World {
         Ok(())
     }
 
-    /// Fills `ranges`, one a sonar in the order of its mounts, with metres; +∞ for no echo, -∞ for too near.
+    /// Fills `ranges` with metres, one value a sonar in the order of its mounts; +∞ is no echo, -∞ is too
+    /// near.
     ///
-    /// Errors: a buffer of another length than the mounts, numbers that cannot work.
+    /// Errors: a buffer whose length is not the number of mounts, an invalid number in the configuration.
     pub fn sonars(&self, robot: RobotId, ring: &SonarConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
         ring.check()?;
         buffer("sonars", ranges.len(), ring.mounts.len())?;
@@ -45,27 +47,27 @@ impl World {
         Ok(())
     }
 
-    /// Gives the pose and twist that the wheels measured.
+    /// Returns the pose and twist that the wheels measured.
     pub fn odometry(&self, robot: RobotId) -> Odometry {
         self.robot(robot).odometer.odometry
     }
 
-    /// Gives the ticks that the wheels counted.
+    /// Returns the ticks that the wheels counted.
     pub fn encoders(&self, robot: RobotId) -> Encoders {
         self.robot(robot).odometer.encoders
     }
 
-    /// Gives where a robot's head looks, and how it turns.
+    /// Returns the direction and the turn rates of a robot's head.
     pub fn head(&self, robot: RobotId) -> Head {
         self.robot(robot).head
     }
 
-    /// Gives the state of a robot's battery.
+    /// Returns the state of a robot's battery.
     pub fn battery(&self, robot: RobotId) -> Battery {
         self.robot(robot).battery
     }
 
-    /// Gives the bumpers that touch something now.
+    /// Returns the bumpers that touch something now.
     pub fn bumpers(&self, robot: RobotId) -> Bumpers {
         let Robot {
             truth: Truth { pose, .. },
@@ -98,19 +100,21 @@ impl World {
         )
     }
 
-    /// Gives what is true of a robot.
+    /// Returns the ground truth of a robot.
     pub fn truth(&self, robot: RobotId) -> Truth {
         self.robot(robot).truth
     }
 
-    /// Gives the distance along a ray to the first thing, mover or robot but `except`; nothing beyond `max` metres. A person is a
-    /// round body to it, as to a sonar; a laser sees the legs.
+    /// Returns the distance in metres along a ray to the first thing, mover or robot except `except`, or
+    /// `None` if there is none within `max` metres. As for a sonar, a person is a round body; a laser would
+    /// hit the legs.
     pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
         self.cast(Echo::Sound, origin, angle, max, except)
     }
 
-    /// Gives the distance to the first thing, mover or robot but `except`, in a cone of so many radians around a direction, half a turn at
-    /// most: nothing in it is missed, however thin it is. Nothing beyond `max` metres. A person is a round body to it.
+    /// Returns the distance in metres to the nearest thing, mover or robot except `except` in a cone, or
+    /// `None` if there is none within `max` metres. `cone` is the whole angle in radians around `heading`, at
+    /// most π. The cone misses nothing, however thin. A person is a round body.
     pub fn cast_cone(
         &self,
         origin: [f64; 2],
@@ -151,7 +155,7 @@ impl World {
         nearest
     }
 
-    /// Looks at everything that does not stand where it is, but one robot.
+    /// Calls `look` with every solid that is not fixed, except one robot.
     fn each_free(&self, echo: Echo, except: Option<RobotId>, mut look: impl FnMut(&solid::Solid)) {
         for mover in &self.movers {
             match echo {
@@ -173,12 +177,12 @@ impl World {
     }
 }
 
-/// What a ray is of, for it decides what a person is to it.
+/// The kind of a ray: it determines what a person is to it.
 #[derive(Clone, Copy, Debug)]
 enum Echo {
-    /// A thin ray near the floor, which meets legs.
+    /// A thin ray near the floor, which hits legs.
     Light,
-    /// A wide lobe, which meets the whole body.
+    /// A wide lobe, which hits the whole body.
     Sound,
 }
 
