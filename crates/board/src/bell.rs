@@ -1,4 +1,4 @@
-//! Wakes the threads that wait for the next value. Costs the writer a load while nobody waits.
+//! Wakes the threads that wait for the next value. It costs the writer one load while no thread waits.
 
 use std::sync::atomic::{AtomicU32, Ordering, fence};
 use std::time::{Duration, Instant};
@@ -14,17 +14,19 @@ pub(crate) struct Bell {
 }
 
 impl Bell {
-    /// Wakes everybody who waits. To be called after what they wait for has been written, sequentially consistent.
+    /// Wakes all waiting threads. The caller must first write what they wait for, with a sequentially
+    /// consistent store.
     pub(crate) fn ring(&self) {
-        // With the fence in `wait`: either this thread sees that somebody waits, or that one sees the new value.
+        // With the fence in `wait`: either this thread sees the waiting thread, or that thread sees the new
+        // value.
         if self.waiting.load(Ordering::SeqCst) != 0 {
             self.rung.fetch_add(1, Ordering::Release);
-            // Fails only for a bad address, which this is not.
+            // This fails only for an invalid address, and this one is valid.
             let _ = futex::wake(&self.rung, futex::Flags::PRIVATE, u32::MAX >> 1);
         }
     }
 
-    /// Waits until `done` or the time is over.
+    /// Waits until `done` returns true or the timeout ends.
     pub(crate) fn wait(&self, timeout: Duration, done: impl Fn() -> bool) {
         let deadline = Instant::now().checked_add(timeout);
         self.waiting.fetch_add(1, Ordering::Relaxed);
@@ -39,7 +41,7 @@ impl Bell {
                 break;
             }
             let left = left.and_then(|left| Timespec::try_from(left).ok());
-            // Woken, interrupted, rung meanwhile or out of time: in every case the loop looks again.
+            // Woken, interrupted, rung meanwhile or timed out: in every case the loop checks again.
             let _ = futex::wait(&self.rung, futex::Flags::PRIVATE, rung, left.as_ref());
         }
         self.waiting.fetch_sub(1, Ordering::Relaxed);

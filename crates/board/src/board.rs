@@ -1,4 +1,4 @@
-//! The board: all shared variables of an application by name. Does not know what they are for.
+//! The board: all shared variables of an application by name. It refuses to know their meaning.
 
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -6,7 +6,8 @@ use std::sync::{Arc, PoisonError, RwLock};
 use crate::nearest::nearest;
 use crate::{Declaration, Error, Variable};
 
-/// All shared variables of an application. Each schema is a name space of its own: `owner.name`. Any thread may call it.
+/// All shared variables of an application. Each schema has its own name space: `owner.name`. Any thread may
+/// call it.
 #[derive(Default)]
 pub struct Board {
     variables: RwLock<Variables>,
@@ -19,7 +20,7 @@ struct Variables {
 }
 
 impl Board {
-    /// An empty board.
+    /// Returns an empty board.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -28,15 +29,17 @@ impl Board {
     /// Adds a variable.
     ///
     /// # Errors
-    /// A name in use or empty; an initial value of the wrong size or not finite; more readers and writers than a cell can have.
+    /// The name is in use or empty, the initial value has the wrong size, is not finite or is outside of the
+    /// limits, or there are more readers and writers than a cell can have.
     pub fn declare(&self, declaration: Declaration) -> Result<Arc<Variable>, Error> {
         self.add(declaration, false)
     }
 
-    /// As [`Self::declare`]; other processes can map its values, unless they are copied rather than borrowed because they are small.
+    /// Adds a variable as [`Self::declare`] does. Other processes can map its values, unless they are small:
+    /// small values are copied and cannot be mapped.
     ///
     /// # Errors
-    /// As [`Self::declare`]; and when the system has no such memory.
+    /// As [`Self::declare`], and if the system has no memory that can be mapped.
     pub fn declare_shared(&self, declaration: Declaration) -> Result<Arc<Variable>, Error> {
         self.add(declaration, true)
     }
@@ -54,7 +57,7 @@ impl Board {
         Ok(variable)
     }
 
-    /// The variable of that full name, if there is one.
+    /// Returns the variable with this full name, if there is one.
     #[must_use]
     pub fn find(&self, full_name: &str) -> Option<Arc<Variable>> {
         let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
@@ -62,10 +65,10 @@ impl Board {
         Some(variables.declared[place].clone())
     }
 
-    /// The variable of that full name.
+    /// Returns the variable with this full name.
     ///
     /// # Errors
-    /// [`Error::Unknown`], which names the nearest there is.
+    /// [`Error::Unknown`], with the nearest existing name.
     pub fn get(&self, full_name: &str) -> Result<Arc<Variable>, Error> {
         self.find(full_name).ok_or_else(|| {
             let names: Vec<String> = self
@@ -79,7 +82,7 @@ impl Board {
         })
     }
 
-    /// All variables as they are now, in the order in which they were declared.
+    /// Returns all variables that exist now, in the order of their declarations.
     pub fn list(&self) -> impl Iterator<Item = Arc<Variable>> + use<> {
         let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
         variables.declared.clone().into_iter()

@@ -1,4 +1,4 @@
-//! What a variable is declared to be, and what each of its values carries.
+//! The declaration of a variable, and the stamp of its values.
 
 use std::sync::Arc;
 
@@ -11,14 +11,14 @@ use crate::store::Cell;
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
 
-/// What each value of a variable carries.
+/// What accompanies each value of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
-    /// When it was measured or written.
+    /// When the value was measured or written.
     pub time: Nanos,
     /// Counts the values of the variable from 1; 0 is the initial value.
     pub sequence: u64,
-    /// Who wrote it; [`Stamp::NOBODY`] for the initial value.
+    /// The id of its writer; [`Stamp::NOBODY`] for the initial value.
     pub writer: u32,
     /// When a command stops being in force; `u64::MAX` for values that stay.
     pub valid_until: Nanos,
@@ -29,24 +29,26 @@ impl Stamp {
     pub const NOBODY: u32 = u32::MAX;
 }
 
-/// Who may write a variable, and what writing means.
+/// What may write a variable, and what a write means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// One schema exports it. NaN and infinities are values like any other (a laser that sees nothing).
+    /// One schema exports it. NaN and infinities are valid values (a laser beam without an echo).
     Export,
-    /// The father or an operator writes it (R8). Refused while not finite or outside of its limits.
+    /// The father or an operator writes it (R8). A value that is not finite or outside of the limits is
+    /// refused.
     Modulation,
-    /// Reaches an actuator. Refused while not finite, and from whoever holds no grant (R7).
+    /// It reaches an actuator. A value that is not finite is refused, and so is any value of a writer without
+    /// a grant (R7).
     Command {
-        /// How long a command is in force without being repeated.
+        /// How long a command is in force without a repetition.
         validity: Nanos,
     },
 }
 
-/// A variable to be.
+/// The description of a variable to be declared.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// The schema that has it: its name space.
+    /// The schema that owns it: its name space.
     pub owner: String,
     /// Its name in that name space.
     pub name: String,
@@ -54,28 +56,29 @@ pub struct Declaration {
     pub doc: String,
     /// Unit of a plain number; empty for none.
     pub unit: String,
-    /// What its values are made of.
+    /// The type of its values.
     pub value_type: Arc<Type>,
-    /// Who may write it.
+    /// What may write it.
     pub access: Access,
-    /// What a modulation takes, whoever writes it (R8).
+    /// The limits of a modulation, for every writer (R8).
     pub limits: Limits,
-    /// Its value before anybody writes; without one readers see nothing until then.
+    /// Its value before the first write. Without one, readers get no value until then.
     pub initial: Option<Vec<u8>>,
-    /// Most writers at once; an export has one, whatever is stated here.
+    /// The maximum number of writers at once. An export has one, whatever is stated here.
     pub writers: usize,
-    /// Most readers that borrow a large value at once; further readers work, by copying. Each costs room for a value.
+    /// The maximum number of readers that borrow a large value at once. Further readers copy it. Each costs
+    /// the memory of one value.
     pub readers: usize,
 }
 
 impl Declaration {
-    /// `owner.name`.
+    /// Returns `owner.name`.
     #[must_use]
     pub fn full_name(&self) -> String {
         format!("{}.{}", self.owner, self.name)
     }
 
-    /// Refuses what no variable can be; `finite` knows the floats of the type where they must be finite.
+    /// Refuses an impossible declaration. `finite` is the list of floats that must be finite, if they must.
     pub(crate) fn check(&self, finite: Option<&Finite>) -> Result<(), Error> {
         let variable = self.full_name();
         if self.owner.is_empty() || self.name.is_empty() {

@@ -1,4 +1,4 @@
-//! What can go wrong when variables are declared and opened, and why a value is not taken.
+//! The errors of declaring and opening variables, and the reasons for which a value is refused.
 
 /// Why a variable cannot be declared, found or opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,21 +17,21 @@ pub enum Error {
     /// No such variable.
     #[error("there is no variable `{name}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Unknown {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The nearest one there is.
+        /// The nearest existing name.
         nearest: Option<String>,
     },
-    /// The initial value is not one of the variable's type.
+    /// The size of the initial value differs from that of the variable's type.
     #[error("the initial value of `{variable}` has {got} bytes; its type `{value_type}` has {expected}")]
     InitialSize {
         /// The variable.
         variable: String,
         /// Its type.
         value_type: String,
-        /// Bytes of the type.
+        /// Bytes that the type has.
         expected: usize,
-        /// Bytes given.
+        /// Bytes that were given.
         got: usize,
     },
     /// The initial value of a modulation or command holds a NaN or an infinity.
@@ -47,7 +47,7 @@ pub enum Error {
     InitialNotAllowed {
         /// The variable.
         variable: String,
-        /// What it is and what is allowed.
+        /// The value and the limits, in words.
         words: String,
     },
     /// More readers and writers than a cell can have.
@@ -59,7 +59,7 @@ pub enum Error {
         writers: usize,
         /// Readers declared.
         readers: usize,
-        /// Most of both.
+        /// The maximum of both together.
         most: usize,
     },
     /// The system has no memory that other processes could map.
@@ -67,30 +67,30 @@ pub enum Error {
     NoMemory {
         /// The variable.
         variable: String,
-        /// What the system says.
+        /// The system's error.
         error: String,
     },
-    /// All writers are taken.
+    /// The maximum number of writers is open.
     #[error("`{variable}` takes {most} writer(s), and {writers} writes it; `{name}` cannot", writers = .taken.join(", "))]
     WritersTaken {
         /// The variable.
         variable: String,
-        /// Who asked.
+        /// The writer that was to be opened.
         name: String,
-        /// Most writers.
+        /// The maximum number of writers.
         most: usize,
-        /// Who writes it.
+        /// The open writers.
         taken: Vec<String>,
     },
-    /// A loan cannot be left to somebody who was given up.
+    /// A loan of an abandoned call cannot be set aside, because no slot is left for it.
     #[error("all {most} slots of `{variable}` that readers may hold are taken; wait until one lets go")]
     Crowded {
         /// The variable.
         variable: String,
-        /// The slots.
+        /// The number of slots that readers may hold.
         most: usize,
     },
-    /// The Rust type does not fit the variable's.
+    /// The size of the Rust type differs from that of the variable's type.
     #[error(
         "`{variable}` is a `{value_type}` of {expected} bytes, and `{rust}` has {got}; open it with the type it was declared with"
     )]
@@ -118,22 +118,22 @@ pub enum Error {
     },
 }
 
-/// Why a value is not taken. Counted in [`VariableStatus`](crate::VariableStatus), but for the last two.
+/// Why a value is refused. [`VariableStatus`](crate::VariableStatus) counts all but the last two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
-    /// The writer holds no grant at this instant (R7), or the host puts a value into an export.
+    /// The writer holds no grant at this instant (R7), or the host tries to put a value into an export.
     #[error("the writer has no authority over this variable at this instant")]
     NoAuthority,
     /// The value holds a NaN or an infinity.
     #[error("the value is not finite, and commands and modulations must be")]
     NotFinite,
-    /// The value is outside of what the modulation takes.
+    /// The value is outside of the limits of the modulation.
     #[error("the value is outside of what the modulation takes")]
     OutOfRange,
-    /// Published without a loan.
+    /// A publish without a loan.
     #[error("nothing was loaned; loan, fill, then publish")]
     NothingLoaned,
-    /// A value of another size than the type's.
+    /// The size of the value differs from that of the type.
     #[error("the value does not have as many bytes as the variable's type")]
     WrongSize,
 }

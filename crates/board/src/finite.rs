@@ -1,8 +1,8 @@
-//! Finds NaNs and infinities in values. Looks at the elements that a sequence has, not at those it could have.
+//! Finds NaNs and infinities in values. It checks the present elements of a sequence, not its capacity.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-/// The floats of a type, looked up once.
+/// The floats of a type, collected once.
 #[derive(Clone, Debug)]
 pub struct Finite {
     checks: Vec<Check>,
@@ -12,7 +12,7 @@ pub struct Finite {
 #[derive(Clone, Debug)]
 struct Check {
     name: String,
-    /// From the start of the value or of the element it is in.
+    /// From the start of the value or of the element that contains it.
     offset: usize,
     count: Count,
     element: Element,
@@ -37,7 +37,7 @@ enum Element {
 }
 
 impl Finite {
-    /// Of a type.
+    /// Collects the floats of a type.
     #[must_use]
     pub fn new(value_type: &Type) -> Self {
         Self {
@@ -45,7 +45,8 @@ impl Finite {
         }
     }
 
-    /// The path of the first float that is a NaN or an infinity, such as `pose.position.x` or `ranges[3]`.
+    /// Returns the path of the first float that is a NaN or an infinity, such as `pose.position.x` or
+    /// `ranges[3]`.
     ///
     /// # Panics
     /// If there are fewer bytes than the type has.
@@ -55,7 +56,7 @@ impl Finite {
     }
 }
 
-/// Fields of a type that are, or contain, floats.
+/// Returns the fields of a type that are, or contain, floats.
 fn checks(value_type: &Type) -> Vec<Check> {
     value_type.fields.iter().filter_map(check).collect()
 }

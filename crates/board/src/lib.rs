@@ -1,8 +1,8 @@
 //! Shared variables: typed, stamped, never torn.
 //!
-//! A [`Board`] holds the latest value of everything that a schema exports, and of every modulation and command. Writers never
-//! wait; readers never see half a value; a command takes effect only while its writer holds a grant (R7). Keeps no history,
-//! opens no socket, knows no schema: that is the business of the crates above.
+//! A [`Board`] holds the newest value of every export, modulation and command. Writers never wait. Readers
+//! never read a torn value. A command takes effect only while its writer holds a grant (R7). The crate
+//! refuses to keep history, to open sockets and to know schemas: the crates above do that.
 
 #[cfg(loom)]
 pub mod cell;

@@ -1,12 +1,12 @@
-//! The name that was probably meant.
+//! Suggests the name that was probably meant.
 
-/// The candidate nearest to `wanted`, if near enough to be worth naming.
+/// Returns the candidate nearest to `wanted`, if it is near enough to suggest.
 #[must_use]
 pub fn nearest<'a>(wanted: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
         .map(|candidate| (strsim::damerau_levenshtein(wanted, candidate), candidate))
-        // A third of the letters: `lasr` means `laser`, `goal` does not mean `pose`.
+        // At most a third of the letters may differ: `lasr` means `laser`, `goal` does not mean `pose`.
         .filter(|(distance, candidate)| *distance * 3 <= wanted.len().max(candidate.len()))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)

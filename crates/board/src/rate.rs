@@ -1,20 +1,22 @@
-//! How often a variable is published, estimated from the stamps of its values. An estimate: writers may race on it.
+//! How often a variable is published, estimated from the stamps of its values. It refuses to be exact:
+//! writers may race.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Nanos;
 
-/// One by the weight of the newest interval: about the last eight count.
+/// The inverse of the newest interval's weight: the mean covers about the last eight intervals.
 const LAST: u64 = 8;
-/// A pause counts as at most this many mean intervals, so that a schema that slept is soon measured right again.
+/// The longest interval that counts, in mean intervals. So the rate of a schema that slept is soon right
+/// again.
 const LONGEST: u64 = 4;
 
-/// Exponential average of the intervals between values. Writers write it at each publish, so it has a cache line of its own: what is
-/// beside it is what readers look at.
+/// Exponential average of the intervals between values. Writers write it at each publication, so it has a
+/// cache line of its own: readers read the data beside it.
 #[derive(Default)]
 #[repr(align(64))]
 pub(crate) struct Rate {
-    /// Mean interval in ns; 0 until there are two values.
+    /// Mean interval in nanoseconds; 0 until there are two values.
     interval: AtomicU64,
     /// Time of the last value, plus one; 0 until there is one.
     last: AtomicU64,
@@ -37,7 +39,7 @@ impl Rate {
         self.interval.store(mean, Ordering::Relaxed);
     }
 
-    /// Values per second; falls while nothing comes. 0 until there are two values.
+    /// Returns the values per second. The rate falls while no value arrives. 0 until there are two values.
     pub(crate) fn hz(&self, age: Nanos) -> f64 {
         let mean = self.interval.load(Ordering::Relaxed);
         if mean == 0 {

@@ -1,4 +1,5 @@
-//! Reading a variable: latch the newest value, look at it as often as needed, release it (R8). Never blocks a writer.
+//! Reading a variable: latch the newest value, read it as often as needed, release it (R8). It never blocks a
+//! writer.
 
 #![allow(unsafe_code, reason = "a pinned slot is read in place")]
 
@@ -10,59 +11,59 @@ use crate::store::Cell;
 use crate::variable::lock;
 use crate::{Stamp, Variable};
 
-/// Reads a variable. Dropped, it lets go of its value.
+/// Reads a variable. A drop releases its value.
 pub struct Reader {
     variable: Arc<Variable>,
     ticket: usize,
     hold: Hold,
     held: Held,
     seen: Seen,
-    /// Bytes of a value.
+    /// Size of a value in bytes.
     bytes: usize,
 }
 
 /// The value that was taken last.
 struct Held {
-    /// Where it is, in what `Hold` keeps: stays there, as it is, until another is taken.
+    /// Where it is, in the memory that `Hold` keeps. It stays there unchanged until another value is taken.
     bytes: NonNull<u8>,
     stamp: Stamp,
-    /// What tells that nothing newer was published.
+    /// Recognises that nothing newer was published.
     glance: Glance,
 }
 
-// SAFETY: what it points to is the reader's own, or pinned by it.
+// SAFETY: the pointer is to the reader's own memory, or to memory that it has pinned.
 unsafe impl Send for Held {}
-// SAFETY: through a shared reference it is only read.
+// SAFETY: a shared reference allows reads only.
 unsafe impl Sync for Held {}
 
-/// A value that stays as it is until it is released.
+/// A value that does not change until it is released.
 #[derive(Clone, Copy, Debug)]
 pub struct Latched<'a> {
     /// The value, on a 64-byte boundary.
     pub bytes: &'a [u8],
-    /// When, which and whose.
+    /// Its time, number and writer.
     pub stamp: Stamp,
 }
 
-/// What the first latch after a release saw.
+/// The result of the first latch after a release.
 #[derive(Clone, Copy)]
 enum Seen {
-    /// There was none yet.
+    /// No latch since the release.
     NotLooked,
-    /// There is no value to see.
+    /// There is no value.
     Nothing,
     /// The value that is held.
     Held,
 }
 
-/// How the latched value is kept. What is kept outlives a release: while nothing newer is published the next latch finds it here, and
-/// looks at a single word to know that.
+/// How the latched value is kept. It is kept beyond a release: as long as nothing newer is published, the
+/// next latch uses it again, and reads a single word to know that.
 enum Hold {
-    /// Small values: a copy.
+    /// For small values: a copy.
     Copy(Aligned),
-    /// Readers of others beyond the declared number: a copy that is made anew each time.
+    /// For readers of other values beyond the declared number: a copy that is made at each latch.
     Crowded(Aligned),
-    /// Others: a pin. A reader has one at most, and there is a slot for it, used or not.
+    /// For other values: a pin. A reader has at most one, and one slot is reserved for it.
     Pin(Option<Pin>),
 }
 
@@ -83,20 +84,21 @@ impl Reader {
         }
     }
 
-    /// The variable it reads.
+    /// Returns the variable that it reads.
     #[must_use]
     pub fn variable(&self) -> &Arc<Variable> {
         &self.variable
     }
 
-    /// Another reader of the variable, under the same name; it has latched nothing.
+    /// Returns another reader of the variable, under the same name, without a latched value.
     #[must_use]
     pub fn another(&self) -> Self {
         self.variable.reader(&self.variable.reader_name(self.ticket))
     }
 
-    /// The newest value at the first call; the same value, at the same address, until `release` or `latch_newest`. None if then
-    /// nothing was published and there is no initial value: that, too, stays so as long.
+    /// Latches and returns the newest value. Further calls return the same value at the same address until
+    /// `release` or `latch_newest`. Returns `None` if the newest value was retracted, or if nothing was
+    /// published and there is no initial value. That result stays equally long.
     #[inline(always)]
     pub fn latch(&mut self) -> Option<Latched<'_>> {
         if let Seen::NotLooked = self.seen {
@@ -105,40 +107,41 @@ impl Reader {
         self.latched()
     }
 
-    /// Lets go of the latched value and latches the newest.
+    /// Releases the latched value and latches the newest.
     #[inline(always)]
     pub fn latch_newest(&mut self) -> Option<Latched<'_>> {
         self.seen = self.look();
         self.latched()
     }
 
-    /// The value that is latched, if one is.
+    /// Returns the latched value, if there is one.
     #[inline(always)]
     #[must_use]
     pub fn latched(&self) -> Option<Latched<'_>> {
         matches!(self.seen, Seen::Held).then(|| Latched {
-            // SAFETY: it was taken, so as many bytes are there, and nobody writes to them: `take` does, borrowing this reader alone.
+            // SAFETY: it was taken, so this many bytes are there. Only `take` writes to them, with this
+            // reader borrowed exclusively.
             bytes: unsafe { std::slice::from_raw_parts(self.held.bytes.as_ptr(), self.bytes) },
             stamp: self.held.stamp,
         })
     }
 
-    /// Lets go of the latched value, so that the next latch takes the newest.
+    /// Releases the latched value, so the next latch takes the newest.
     #[inline]
     pub fn release(&mut self) {
         self.seen = Seen::NotLooked;
     }
 
-    /// Number of the newest value, without latching it; 0 before the first.
+    /// Returns the number of the newest value, without latching it; 0 before the first.
     #[must_use]
     pub fn newest(&self) -> u64 {
         self.variable.newest()
     }
 
-    /// Sees to it that the newest value is held, if there is one.
+    /// Holds the newest value, if there is one.
     #[inline(always)]
     fn look(&mut self) -> Seen {
-        // SAFETY: this reader keeps the variable, and with it the cell, and the pin if it has one.
+        // SAFETY: this reader keeps the variable, and with it the cell and its own pin, if it has one.
         if unsafe { self.held.glance.unchanged() } {
             self.show()
         } else {
@@ -146,7 +149,7 @@ impl Reader {
         }
     }
 
-    /// Gets hold of the newest value.
+    /// Takes the newest value.
     #[inline(never)]
     fn take(&mut self) -> Seen {
         self.held = match (&mut self.hold, &self.variable.cell) {
@@ -180,7 +183,7 @@ impl Reader {
         self.show()
     }
 
-    /// What is seen of the value that is held: nothing, if it was taken back.
+    /// Returns `Held` for the value that is held, or `Nothing` if it was retracted or does not exist.
     #[inline(always)]
     fn show(&self) -> Seen {
         if self.variable.shows(self.held.stamp.sequence) {
@@ -192,7 +195,7 @@ impl Reader {
 }
 
 impl Held {
-    /// No value: the first look takes one.
+    /// Returns no value. The first latch takes one.
     fn nothing(cell: &Cell) -> Self {
         Self {
             bytes: NonNull::dangling(),

@@ -1,14 +1,15 @@
-//! Who has a variable open, and whose commands are let through. Holds names and numbers; the cell holds the grants.
+//! The open readers and writers of a variable, and the granted writers. Holds names and numbers; the cell
+//! holds the grants.
 
 use std::collections::BTreeSet;
 
 /// Writers by seat, readers by ticket, grants by id.
 pub(crate) struct Register {
-    /// By seat; grants in the cell have the same numbers.
+    /// Indexed by seat. Grants in the cell have the same numbers.
     writers: Vec<Option<(u32, String)>>,
-    /// By ticket; those past the declared number copy.
+    /// Indexed by ticket. Readers beyond the declared number copy their values.
     readers: Vec<Option<String>>,
-    /// Ids that hold a grant, open or not.
+    /// Ids that hold a grant, whether open or not.
     pub(crate) granted: BTreeSet<u32>,
 }
 
@@ -21,7 +22,7 @@ impl Register {
         }
     }
 
-    /// A seat for a writer, if one is free.
+    /// Returns a seat for a writer, if one is free.
     pub(crate) fn open_writer(&mut self, id: u32, name: &str) -> Option<usize> {
         let seat = self.writers.iter().position(Option::is_none)?;
         self.writers[seat] = Some((id, name.to_owned()));
@@ -32,7 +33,7 @@ impl Register {
         self.writers[seat] = None;
     }
 
-    /// The lowest free ticket.
+    /// Returns the lowest free ticket.
     pub(crate) fn open_reader(&mut self, name: &str) -> usize {
         let free = self.readers.iter().position(Option::is_none);
         let ticket = free.unwrap_or_else(|| {
@@ -43,7 +44,7 @@ impl Register {
         ticket
     }
 
-    /// Empty for a ticket that is nobody's.
+    /// Returns an empty name for a free ticket.
     pub(crate) fn reader_name(&self, ticket: usize) -> &str {
         self.readers[ticket].as_deref().unwrap_or_default()
     }
@@ -52,7 +53,7 @@ impl Register {
         self.readers[ticket] = None;
     }
 
-    /// Seats on which a writer is open.
+    /// Returns the seats on which this writer is open.
     pub(crate) fn seats_of(&self, id: u32) -> impl Iterator<Item = usize> {
         let seats = self.writers.iter().enumerate();
         seats

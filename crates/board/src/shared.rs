@@ -1,9 +1,10 @@
-//! Memory of values that other processes can map: what the owner of a variable gives out, and what another process makes of it.
+//! Memory of values that other processes can map: what the owner of a variable gives away, and how another
+//! process maps it.
 //!
-//! Only the bytes of values are given out. The words that say which value is the newest and who holds which stay with the process
-//! that has the [`Board`](crate::Board): a process that breaks, or writes where it should not, can spoil the values that it was let
-//! to write and nothing else, and whatever it held is let go of by whoever held it in its name. The memory has no name in any file
-//! system and is gone with the last who has it open.
+//! Only the bytes of values are given away. The words that state which value is the newest and which values
+//! are held stay in the process of the [`Board`](crate::Board). A process that fails, or writes where it
+//! should not, can therefore damage only the values that it may write. What it held is released by the holder
+//! that acts on its behalf. The memory has no name in any file system, and ends with its last user.
 
 #![allow(unsafe_code, reason = "memory that is mapped can only be had raw")]
 
@@ -22,13 +23,13 @@ pub struct Shared {
     bytes: usize,
 }
 
-/// Such memory in a process that was given it.
+/// Such memory, mapped into the process that received it.
 pub struct Mapped {
     base: NonNull<u8>,
     bytes: usize,
 }
 
-// SAFETY: it gives out raw pointers only; who follows them says why that is right.
+// SAFETY: it returns raw pointers only; each use of one states why it is sound.
 unsafe impl Send for Mapped {}
 // SAFETY: as above.
 unsafe impl Sync for Mapped {}
@@ -38,24 +39,24 @@ impl Shared {
         Self { file, first, bytes }
     }
 
-    /// From which byte of the file to map it, a multiple of a page, and how many bytes.
+    /// Returns the byte of the file at which to map it, a multiple of a page, and the number of bytes.
     #[must_use]
     pub fn extent(&self) -> (usize, usize) {
         (self.first, self.bytes)
     }
 
-    /// A file to give to a process that writes values.
+    /// Returns a file for a process that writes values.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn to_write(&self) -> io::Result<OwnedFd> {
         self.file.try_clone()
     }
 
-    /// A file to give to a process that only reads: the system lets nobody write through it.
+    /// Returns a file for a process that only reads: the system refuses writes through it.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn to_read(&self) -> io::Result<OwnedFd> {
         let own = format!("/proc/self/fd/{}", self.file.as_raw_fd());
         Ok(open(own, OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?)
@@ -63,16 +64,16 @@ impl Shared {
 }
 
 impl Mapped {
-    /// Maps what [`Shared::extent`] says of a file, to be written or only to be read.
+    /// Maps the [`Shared::extent`] of a file, for writing or for reading only.
     ///
     /// # Errors
-    /// Those of the system; also when a file that is only for reading is to be written.
+    /// Errors of the system, for example if a read-only file is mapped for writing.
     pub fn new(file: BorrowedFd<'_>, (first, bytes): (usize, usize), write: bool) -> io::Result<Self> {
         let base = map(file, first, bytes, write)?;
         Ok(Self { base, bytes })
     }
 
-    /// The address of so many bytes at a place, if they are inside.
+    /// Returns the address of `bytes` bytes at `place`, if they are inside the mapping.
     #[must_use]
     pub fn at(&self, place: usize, bytes: usize) -> Option<*mut u8> {
         let inside = place.checked_add(bytes).is_some_and(|end| end <= self.bytes);
@@ -88,14 +89,14 @@ impl Drop for Mapped {
     }
 }
 
-/// A multiple of the pages of every machine: they have 4, 16 or 64 kB.
+/// A multiple of every machine's page size, which is 4, 16 or 64 kB.
 pub(crate) const PAGE: usize = 64 << 10;
 
-/// Maps part of a file, shared with whoever else maps it.
+/// Maps part of a file, shared with every other mapping of it.
 pub(crate) fn map(file: BorrowedFd<'_>, first: usize, bytes: usize, write: bool) -> io::Result<NonNull<u8>> {
     let access = libc::PROT_READ | if write { libc::PROT_WRITE } else { 0 };
     let first = libc::off_t::try_from(first).map_err(|_| io::ErrorKind::InvalidInput)?;
-    // SAFETY: a new mapping where the system finds room disturbs nothing.
+    // SAFETY: a new mapping at an address that the system chooses affects no other memory.
     let base = unsafe {
         libc::mmap(
             std::ptr::null_mut(),
@@ -112,17 +113,17 @@ pub(crate) fn map(file: BorrowedFd<'_>, first: usize, bytes: usize, write: bool)
     NonNull::new(base.cast()).ok_or_else(|| io::ErrorKind::OutOfMemory.into())
 }
 
-/// Takes back what [`map`] gave.
+/// Removes a mapping of [`map`].
 ///
 /// # Safety
-/// It is of this size, and nothing refers to it.
+/// The mapping has this size, and nothing refers to it.
 pub(crate) unsafe fn unmap(base: NonNull<u8>, bytes: usize) {
-    // SAFETY: the caller's. It fails only for addresses that were not mapped.
+    // SAFETY: the caller's contract. It fails only for addresses that are not mapped.
     let _ = unsafe { libc::munmap(base.as_ptr().cast(), bytes) };
 }
 
-/// Memory as a file of a fixed size: nobody who has it can take bytes away beneath the others. It is its user's alone, and who was given it
-/// to read cannot open it again to write.
+/// Returns memory as a file of a fixed size, so no holder can shrink it under the others. Only its user may
+/// open it, and only for reading, so a process with a read-only file cannot open it again for writing.
 pub(crate) fn memory_file(bytes: usize) -> io::Result<OwnedFd> {
     let file = memfd_create("jde-values", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
     fchmod(&file, Mode::RUSR)?;

@@ -1,11 +1,11 @@
-//! Which kind of cell a variable gets, and what its cell says of the newest value.
+//! The choice of a variable's cell, and what both kinds of cell have in common.
 
 use crate::cell::{Aligned, Glance, Mark, Pinned, Ring};
 use crate::{Access, Declaration, Stamp};
 
-/// Largest value that readers copy rather than borrow, bytes: two cache lines.
+/// Largest value that readers copy and do not borrow, in bytes: two cache lines.
 const MOST_COPIED: usize = 128;
-/// Slots of a small value's ring: a reader tries again only when three values are published while it copies one.
+/// Slots of a small value's ring. A reader retries only if three values are published during one copy.
 const RING_SLOTS: u64 = 4;
 
 /// The cell of a variable.
@@ -15,10 +15,12 @@ pub(crate) enum Cell {
 }
 
 impl Cell {
-    /// Most writers and readers together, beside the two of [`Cell::new`] and the newest value.
+    /// The maximum of writers and readers together, without the two spare ones of [`Cell::new`] and the
+    /// newest value.
     pub(crate) const MOST_USERS: usize = Pinned::MOST_SLOTS - 3;
 
-    /// One whose values other processes can map, if they are borrowed rather than copied and `shared` says so.
+    /// Returns the cell of a variable. With `shared`, other processes can map its values, unless they are
+    /// small.
     pub(crate) fn new(declaration: &Declaration, shared: bool) -> std::io::Result<Self> {
         let bytes = declaration.value_type.bytes;
         match declaration.access {
@@ -31,7 +33,8 @@ impl Cell {
                 Ok(Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words))))
             }
             Access::Export | Access::Modulation | Access::Command { .. } => {
-                // One more of each: for what the host puts, and for all readers beyond the declared number.
+                // One spare of each: a claim for values of the host, a pin for all readers beyond the
+                // declared number.
                 let (claims, pins) = (declaration.writers + 1, declaration.readers + 1);
                 let mut pinned = if shared {
                     Pinned::in_file(bytes, declaration.writers, claims, pins)?
@@ -46,7 +49,7 @@ impl Cell {
         }
     }
 
-    /// What never tells that a value is the newest.
+    /// Returns a glance that never recognises a value as the newest.
     pub(crate) fn blind(&self) -> Glance {
         match self {
             Self::Ring(ring) => ring.blind(),
@@ -54,7 +57,7 @@ impl Cell {
         }
     }
 
-    /// Number and stamp of the newest value.
+    /// Returns the number and the stamp of the newest value.
     pub(crate) fn newest(&self) -> Mark {
         match self {
             Self::Ring(ring) => ring.mark(),

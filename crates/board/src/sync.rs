@@ -1,11 +1,11 @@
-//! The atomics of the cells: the machine's, or loom's where every interleaving is tried. Nothing else.
+//! The atomics of the cells: the machine's, or loom's, which tries every interleaving. Nothing else.
 
 #[cfg(loom)]
 pub(crate) use loom::sync::atomic::{AtomicU64, Ordering, fence};
 #[cfg(not(loom))]
 pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-/// Says that this thread can only go on after another did something.
+/// Marks that this thread can only proceed after another thread has acted.
 pub(crate) fn relax() {
     #[cfg(loom)]
     loom::thread::yield_now();

@@ -1,4 +1,5 @@
-//! Variables as Rust values: for tests, tools and examples. Checks size and alignment, not the meaning of fields.
+//! Variables as Rust values, for tests, tools and examples. It checks size and alignment, and refuses to
+//! check the meaning of fields.
 
 #![allow(unsafe_code, reason = "bytes and plain values are views of each other")]
 
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 use crate::{Error, Nanos, Reader, Refused, Stamp, Variable, Writer};
 
-/// Strictest alignment a value may ask for; what is loaned and latched has more.
+/// The strictest alignment that a value may need. Loaned and latched bytes have a stricter one.
 const MOST_ALIGN: usize = 16;
 
 /// Plain data.
@@ -21,35 +22,35 @@ pub unsafe trait Plain: Copy + Send + Sync + 'static {}
 
 macro_rules! plain {
     ($($number:ty)*) => { $(
-        // SAFETY: numbers have no padding and no forbidden bits.
+        // SAFETY: numbers have no padding and no invalid bit patterns.
         unsafe impl Plain for $number {}
     )* };
 }
 plain!(u8 u16 u32 u64 u128 i8 i16 i32 i64 i128 f32 f64);
 
-// SAFETY: an array is its elements, without anything between.
+// SAFETY: an array consists of its elements, without gaps.
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
-/// Writes a variable as `T`s.
+/// Writes a variable as values of `T`.
 pub struct TypedWriter<T> {
     writer: Writer,
     value: PhantomData<fn(T)>,
 }
 
-/// Reads a variable as `T`s.
+/// Reads a variable as values of `T`.
 pub struct TypedReader<T> {
     reader: Reader,
     value: PhantomData<fn() -> T>,
 }
 
-/// Room for the next value; dropped unpublished, it is discarded.
+/// Room for the next value. A drop without publishing discards it.
 pub struct LoanMut<'a, T: Plain> {
     writer: &'a mut Writer,
-    /// In the writer's loan, which stays where it is until it is published or discarded.
+    /// Points into the writer's loan, which does not move until a publish or a discard.
     value: NonNull<T>,
 }
 
-/// A value that is read in place and stays as it is.
+/// A value that is read in place and does not change.
 pub struct Ref<'a, T> {
     value: &'a T,
     stamp: Stamp,
@@ -59,7 +60,7 @@ impl<T: Plain> TypedWriter<T> {
     /// Opens a variable for writing.
     ///
     /// # Errors
-    /// As [`Variable::writer`], and a `T` of another size or of an alignment above 16.
+    /// As [`Variable::writer`], and if `T` has another size or an alignment above 16.
     pub fn open(variable: &Arc<Variable>, id: u32, name: &str) -> Result<Self, Error> {
         fits::<T>(variable)?;
         Ok(Self {
@@ -68,7 +69,7 @@ impl<T: Plain> TypedWriter<T> {
         })
     }
 
-    /// Room for the next value, holding an arbitrary one.
+    /// Returns room for the next value, with arbitrary contents.
     pub fn loan(&mut self) -> LoanMut<'_, T> {
         let value = NonNull::from(self.writer.loan()).cast();
         LoanMut {
@@ -92,7 +93,7 @@ impl<T: Plain> TypedReader<T> {
     /// Opens a variable for reading.
     ///
     /// # Errors
-    /// A `T` of another size or of an alignment above 16.
+    /// `T` has another size or an alignment above 16.
     pub fn open(variable: &Arc<Variable>, name: &str) -> Result<Self, Error> {
         fits::<T>(variable)?;
         Ok(Self {
@@ -101,18 +102,18 @@ impl<T: Plain> TypedReader<T> {
         })
     }
 
-    /// A copy of the newest value; none before the first.
+    /// Returns a copy of the newest value; `None` before the first.
     #[inline]
     pub fn get(&mut self) -> Option<(T, Stamp)> {
         let borrowed = self.borrow()?;
         Some((*borrowed, borrowed.stamp))
     }
 
-    /// The newest value, in place; none before the first.
+    /// Returns the newest value in place; `None` before the first.
     #[inline]
     pub fn borrow(&mut self) -> Option<Ref<'_, T>> {
         let latched = self.reader.latch_newest()?;
-        // SAFETY: size and alignment were checked at opening, and any bits are a `T`.
+        // SAFETY: size and alignment were checked by `open`, and any bit pattern is a `T`.
         let value = unsafe { &*latched.bytes.as_ptr().cast::<T>() };
         Some(Ref {
             value,
@@ -122,12 +123,12 @@ impl<T: Plain> TypedReader<T> {
 }
 
 impl<T: Plain> LoanMut<'_, T> {
-    /// Publishes it.
+    /// Publishes the value.
     ///
     /// # Errors
     /// As [`Writer::publish`].
     pub fn publish(self, time: Nanos, now: Nanos) -> Result<u64, Refused> {
-        // Afterwards nothing is loaned: there is nothing to discard.
+        // After the publish nothing is loaned, so there is nothing to discard.
         let mut loan = ManuallyDrop::new(self);
         loan.writer.publish(time, now)
     }
@@ -144,7 +145,8 @@ impl<T: Plain> Deref for LoanMut<'_, T> {
 
 impl<T: Plain> DerefMut for LoanMut<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
-        // SAFETY: size and alignment were checked at opening, any bits are a `T`, and the writer is borrowed for as long.
+        // SAFETY: size and alignment were checked by `open`, any bit pattern is a `T`, and the writer is
+        // borrowed for as long.
         unsafe { self.value.as_mut() }
     }
 }
@@ -156,7 +158,7 @@ impl<T: Plain> Drop for LoanMut<'_, T> {
 }
 
 impl<T> Ref<'_, T> {
-    /// When, which and whose.
+    /// Returns its time, number and writer.
     #[must_use]
     pub fn stamp(&self) -> Stamp {
         self.stamp

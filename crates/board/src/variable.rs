@@ -1,4 +1,5 @@
-//! A shared variable: its cell, who opened it, who is granted, and how it is doing. Opens readers and writers.
+//! A shared variable: its cell, its readers and writers, its grants and its status. It opens readers and
+//! writers.
 
 #![allow(unsafe_code, reason = "a claimed slot is written in place")]
 
@@ -21,41 +22,42 @@ pub struct Variable {
     finite: Option<Finite>,
     bell: Bell,
     rate: Rate,
-    /// Values up to this number no longer stand.
+    /// Values up to this number are retracted.
     retracted: AtomicU64,
     refused: AtomicU64,
     not_finite: AtomicU64,
     not_finite_at: Mutex<Option<String>>,
     pub(crate) watchers: Watchers,
     register: Mutex<Register>,
-    /// Held while the host puts a value, so that one spare slot does for all of them.
+    /// Held while the host puts a value, so that one spare slot is enough for all of them.
     putting: Mutex<()>,
-    /// Held while a reader beyond the declared number copies, so that one spare pin does for all of them.
+    /// Held while a reader beyond the declared number copies, so that one spare pin is enough for all of
+    /// them.
     pub(crate) copying: Mutex<()>,
 }
 
-/// How a variable is doing.
+/// The status of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariableStatus {
     /// Number of the newest value; 0 before the first.
     pub sequence: u64,
-    /// Time since the newest value; none before the first.
+    /// Time since the newest value, in nanoseconds; `None` before the first.
     pub age: Option<Nanos>,
     /// Values per second, estimated.
     pub rate_hz: f64,
-    /// Whether the newest value was taken back, so that readers see none.
+    /// Whether the newest value was retracted, so readers get none.
     pub retracted: bool,
-    /// Who wrote the newest value; none before the first.
+    /// The writer of the newest value; `None` before the first.
     pub last_writer: Option<u32>,
-    /// Who has it open for writing.
+    /// The open writers.
     pub writers: Vec<String>,
-    /// Who has it open for reading.
+    /// The open readers.
     pub readers: Vec<String>,
-    /// Values refused because their writer held no grant.
+    /// Values refused because their writer held no grant, or because they were outside of the limits.
     pub refused: u64,
-    /// Values refused because they held a NaN or an infinity.
+    /// Values refused because they contained a NaN or an infinity.
     pub not_finite: u64,
-    /// The field at which the last of these was not finite.
+    /// The field that was not finite in the last of these.
     pub not_finite_at: Option<String>,
 }
 
@@ -91,13 +93,13 @@ impl Variable {
         })
     }
 
-    /// What it was declared to be.
+    /// Returns its declaration.
     #[must_use]
     pub fn describe(&self) -> &Declaration {
         &self.declaration
     }
 
-    /// The memory of its values, if other processes can map it.
+    /// Returns the memory of its values, if other processes can map it.
     #[must_use]
     pub fn shared(&self) -> Option<&Shared> {
         match &self.cell {
@@ -106,7 +108,8 @@ impl Variable {
         }
     }
 
-    /// Where bytes that were latched or loaned begin in that memory; nothing if they are elsewhere, as copies are.
+    /// Returns where latched or loaned bytes begin in that memory; `None` if they are elsewhere, as copies
+    /// are.
     #[must_use]
     pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
         match &self.cell {
@@ -115,7 +118,7 @@ impl Variable {
         }
     }
 
-    /// How it is doing at `now`.
+    /// Returns its status at `now`.
     #[must_use]
     pub fn status(&self, now: Nanos) -> VariableStatus {
         let mark = self.cell.newest();
@@ -136,7 +139,7 @@ impl Variable {
         }
     }
 
-    /// Number of the newest value; 0 before the first.
+    /// Returns the number of the newest value; 0 before the first.
     #[must_use]
     pub fn newest(&self) -> u64 {
         match &self.cell {
@@ -145,10 +148,10 @@ impl Variable {
         }
     }
 
-    /// Opens it for writing, as `id` in stamps and grants and `name` in what people see.
+    /// Opens it for writing. Stamps and grants use `id`, tools show `name`.
     ///
     /// # Errors
-    /// [`Error::WritersTaken`]: an export has one writer at a time, others as many as were declared.
+    /// [`Error::WritersTaken`]: an export has one writer at a time, other variables as many as declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
         let mut register = lock(&self.register);
         let Some(seat) = register.open_writer(id, name) else {
@@ -167,15 +170,15 @@ impl Variable {
         Ok(Writer::new(self.clone(), id, seat))
     }
 
-    /// Opens it for reading, as `name` in what people see.
+    /// Opens it for reading. Tools show `name`.
     #[must_use]
     pub fn reader(self: &Arc<Self>, name: &str) -> Reader {
         let ticket = lock(&self.register).open_reader(name);
         Reader::new(self.clone(), ticket)
     }
 
-    /// Waits for a value newer than number `sequence`, at most `timeout`, and answers the number of the newest. Returns at
-    /// once if there is one.
+    /// Waits for a value newer than number `sequence`, at most `timeout`, and returns the number of the
+    /// newest. Returns at once if there is one.
     pub fn wait_newer(&self, sequence: u64, timeout: Duration) -> u64 {
         if self.newest() <= sequence {
             self.bell.wait(timeout, || self.newest() > sequence);
@@ -183,14 +186,15 @@ impl Variable {
         self.newest()
     }
 
-    /// Has `call` called after each publish and retraction, by the writer's thread (R12), until the answer is dropped. The call
-    /// must return quickly, wait for nobody, and not publish here. While nobody watches, a publish pays one load for it.
+    /// Runs `call` after each publication and retraction, on the thread that publishes or retracts (R12),
+    /// until the result is dropped. The call must return quickly, must not wait, and must not publish here.
+    /// Without watches, a publication costs one more load.
     #[must_use = "dropped, it ends"]
     pub fn watch(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
         Watch::begin(self, call)
     }
 
-    /// Lets a writer's commands through (R7), now or as soon as it is opened. Variables that are no commands need no grants.
+    /// Lets a writer's commands take effect (R7), now or as soon as it is opened. Only commands need grants.
     pub fn grant(&self, writer_id: u32) {
         let mut register = lock(&self.register);
         register.granted.insert(writer_id);
@@ -199,8 +203,9 @@ impl Variable {
         }
     }
 
-    /// Refuses a writer's commands from now on: once this has returned no publish of that writer takes effect, whenever it
-    /// began. Never waits for the writer. What it had published before stays until it is replaced or runs out.
+    /// Refuses a writer's commands from now on. Once this has returned, no publication of that writer takes
+    /// effect, even if it began before. It never waits for the writer. Earlier commands stay until they are
+    /// replaced or expire.
     pub fn withdraw(&self, writer_id: u32) {
         let mut register = lock(&self.register);
         register.granted.remove(&writer_id);
@@ -211,16 +216,18 @@ impl Variable {
         }
     }
 
-    /// Whether a writer's commands are let through.
+    /// Returns whether a writer's commands take effect.
     #[must_use]
     pub fn holds_grant(&self, writer_id: u32) -> bool {
         lock(&self.register).granted.contains(&writer_id)
     }
 
-    /// Publishes a value of the host itself (braking, holding, an operator), whoever is granted, and answers its number.
+    /// Publishes a value of the host itself (braking, holding, an operator), whatever the grants, and returns
+    /// its number.
     ///
     /// # Errors
-    /// [`Refused::NoAuthority`] for exports, [`Refused::NotFinite`], [`Refused::WrongSize`].
+    /// [`Refused::NoAuthority`] for exports, [`Refused::NotFinite`], [`Refused::OutOfRange`],
+    /// [`Refused::WrongSize`].
     pub fn put(&self, writer: u32, bytes: &[u8], time: Nanos, valid_until: Nanos) -> Result<u64, Refused> {
         let (Access::Modulation | Access::Command { .. }, Cell::Pinned(pinned)) =
             (self.declaration.access, &self.cell)
@@ -240,8 +247,9 @@ impl Variable {
         self.settle(published.map_err(|_| Refused::NoAuthority), time)
     }
 
-    /// Takes back the newest value of an export: until the next one, whoever latches sees none. Who holds it keeps it until it
-    /// is released. Watchers are called as after a publish (R12). Modulations and commands always have a value: nothing happens.
+    /// Retracts the newest value of an export: a reader that latches gets no value until the next one. A
+    /// reader that holds the value keeps it until it releases it. Watches are called as after a publication
+    /// (R12). Has no effect on modulations and commands, which always have a value.
     pub fn retract(&self) {
         let newest = self.newest();
         if self.declaration.access == Access::Export
@@ -251,14 +259,14 @@ impl Variable {
         }
     }
 
-    /// Whether the newest value was taken back. Waits for nobody.
+    /// Returns whether the newest value was retracted. It does not wait.
     #[must_use]
     pub fn is_retracted(&self) -> bool {
         let newest = self.newest();
         newest > 0 && !self.shows(newest)
     }
 
-    /// Whether readers get a value: one was published and not taken back, or there is an initial one.
+    /// Returns whether readers get a value: it was published and not retracted, or it is an initial value.
     #[inline]
     pub(crate) fn shows(&self, sequence: u64) -> bool {
         sequence > self.retracted.load(Ordering::Acquire)
@@ -269,7 +277,7 @@ impl Variable {
         self.declaration.value_type.bytes
     }
 
-    /// The grant that a writer on this seat must hold, if any.
+    /// Returns the grant that a writer on this seat must hold, if any.
     pub(crate) fn gate(&self, seat: usize) -> Option<usize> {
         match self.declaration.access {
             Access::Export | Access::Modulation => None,
@@ -284,14 +292,15 @@ impl Variable {
         }
     }
 
-    /// The one gate of all who write what others declared: fathers, operators, the host (R8).
+    /// Checks a value of a modulation or a command. All their writers use it: fathers, operators, the host
+    /// (R8).
     pub(crate) fn check(&self, bytes: &[u8]) -> Result<(), Refused> {
         let Some(finite) = &self.finite else {
             return Ok(());
         };
         if let Some(field) = finite.first_not_finite(bytes) {
             self.not_finite.fetch_add(1, Ordering::Relaxed);
-            // Whoever is looking at it keeps the older name: a writer does not wait for a tool.
+            // If a tool holds the lock, the older name stays: a writer does not wait for a tool.
             if let Ok(mut at) = self.not_finite_at.try_lock() {
                 *at = Some(field);
             }
@@ -307,7 +316,8 @@ impl Variable {
         Err(Refused::OutOfRange)
     }
 
-    /// What follows every attempt to publish: those who wait and watch hear of a success, a refusal is counted.
+    /// Ends every attempt to publish: a success notifies the waiting threads and the watches, a refusal is
+    /// counted.
     pub(crate) fn settle(&self, published: Result<u64, Refused>, time: Nanos) -> Result<u64, Refused> {
         if published.is_err() {
             self.refused.fetch_add(1, Ordering::Relaxed);
@@ -323,7 +333,7 @@ impl Variable {
         lock(&self.register).reader_name(ticket).to_owned()
     }
 
-    /// A ticket for a slot of the cell, if readers may hold one more than they do.
+    /// Returns a ticket for a slot of the cell, if readers may hold one more.
     pub(crate) fn open_slot(&self) -> Result<usize, Error> {
         let mut register = lock(&self.register);
         let ticket = register.open_reader("a call that was given up");

@@ -1,5 +1,5 @@
-//! Who is called after each publication of a variable, and how that ends. The calls run on the writer's thread, so a publication takes as
-//! long as they do. The end of a watch holds up no writer.
+//! The calls after each publication of a variable, and how they end. They run on the writer's thread, so a
+//! publication takes as long as they do. The end of a watch delays no writer.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -12,15 +12,15 @@ use crate::Variable;
 use crate::bell::Bell;
 
 thread_local! {
-    /// How many calls of watches this thread is inside of.
+    /// The number of watch calls that this thread is inside of.
     static INSIDE: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Somebody who is called after each publish of a variable.
+/// A call after each publication of a variable, until the watch is dropped.
 ///
-/// Dropped, it ends, and once the drop has returned the call runs nowhere and never again. So the drop waits for a call that
-/// another thread is inside of: whoever drops must hold nothing that the call wants. Dropped inside of such a call, of this watch
-/// or another, it does not wait: what already runs comes to its end, and nothing begins anew.
+/// When the drop has returned, the call does not run and never will again. So the drop waits for a call on
+/// another thread: the dropping thread must hold nothing that the call needs. A drop inside a watch call, of
+/// this watch or another, does not wait: a running call completes, and no new one begins.
 pub struct Watch {
     variable: Arc<Variable>,
     watcher: Arc<Watcher>,
@@ -36,12 +36,12 @@ pub(crate) struct Watchers {
 struct Watcher {
     call: Box<dyn Fn() + Send + Sync>,
     ended: AtomicBool,
-    /// Threads that are about to call, or are inside of it.
+    /// Threads that are about to call, or are inside the call.
     calling: AtomicUsize,
     returned: Bell,
 }
 
-/// One call under way; over when it is dropped, also by a panic.
+/// One call under way. It ends when this is dropped, also by a panic.
 struct Calling<'a>(&'a Watcher);
 
 impl Watch {
@@ -68,7 +68,7 @@ impl Drop for Watch {
 }
 
 impl Watchers {
-    /// Calls everybody.
+    /// Calls all watchers.
     #[inline]
     pub(crate) fn call(&self) {
         if self.count.load(Ordering::Acquire) > 0 {
@@ -94,7 +94,7 @@ impl Watchers {
 impl Watcher {
     fn call(&self) {
         let calling = Calling::begin(self);
-        // Sequentially consistent with `end`: either this thread sees that it ended, or that one sees this thread calling.
+        // Sequentially consistent with `end`: either this thread sees the end, or that thread sees this call.
         if !self.ended.load(Ordering::SeqCst) {
             (self.call)();
         }

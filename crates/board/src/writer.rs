@@ -1,4 +1,5 @@
-//! Writing a variable: loan room, fill it, publish. Decides nothing: grants and checks are the variable's.
+//! Writing a variable: loan room, fill it, publish. It refuses to decide: the variable has the grants and the
+//! checks.
 
 #![allow(unsafe_code, reason = "a claimed slot is written in place")]
 
@@ -8,7 +9,7 @@ use crate::cell::{Aligned, Claim};
 use crate::store::Cell;
 use crate::{Error, Nanos, Refused, Variable};
 
-/// Writes a variable. Its methods never block. Dropped, it makes room for another writer.
+/// Writes a variable. Its methods never block. A drop frees the place for another writer.
 pub struct Writer {
     variable: Arc<Variable>,
     id: u32,
@@ -16,21 +17,21 @@ pub struct Writer {
     room: Room,
 }
 
-/// Room that was loaned and is no longer its writer's: whoever got it may go on writing there, and nobody sees it. Dropped,
-/// it is given back.
+/// Loaned room that its writer has set aside. A call that still has it may go on writing there without
+/// effect. A drop gives it back.
 #[must_use = "dropped, the room is given to others"]
 pub struct Parted {
     variable: Arc<Variable>,
     room: Room,
-    /// A reader's, for the slot that it keeps from the cell's own.
+    /// A reader's ticket, for the slot of the cell that it occupies.
     ticket: Option<usize>,
 }
 
-/// Where the next value is made.
+/// Where the next value is written.
 enum Room {
-    /// Small values: beside the cell.
+    /// For small values: outside the cell.
     Beside { bytes: Aligned, loaned: bool },
-    /// Others: in a slot of the cell.
+    /// For other values: in a slot of the cell.
     Within { claim: Option<Claim> },
 }
 
@@ -44,25 +45,25 @@ impl Writer {
         }
     }
 
-    /// The variable it writes.
+    /// Returns the variable that it writes.
     #[must_use]
     pub fn variable(&self) -> &Arc<Variable> {
         &self.variable
     }
 
-    /// Who it is, in stamps and grants.
+    /// Returns its id in stamps and grants.
     #[must_use]
     pub fn id(&self) -> u32 {
         self.id
     }
 
-    /// Room for the next value, on a 64-byte boundary, holding arbitrary bytes. The same room until it is published or
-    /// discarded.
+    /// Returns room for the next value, on a 64-byte boundary, with arbitrary contents. It is the same room
+    /// until a publish or a discard.
     pub fn loan(&mut self) -> &mut [u8] {
         match (&mut self.room, &self.variable.cell) {
             (Room::Within { claim }, Cell::Pinned(pinned)) => {
                 let claim = claim.get_or_insert_with(|| pinned.claim());
-                // SAFETY: claimed from this cell; `&mut self` lends no second slice.
+                // SAFETY: claimed from this cell; `&mut self` allows no second slice.
                 unsafe { pinned.bytes_mut(claim) }
             }
             (Room::Beside { bytes, loaned }, Cell::Ring(_)) => {
@@ -75,14 +76,15 @@ impl Writer {
         }
     }
 
-    /// Whether something is loaned.
+    /// Returns whether room is loaned.
     #[must_use]
     pub fn is_lent(&self) -> bool {
         self.room.is_lent()
     }
 
-    /// Publishes what was loaned, as measured at `time`, or `now` if that is yet to come, and answers its number. A command is in force from `now` for its
-    /// validity. Afterwards nothing is loaned, whatever the answer.
+    /// Publishes the loaned value and returns its number. `time` is when it was measured; a time after `now`
+    /// counts as `now`. A command is in force from `now` for its validity. Afterwards nothing is loaned, even
+    /// after an error.
     ///
     /// # Errors
     /// [`Refused::NoAuthority`], [`Refused::NotFinite`], [`Refused::OutOfRange`], [`Refused::NothingLoaned`].
@@ -90,13 +92,13 @@ impl Writer {
         self.publish_for(time, now, 0)
     }
 
-    /// As [`Self::publish`]; a command is in force for `least`, ns, if that is longer than its validity: for writers whose
-    /// own rhythm is slower.
+    /// Publishes as [`Self::publish`] does. A command is in force for `least` nanoseconds if that is longer
+    /// than its validity, for writers with a longer period.
     ///
     /// # Errors
     /// As [`Self::publish`].
     pub fn publish_for(&mut self, time: Nanos, now: Nanos, least: Nanos) -> Result<u64, Refused> {
-        // Else it would look new for as long as it takes, and be no older than what comes after it.
+        // A future time would make the value look new until then, and no older than later values.
         let time = time.min(now);
         let variable = &*self.variable;
         let published = match (&mut self.room, &variable.cell) {
@@ -131,16 +133,17 @@ impl Writer {
         variable.settle(published, time)
     }
 
-    /// Takes back the newest value of an export, see [`Variable::retract`].
+    /// Retracts the newest value of an export, see [`Variable::retract`].
     pub fn retract(&mut self) {
         self.variable.retract();
     }
 
-    /// Parts with what was loaned, if anything was, so that the next loan is other room: for a loan to somebody who may write
-    /// there at any time, although it is given up. A slot of the cell then counts as one that a reader holds.
+    /// Sets the loaned room aside, if there is any, so that the next loan is other room. This is for a loan
+    /// to an abandoned call, which may still write there at any time. A slot of the cell then counts as one
+    /// that a reader holds.
     ///
     /// # Errors
-    /// [`Error::Crowded`] while all slots that readers may hold are taken; nothing has changed then.
+    /// [`Error::Crowded`] if readers hold all the slots that they may hold. Nothing changes then.
     pub fn part(&mut self) -> Result<Option<Parted>, Error> {
         if !self.room.is_lent() {
             return Ok(None);
@@ -157,14 +160,14 @@ impl Writer {
         }))
     }
 
-    /// Gives back what was loaned, unpublished.
+    /// Gives back the loaned room without publishing.
     pub fn discard(&mut self) {
         self.room.discard(&self.variable);
     }
 }
 
 impl Parted {
-    /// Bytes of a value.
+    /// Returns the size of a value in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.variable.bytes()

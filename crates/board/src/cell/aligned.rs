@@ -1,4 +1,5 @@
-//! Zeroed memory on a cache line's boundary: the process's own, or that of a file which other processes map too. Never grows.
+//! Zeroed memory on a cache line boundary: the process's own, or that of a file that other processes map too.
+//! It never grows.
 
 #![allow(unsafe_code, reason = "memory of a stated alignment can only be had raw")]
 
@@ -10,17 +11,17 @@ use std::ptr::NonNull;
 #[cfg(not(loom))]
 use crate::shared::{map, unmap};
 
-/// Bytes of a cache line, and the alignment of everything here.
+/// Bytes of a cache line, and the alignment of all memory here.
 pub(super) const LINE: usize = 64;
 
-/// Owned bytes, zero at first, 64-byte aligned, a whole number of lines of them.
+/// Owned bytes, zero at first, 64-byte aligned, a whole number of cache lines.
 pub struct Aligned {
     base: NonNull<u8>,
     bytes: usize,
     from: From,
 }
 
-/// Where the memory is from, and goes back to.
+/// The origin of the memory, to which it returns.
 enum From {
     Heap(Layout),
     #[cfg(not(loom))]
@@ -33,10 +34,10 @@ unsafe impl Send for Aligned {}
 unsafe impl Sync for Aligned {}
 
 impl Aligned {
-    /// At least `bytes` of them.
+    /// Returns at least `bytes` bytes.
     ///
     /// # Panics
-    /// If that is more than the address space holds.
+    /// If that exceeds the address space.
     pub fn new(bytes: usize) -> Self {
         let whole = bytes.max(1).next_multiple_of(LINE);
         let layout = Layout::from_size_align(whole, LINE).expect("a value fits the address space");
@@ -51,10 +52,10 @@ impl Aligned {
         }
     }
 
-    /// The first `bytes` bytes of a file, which every process that maps them shares.
+    /// Maps the first `bytes` bytes of a file, shared with every process that maps them.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     #[cfg(not(loom))]
     pub fn of_file(file: impl AsFd, bytes: usize) -> std::io::Result<Self> {
         let base = map(file.as_fd(), 0, bytes, true)?;
@@ -65,33 +66,33 @@ impl Aligned {
         })
     }
 
-    /// The first byte. Outlives moves of this owner.
+    /// Returns the address of the first byte. It stays valid when this owner moves.
     #[inline]
     pub fn base(&self) -> *mut u8 {
         self.base.as_ptr()
     }
 
-    /// The first `bytes` bytes.
+    /// Returns the first `bytes` bytes.
     #[inline]
     pub fn bytes_mut(&mut self, bytes: usize) -> &mut [u8] {
         assert!(bytes <= self.bytes);
-        // SAFETY: inside the allocation, initialised since it was made, and borrowed alone.
+        // SAFETY: inside the allocation, initialised since its creation, and borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.base(), bytes) }
     }
 
-    /// The first `words` words.
+    /// Returns the first `words` words.
     #[inline]
     pub fn words(&self, words: usize) -> &[u64] {
         assert!(words <= self.bytes / 8);
-        // SAFETY: as in `bytes_mut`; a line is aligned for words, and any bits are one.
+        // SAFETY: as in `bytes_mut`; a line is aligned for words, and any bit pattern is a word.
         unsafe { std::slice::from_raw_parts(self.base().cast(), words) }
     }
 
-    /// The first `words` words.
+    /// Returns the first `words` words.
     #[inline]
     pub fn words_mut(&mut self, words: usize) -> &mut [u64] {
         assert!(words <= self.bytes / 8);
-        // SAFETY: as in `words`, and borrowed alone.
+        // SAFETY: as in `words`, and borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.base().cast(), words) }
     }
 }

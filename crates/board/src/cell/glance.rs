@@ -1,4 +1,5 @@
-//! Telling by one word that a value is the newest still, for who asks far more often than there is anything new.
+//! Recognises by one word that a value is still the newest, for readers that poll far more often than values
+//! arrive.
 
 #![allow(
     unsafe_code,
@@ -9,7 +10,7 @@ use std::ptr::NonNull;
 
 use crate::sync::{AtomicU64, Ordering};
 
-/// What a cell's first word says while a value is its newest.
+/// The word of a cell, and the bits that it has while a value is the newest.
 #[derive(Clone, Copy)]
 pub struct Glance {
     word: NonNull<AtomicU64>,
@@ -17,13 +18,13 @@ pub struct Glance {
     expected: u64,
 }
 
-// SAFETY: it is a shared reference to an atomic, for whose life the caller of `unchanged` vouches.
+// SAFETY: it is a shared reference to an atomic, whose lifetime the caller of `unchanged` guarantees.
 unsafe impl Send for Glance {}
 // SAFETY: as above.
 unsafe impl Sync for Glance {}
 
 impl Glance {
-    /// The value is the newest while the bits of `mask` are `expected`.
+    /// Returns a glance at a value that is the newest while the bits of `mask` are `expected`.
     pub(super) fn new(word: &AtomicU64, mask: u64, expected: u64) -> Self {
         Self {
             word: NonNull::from(word),
@@ -32,18 +33,18 @@ impl Glance {
         }
     }
 
-    /// One that never tells, so that the value has to be fetched at each look.
+    /// Returns a glance that never recognises a value, so the value is fetched at each latch.
     pub(super) fn blind(word: &AtomicU64) -> Self {
         Self::new(word, 0, 1)
     }
 
-    /// Whether the value is the newest still.
+    /// Returns whether the value is still the newest.
     ///
     /// # Safety
-    /// The cell lives; it may have been moved. A value that was pinned is pinned.
+    /// The cell is alive; it may have moved. If the value was pinned, it still is.
     #[inline(always)]
     pub unsafe fn unchanged(self) -> bool {
-        // SAFETY: the cell lives, says the caller, and its words stay where they are.
+        // SAFETY: the caller guarantees that the cell is alive, and its words do not move.
         let word = unsafe { self.word.as_ref() };
         word.load(Ordering::Acquire) & self.mask == self.expected
     }

@@ -1,10 +1,12 @@
-//! The cells beneath the variables: where the bytes are, and how readers and writers keep out of each other's way.
+//! The cells of the variables: where the bytes are, and how readers and writers stay apart.
 //!
-//! Two kinds, both one contiguous region of words and blocks that refer to each other by number and never by address:
-//! - [`Ring`]: small values of one writer. Readers copy, and try again if the writer overtook them.
-//! - [`Pinned`]: everything else. Readers pin the newest value and read it in place; writers fill a slot that nobody holds.
+//! There are two kinds. Both are one contiguous region of words and blocks that refer to each other by
+//! number, never by address:
+//! - [`Ring`]: small values of one writer. Readers copy, and retry if the writer overtook them.
+//! - [`Pinned`]: all other values. Readers pin the newest value and read it in place. Writers fill a slot
+//!   that is not in use.
 //!
-//! Cells know bytes and stamps only: no types, no names, no clocks, no locks.
+//! Cells contain bytes and stamps only. They refuse types, names, clocks and locks.
 
 #![cfg_attr(
     not(loom),
@@ -28,15 +30,15 @@ pub use pinned::{Claim, Pin, Pinned};
 pub use region::Region;
 pub use ring::Ring;
 
-/// What a cell keeps beside a value.
+/// What a cell stores beside a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mark {
-    /// Counts the values from 1; 0 is the one from before the first.
+    /// Counts the values from 1; 0 is the initial value.
     pub sequence: u64,
-    /// Time of the value, ns.
+    /// Time of the value, in nanoseconds.
     pub time: u64,
-    /// Who wrote it.
+    /// The id of its writer.
     pub writer: u32,
-    /// When it stops being in force, ns.
+    /// When it stops being in force, in nanoseconds.
     pub valid_until: u64,
 }

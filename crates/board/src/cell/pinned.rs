@@ -1,4 +1,4 @@
-//! Values of any size and number of writers: slots that readers pin and read in place.
+//! Values of any size and any number of writers: slots that readers pin and read in place.
 //!
 //! Words, by lines of eight:
 //! ```text
@@ -8,32 +8,35 @@
 //! ```
 //! A slot's bytes are the block of the same number.
 //!
-//! # Who may touch a slot
-//! A slot has at most one owner: the writer that fills it, or the head while it is the newest value. A writer takes a slot
-//! whose use is 0, which says no owner and no pin; publishing swaps it against the newest one, which the writer then lets go.
-//! A reader pins the slot that the head names and looks at the head again: if that still names the slot, the slot holds a
-//! whole value and keeps it. For suppose a writer took the slot before the pin. It found use 0, so it came after the release
-//! by whoever had moved the head away, and all of that comes before the pin and before the second look (the changes of a use
-//! word are one release sequence). So the second look cannot see the old head; it sees the slot only as that writer, or a
-//! later one, published it. And who comes after the pin finds use not 0.
+//! # Access to a slot
+//! A slot has at most one owner: the writer that fills it, or the head while it is the newest value. A writer
+//! takes a slot whose use is 0: no owner and no pin. A publication swaps it into the head in place of the
+//! newest slot, which the writer then releases. A reader pins the slot that the head names and reads the head
+//! again. If the head still names the slot, the slot holds a whole value and keeps it. Proof: suppose that a
+//! writer took the slot before the pin. It found use 0, so it came after the release by the writer that had
+//! moved the head away. All of that comes before the pin and before the second read of the head (the changes
+//! of a use word are one release sequence). So the second read cannot return the old head. It finds the slot
+//! only as that writer, or a later one, published it. A writer that comes after the pin finds a use that is
+//! not 0.
 //!
 //! # A writer always finds a slot
-//! There are as many slots as pins and owners can be at once, and the writer that looks does not yet own one: at every
-//! instant at least one is free. Without a second writer the head stands still while the writer looks, a reader can newly
-//! pin the newest slot only, and so keeps at most one other slot from the writer: one pass finds a free one. With several
-//! writers a pass may fail only if another published meanwhile.
+//! There are as many slots as there can be pins and owners at once, and the searching writer does not own one
+//! yet: at every instant at least one slot is free. Without a second writer the head does not move during the
+//! search. A reader can then newly pin the newest slot only, and so withholds at most one other slot from the
+//! writer: one pass finds a free slot. With several writers a pass may fail only if another one published
+//! meanwhile.
 //!
 //! # The gate (R7)
-//! A writer first reads the head, then its seat, then swaps the head if it is still the one it read. Withdrawing clears the
-//! seat and then counts the epoch in the head up. A swap that comes after this must have read the counted head, and hence the
-//! cleared seat; a swap that had read the head before fails. Nobody waits for anybody: a writer stopped at any place holds
-//! up no withdrawal.
+//! A writer reads the head, then its seat, then swaps the head if it is still the one that it read. A
+//! withdrawal clears the seat and then increments the epoch in the head. A swap after that must have read the
+//! incremented head, and hence the cleared seat. A swap that read the head before fails. Neither side waits:
+//! a writer that stops at any point delays no withdrawal.
 //!
 //! # Numbers that wrap
-//! The sequence is kept whole in the slot. The bits in the head only tell one head from another: a swap could be taken in if a
-//! writer stood still between two instructions while, to the number, a multiple of 2^32 values and of 2^20 withdrawals
-//! passed and the same slot became the newest again. Readers do not depend on it at all: any head that names the
-//! slot will do.
+//! The slot stores the whole sequence. The bits in the head only distinguish one head from another. A swap
+//! could succeed wrongly only if a writer stopped between two instructions while exactly a multiple of 2^32
+//! values and of 2^20 withdrawals passed and the same slot became the newest again. Readers do not depend on
+//! these bits: any head that names the slot is sufficient.
 
 #![allow(unsafe_code, reason = "the bytes of a slot are shared by the rules above")]
 
@@ -61,15 +64,15 @@ const SLOT_BITS: u32 = 12;
 const SEQUENCE_BITS: u32 = 32;
 const SLOT_MASK: u64 = (1 << SLOT_BITS) - 1;
 const SEQUENCE_MASK: u64 = (1 << SEQUENCE_BITS) - 1;
-/// Added to the head, counts the epoch up; what it carries falls out at the top.
+/// Increments the epoch when added to the head. The carry is lost at the top.
 const NEXT_EPOCH: u64 = 1 << (SLOT_BITS + SEQUENCE_BITS);
 
-/// A slot that a writer fills. To be given back to the cell it is of, by `publish` or `abandon`.
+/// A slot that a writer fills. It must return to its cell by `publish` or `abandon`.
 #[derive(Debug)]
 #[must_use]
 pub struct Claim(usize);
 
-/// A slot that a reader holds. To be given back to the cell it is of, by `unpin`.
+/// A slot that a reader holds. It must return to its cell by `unpin`.
 #[derive(Debug)]
 #[must_use]
 pub struct Pin(usize);
@@ -86,11 +89,11 @@ pub struct Pinned {
 }
 
 impl Pinned {
-    /// Most slots that the head can name.
+    /// The maximum number of slots that the head can name.
     pub const MOST_SLOTS: usize = 1 << SLOT_BITS;
 
-    /// A cell for values of `bytes` bytes, with `seats` grants, and room for `claims` and `pins` at once. The value number 0
-    /// is all zero.
+    /// Returns a cell for values of `bytes` bytes, with `seats` grants, and room for `claims` and `pins` at
+    /// once. Value number 0 is all zero.
     ///
     /// # Panics
     /// If it needs more than [`Self::MOST_SLOTS`] slots.
@@ -106,19 +109,19 @@ impl Pinned {
             first_slot,
             slots,
         };
-        // The head, which is 0, names slot 0 and owns it.
+        // The head is 0, so it names slot 0 and owns it.
         cell.line(0)[USE].store(OWNED, Ordering::Relaxed);
         cell.line(0)[WRITER].store(u64::from(u32::MAX), Ordering::Relaxed);
         cell.line(0)[VALID_UNTIL].store(u64::MAX, Ordering::Relaxed);
         cell
     }
 
-    /// Takes a slot to fill. Its bytes hold what some older value left.
+    /// Takes a slot to fill. Its bytes are those of some older value.
     pub fn claim(&self) -> Claim {
         loop {
             for slot in 0..self.slots {
                 let word = &self.line(slot)[USE];
-                // Acquire: what readers and the last owner did with the slot comes before what the new owner does.
+                // Acquire: accesses by readers and the last owner come before those of the new owner.
                 if word.load(Ordering::Relaxed) == FREE
                     && word
                         .compare_exchange(FREE, OWNED, Ordering::Acquire, Ordering::Relaxed)
@@ -131,7 +134,8 @@ impl Pinned {
         }
     }
 
-    /// Makes a filled slot the newest value and answers its number. With a seat, only while that holds a grant.
+    /// Makes a filled slot the newest value and returns its number. With a seat, only while that seat holds a
+    /// grant.
     ///
     /// # Errors
     /// [`Withdrawn`]; the slot is given back.
@@ -144,25 +148,26 @@ impl Pinned {
         valid_until: u64,
     ) -> Result<u64, Withdrawn> {
         let slot = claim.0;
-        // Release, for `newest`, which looks without a pin.
+        // Release, for `newest`, which reads without a pin.
         let line = self.line(slot);
         line[TIME].store(time, Ordering::Release);
         line[WRITER].store(u64::from(writer), Ordering::Release);
         line[VALID_UNTIL].store(valid_until, Ordering::Release);
         let mut head = self.head().load(Ordering::Acquire);
         loop {
-            // After the head was read: see "The gate".
+            // Must come after the read of the head: see "The gate".
             if seat.is_some_and(|seat| !self.granted(seat)) {
                 self.abandon(claim);
                 return Err(Withdrawn);
             }
             let newest = slot_of(head);
-            // Right if the swap succeeds: then the slot was the newest all the time, and its sequence stood.
+            // Correct if the swap succeeds: then the slot was the newest all the time, and its sequence did
+            // not change.
             let sequence = self.line(newest)[SEQUENCE]
                 .load(Ordering::Relaxed)
                 .wrapping_add(1);
             line[SEQUENCE].store(sequence, Ordering::Release);
-            // Sequentially consistent, for `Bell::ring`, which then asks whether anybody waits.
+            // Sequentially consistent, for `Bell::ring`, which then checks for waiting threads.
             match self.head().compare_exchange_weak(
                 head,
                 successor(head, slot),
@@ -183,10 +188,10 @@ impl Pinned {
         self.let_go(claim.0);
     }
 
-    /// Pins the newest value. Tries again only after a writer has published.
+    /// Pins the newest value. It retries only after a writer has published.
     #[inline]
     pub fn pin(&self) -> Pin {
-        // Relaxed: only a guess, which the second look confirms or corrects.
+        // Relaxed: only a guess, which the second read confirms or corrects.
         let mut slot = slot_of(self.head().load(Ordering::Relaxed));
         loop {
             self.line(slot)[USE].fetch_add(PIN, Ordering::Acquire);
@@ -199,36 +204,36 @@ impl Pinned {
         }
     }
 
-    /// What tells that a pinned value is the newest. While it is pinned no writer takes its slot, so a head that names the slot names
-    /// this very value.
+    /// Returns a glance that recognises a pinned value as the newest. While it is pinned no writer takes its
+    /// slot, so a head that names the slot names this very value.
     pub fn glance(&self, pin: &Pin) -> Glance {
         Glance::new(self.head(), SLOT_MASK, pin.0 as u64)
     }
 
-    /// What never tells.
+    /// Returns a glance that never recognises a value as the newest.
     pub fn blind(&self) -> Glance {
         Glance::blind(self.head())
     }
 
-    /// Lets go of a value.
+    /// Releases a value.
     #[inline]
     pub fn unpin(&self, pin: Pin) {
         self.line(pin.0)[USE].fetch_sub(PIN, Ordering::Release);
     }
 
-    /// Number and stamp of a pinned value.
+    /// Returns the number and the stamp of a pinned value.
     #[inline]
     pub fn mark(&self, pin: &Pin) -> Mark {
         self.mark_of(pin.0)
     }
 
-    /// Number and stamp of the newest value, without pinning it.
+    /// Returns the number and the stamp of the newest value, without pinning it.
     pub fn newest(&self) -> Mark {
         let mut head = self.head().load(Ordering::Acquire);
         loop {
             let mark = self.mark_of(slot_of(head));
-            // A stamp word that is already overwritten is one of a writer that took the slot after the head had moved; reading
-            // it makes the moved head visible to this second look.
+            // If a word of the stamp is already overwritten, a writer took the slot after the head had moved.
+            // Reading that word makes the moved head visible to this second read.
             let again = self.head().load(Ordering::Acquire);
             if again == head {
                 return mark;
@@ -242,13 +247,14 @@ impl Pinned {
         self.region.word(SEATS + seat).store(1, Ordering::Release);
     }
 
-    /// Takes the grant away. When this returns, no publish of that seat takes effect any more, whenever it began.
+    /// Withdraws the grant. When this has returned, no publication of that seat takes effect, even if it
+    /// began before.
     pub fn withdraw(&self, seat: usize) {
         self.region.word(SEATS + seat).store(0, Ordering::Relaxed);
         self.head().fetch_add(NEXT_EPOCH, Ordering::AcqRel);
     }
 
-    /// Whether a seat holds a grant.
+    /// Returns whether a seat holds a grant.
     pub fn granted(&self, seat: usize) -> bool {
         self.region.word(SEATS + seat).load(Ordering::Acquire) == 1
     }
@@ -283,10 +289,10 @@ impl Pinned {
 
 #[cfg(not(loom))]
 impl Pinned {
-    /// As [`Self::new`], and other processes can map the values.
+    /// Returns a cell as [`Self::new`] does, whose values other processes can map.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     ///
     /// # Panics
     /// As [`Self::new`].
@@ -296,58 +302,59 @@ impl Pinned {
         Ok(Self::within(region, first_slot, slots))
     }
 
-    /// The memory of the values, if other processes can map it.
+    /// Returns the memory of the values, if other processes can map it.
     pub fn shared(&self) -> Option<&Shared> {
         self.region.shared()
     }
 
-    /// Where those bytes begin in the memory of the values, if they are there.
+    /// Returns where the bytes begin in the memory of the values, if they are there.
     pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
         self.region.place_of(bytes)
     }
 
-    /// Writes the value number 0, while nobody shares the cell yet.
+    /// Writes value number 0, before the cell is shared.
     pub fn set_initial(&mut self, value: &[u8]) {
         assert_eq!(value.len(), self.region.block_bytes());
-        // SAFETY: the block has this many bytes, and `&mut self` says that nobody holds the slot.
+        // SAFETY: the block has this many bytes, and `&mut self` proves that no other thread holds the slot.
         unsafe { std::slice::from_raw_parts_mut(self.region.block(0), self.region.block_bytes()) }
             .copy_from_slice(value);
     }
 
-    /// The bytes of a claimed slot.
+    /// Returns the bytes of a claimed slot.
     ///
     /// # Safety
     /// The claim is of this cell, and no other slice of its bytes is alive.
     pub unsafe fn bytes_mut<'a>(&'a self, claim: &'a mut Claim) -> &'a mut [u8] {
-        // SAFETY: the block has this many initialised bytes; its owner alone touches it, and the claim says who that is.
+        // SAFETY: the block has this many initialised bytes. Only its owner accesses it, and the claim is the
+        // proof of ownership.
         unsafe { std::slice::from_raw_parts_mut(self.region.block(claim.0), self.region.block_bytes()) }
     }
 
-    /// The bytes of a pinned value.
+    /// Returns the bytes of a pinned value.
     ///
     /// # Safety
     /// The pin is of this cell.
     #[inline]
     pub unsafe fn bytes<'a>(&'a self, pin: &'a Pin) -> &'a [u8] {
-        // SAFETY: the block has this many initialised bytes; nobody writes to it while it is pinned.
+        // SAFETY: the block has this many initialised bytes; no writer changes it while it is pinned.
         unsafe { std::slice::from_raw_parts(self.region.block(pin.0), self.region.block_bytes()) }
     }
 }
 
 #[cfg(loom)]
 impl Pinned {
-    /// The one word that stands for a claimed slot's bytes.
+    /// Returns the one word that represents a claimed slot's bytes.
     pub fn block(&self, claim: &Claim) -> loom::cell::MutPtr<u64> {
         self.region.block(claim.0).get_mut()
     }
 
-    /// The one word that stands for a pinned value's bytes.
+    /// Returns the one word that represents a pinned value's bytes.
     pub fn pinned_block(&self, pin: &Pin) -> loom::cell::ConstPtr<u64> {
         self.region.block(pin.0).get()
     }
 }
 
-/// The word at which slots begin, and how many there are.
+/// Returns the word at which slots begin, and the number of slots.
 fn extent(seats: usize, claims: usize, pins: usize) -> (usize, usize) {
     let slots = claims + pins + 1;
     assert!(slots <= Pinned::MOST_SLOTS, "{slots} slots");
@@ -359,7 +366,7 @@ fn slot_of(head: u64) -> usize {
     (head & SLOT_MASK) as usize
 }
 
-/// The head after `head` in the same epoch, with another slot.
+/// Returns the next head in the same epoch, with another slot.
 fn successor(head: u64, slot: usize) -> u64 {
     let sequence = ((head >> SLOT_BITS).wrapping_add(1)) & SEQUENCE_MASK;
     let epoch = head & !(NEXT_EPOCH - 1);

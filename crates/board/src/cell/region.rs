@@ -1,11 +1,13 @@
-//! One contiguous region: atomic words first, then blocks of plain bytes, each part and each block on a line of its own.
+//! One contiguous region: atomic words first, then blocks of plain bytes. Each part and each block begins on
+//! its own cache line.
 //!
 //! ```text
 //! 0                     words * 8, rounded up to 64          + block * stride
 //! | word 0 | word 1 | … | block 0                            | block 1 | …
 //! ```
-//! In memory that other processes map, the blocks begin on a page of their own: those processes map the blocks alone.
-//! It says where things are; who may touch a block, and when, is for the cells to say.
+//! In memory that other processes map, the blocks begin on a page of their own: those processes map the
+//! blocks alone. A region states where things are. It refuses to control access to a block: the cells do
+//! that.
 
 #![allow(unsafe_code, reason = "words and blocks are views of one piece of memory")]
 
@@ -34,10 +36,10 @@ mod machine {
     }
 
     impl Region {
-        /// All zero. With `block_bytes` 0 there are no blocks.
+        /// Returns a region of zeros. With `block_bytes` 0 there are no blocks.
         ///
         /// # Panics
-        /// If it is larger than the address space.
+        /// If it exceeds the address space.
         pub fn new(words: usize, blocks: usize, block_bytes: usize) -> Self {
             let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(LINE);
             let bytes = first_block + room(blocks, block_bytes);
@@ -52,10 +54,10 @@ mod machine {
             }
         }
 
-        /// The same, whose blocks other processes can map.
+        /// Returns such a region whose blocks other processes can map.
         ///
         /// # Errors
-        /// Those of the system, which may have no memory or no file descriptor left.
+        /// Errors of the system, which may have no memory or no file descriptor left.
         pub fn in_file(words: usize, blocks: usize, block_bytes: usize) -> std::io::Result<Self> {
             let first_block = (words * size_of::<AtomicU64>()).next_multiple_of(PAGE);
             let room = room(blocks, block_bytes);
@@ -71,25 +73,25 @@ mod machine {
             })
         }
 
-        /// The blocks as other processes can map them, if they can.
+        /// Returns the blocks as other processes can map them, if they can.
         pub fn shared(&self) -> Option<&Shared> {
             self.shared.as_ref()
         }
 
-        /// Where those bytes begin among the blocks, if they are there.
+        /// Returns where the bytes begin among the blocks, if they are there.
         pub fn place_of(&self, bytes: &[u8]) -> Option<usize> {
             let blocks = self.memory.base() as usize + self.first_block;
             let place = (bytes.as_ptr() as usize).checked_sub(blocks)?;
             (place + bytes.len() <= self.stride * self.blocks).then_some(place)
         }
 
-        /// Word number `index`.
+        /// Returns word number `index`.
         #[inline]
         pub fn word(&self, index: usize) -> &AtomicU64 {
             &self.all()[index]
         }
 
-        /// The words of a range.
+        /// Returns the words of a range.
         #[inline]
         pub fn words(&self, range: Range<usize>) -> &[AtomicU64] {
             &self.all()[range]
@@ -97,26 +99,26 @@ mod machine {
 
         #[inline]
         fn all(&self) -> &[AtomicU64] {
-            // SAFETY: the words are inside the memory, aligned, initialised, and touched as atomics only.
+            // SAFETY: the words are inside the memory, aligned, initialised, and accessed as atomics only.
             unsafe { std::slice::from_raw_parts(self.memory.base().cast(), self.words) }
         }
 
-        /// Bytes of a block.
+        /// Returns the size of a block in bytes.
         #[inline]
         pub fn block_bytes(&self) -> usize {
             self.block_bytes
         }
 
-        /// The first byte of block number `index`, on a line's boundary.
+        /// Returns the address of block number `index`, on a cache line boundary.
         #[inline]
         pub fn block(&self, index: usize) -> *mut u8 {
             assert!(index < self.blocks, "block {index} of {}", self.blocks);
-            // SAFETY: inside the memory, by the assertion and the size it was made with.
+            // SAFETY: inside the memory, by the assertion and the size of the region.
             unsafe { self.memory.base().add(self.first_block + index * self.stride) }
         }
     }
 
-    /// Bytes of all blocks.
+    /// Returns the size of all blocks in bytes.
     fn room(blocks: usize, block_bytes: usize) -> usize {
         let stride = block_bytes.next_multiple_of(LINE);
         let room = stride
@@ -134,17 +136,17 @@ mod model {
 
     use crate::sync::AtomicU64;
 
-    /// Words and blocks as loom follows them; a block is one word, whatever its stated size.
+    /// Words and blocks as loom tracks them; a block is one word, whatever its stated size.
     pub struct Region {
         words: Box<[AtomicU64]>,
         blocks: Box<[UnsafeCell<u64>]>,
     }
 
-    // SAFETY: loom finds every access to a block that is not ordered.
+    // SAFETY: loom detects every unordered access to a block.
     unsafe impl Sync for Region {}
 
     impl Region {
-        /// All zero.
+        /// Returns a region of zeros.
         pub fn new(words: usize, blocks: usize, _block_bytes: usize) -> Self {
             Self {
                 words: (0..words).map(|_| AtomicU64::new(0)).collect(),
@@ -152,17 +154,17 @@ mod model {
             }
         }
 
-        /// Word number `index`.
+        /// Returns word number `index`.
         pub fn word(&self, index: usize) -> &AtomicU64 {
             &self.words[index]
         }
 
-        /// The words of a range.
+        /// Returns the words of a range.
         pub fn words(&self, range: Range<usize>) -> &[AtomicU64] {
             &self.words[range]
         }
 
-        /// Block number `index`.
+        /// Returns block number `index`.
         pub fn block(&self, index: usize) -> &UnsafeCell<u64> {
             &self.blocks[index]
         }

@@ -1,18 +1,19 @@
-//! Small values of one writer: a ring of copies over atomic words, in the manner of a sequence lock.
+//! Small values of one writer: a ring of copies in atomic words, similar to a sequence lock.
 //!
-//! Word 0 is the number of the newest value (0 at first); the value with number `s` is in slot `s % slots`. A slot is two
-//! words of stamp, then the value. The writer fills the slot after the newest one and then counts up, so a writer that is
-//! stopped in the middle holds up nobody. A reader copies the newest slot and tries again only if, meanwhile, the writer got
-//! so far that it may have come round to this slot. Never for two writers at once.
+//! Word 0 is the number of the newest value (0 at first). The value with number `s` is in slot `s % slots`. A
+//! slot is two words of stamp, then the value. The writer fills the slot after the newest one and then
+//! increments the number, so a writer that stops in the middle delays no reader. A reader copies the newest
+//! slot, and retries only if the writer may have reached this slot again meanwhile. It refuses to serve two
+//! writers at once.
 
 use crate::cell::{Glance, Mark, Region};
 use crate::sync::{AtomicU64, Ordering, fence, relax};
 
-/// Word of the newest value's number.
+/// Index of the word with the newest value's number.
 const NEWEST: usize = 0;
-/// Slots begin on the second line, so that the count has a line of its own.
+/// Slots begin on the second cache line, so the number has a line of its own.
 const SLOTS: usize = 8;
-/// Words of stamp before the value: time, writer.
+/// Words of stamp before the value: time and writer.
 const STAMP: usize = 2;
 
 /// A cell for small values of one writer.
@@ -24,10 +25,12 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// A cell for values of `value_words` words, with a power of two of slots, at least 2. The value number 0 is `initial`.
+    /// Returns a cell for values of `value_words` words. `slots` is a power of two, at least 2. Value number
+    /// 0 is `initial`.
     pub fn new(value_words: usize, slots: u64, initial: &[u64]) -> Self {
         assert!(slots.is_power_of_two() && slots >= 2);
-        // Whole lines outside of models, so that filling a slot does not disturb the readers of its neighbour.
+        // Whole cache lines outside of models, so filling a slot does not disturb the readers of its
+        // neighbour.
         let slot_words = if cfg!(loom) {
             STAMP + value_words
         } else {
@@ -48,27 +51,28 @@ impl Ring {
         ring
     }
 
-    /// Number of the newest value.
+    /// Returns the number of the newest value.
     #[inline]
     pub fn newest(&self) -> u64 {
         self.region.word(NEWEST).load(Ordering::Acquire)
     }
 
-    /// What tells that the value of that number is the newest.
+    /// Returns a glance that recognises the value of that number as the newest.
     pub fn glance(&self, sequence: u64) -> Glance {
         Glance::new(self.region.word(NEWEST), u64::MAX, sequence)
     }
 
-    /// What never tells.
+    /// Returns a glance that never recognises a value as the newest.
     pub fn blind(&self) -> Glance {
         Glance::blind(self.region.word(NEWEST))
     }
 
-    /// Writes the next value and answers its number. For one thread at a time; wait-free.
+    /// Writes the next value and returns its number. For one thread at a time; wait-free.
     pub fn publish(&self, value: &[u64], time: u64, writer: u32) -> u64 {
         let newest = self.region.word(NEWEST);
         let next = newest.load(Ordering::Relaxed) + 1;
-        // A reader that sees any word stored below also sees, after its own fence, the count from before: see `read`.
+        // A reader that sees any word stored below also sees, after its own fence, the number from before:
+        // see `read`.
         fence(Ordering::Release);
         let slot = self.slot(next);
         slot[0].store(time, Ordering::Relaxed);
@@ -76,12 +80,14 @@ impl Ring {
         for (word, value) in slot[STAMP..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
-        // A swap for its order only: sequentially consistent, for `Bell::ring`, which then asks whether anybody waits.
+        // A swap for its ordering only: sequentially consistent, for `Bell::ring`, which then checks for
+        // waiting threads.
         newest.swap(next, Ordering::SeqCst);
         next
     }
 
-    /// Copies the newest value. Tries again only after the writer has published `slots - 1` values during one copy.
+    /// Copies the newest value. It retries only if the writer has published `slots - 1` values during one
+    /// copy.
     #[inline]
     pub fn read(&self, into: &mut [u64]) -> Mark {
         debug_assert_eq!(into.len(), self.value_words);
@@ -93,8 +99,9 @@ impl Ring {
             for (value, word) in into.iter_mut().zip(&slot[STAMP..]) {
                 *value = word.load(Ordering::Relaxed);
             }
-            // The writer comes to this slot again with value `sequence + slots`, after it counted `sequence + slots - 1`.
-            // Had a load above seen a word of that value, this fence and the writer's would make that count visible here.
+            // The writer reaches this slot again with value `sequence + slots`, after it has published
+            // `sequence + slots - 1`. If a load above saw a word of that value, this fence and the writer's
+            // make that number visible here.
             fence(Ordering::Acquire);
             let passed = self.region.word(NEWEST).load(Ordering::Relaxed) - sequence;
             if passed < self.slots - 1 {
@@ -109,7 +116,7 @@ impl Ring {
         }
     }
 
-    /// Number and stamp of the newest value, without the value.
+    /// Returns the number and the stamp of the newest value, without the value.
     pub fn mark(&self) -> Mark {
         loop {
             let sequence = self.newest();

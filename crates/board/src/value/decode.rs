@@ -1,11 +1,11 @@
-//! From bytes to a [`Value`]. Never fails: a length past the capacity counts as the capacity, a bad letter of a text is
-//! replaced.
+//! Decodes bytes as a [`Value`]. It never fails: a length above the capacity counts as the capacity, and
+//! invalid UTF-8 in a text is replaced.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::Value;
 
-/// The fields of a value by name.
+/// Returns the fields of a value by name.
 ///
 /// # Panics
 /// If there are fewer bytes than the type has.
@@ -19,7 +19,7 @@ pub fn decode(value_type: &Type, bytes: &[u8]) -> Value {
     )
 }
 
-/// One field of the structure at the start of `bytes`.
+/// Returns one field of the structure at the start of `bytes`.
 pub(super) fn decode_field(field: &Field, bytes: &[u8]) -> Value {
     match field.form {
         Form::One => decode_element(field, bytes, 0),
@@ -38,7 +38,7 @@ pub(super) fn decode_field(field: &Field, bytes: &[u8]) -> Value {
     }
 }
 
-/// One element of a field of the structure at the start of `bytes`.
+/// Returns one element of a field of the structure at the start of `bytes`.
 pub(super) fn decode_element(field: &Field, bytes: &[u8], index: usize) -> Value {
     let bytes = &bytes[field.offset + index * field.kind.bytes()..];
     match &field.kind {
@@ -47,7 +47,7 @@ pub(super) fn decode_element(field: &Field, bytes: &[u8], index: usize) -> Value
     }
 }
 
-/// How many elements a field has in the structure at the start of `bytes`.
+/// Returns the number of elements of a field in the structure at the start of `bytes`.
 pub(super) fn length(field: &Field, bytes: &[u8]) -> usize {
     match field.form.length_offset() {
         None => field.form.capacity(),

@@ -1,4 +1,4 @@
-//! From a [`Value`] to bytes. All or nothing: when a part does not fit, nothing is written.
+//! Encodes a [`Value`] as bytes. All or nothing: if a part does not fit, nothing is written.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
@@ -6,13 +6,14 @@ use super::decode::length;
 use super::{Value, ValueError};
 use crate::nearest::nearest;
 
-/// Writes a value over the one that is in `into`.
+/// Writes a value over the one in `into`.
 ///
-/// Fields that a map does not name keep what they hold; new elements of sequences start at zero. A type with a single field
-/// takes that field's value as well, and a structure of numbers takes a list of them in the order of its fields.
+/// Fields that a map does not name keep their values. New elements of sequences start at zero. A type with a
+/// single field also accepts the value of that field, and a structure of numbers also accepts a list in the
+/// order of its fields.
 ///
 /// # Errors
-/// What does not fit, with its path; `into` is then as it was.
+/// What does not fit, with its path. `into` is unchanged then.
 pub fn encode(value_type: &Type, value: &Value, into: &mut [u8]) -> Result<(), ValueError> {
     if into.len() != value_type.bytes {
         return Err(ValueError::Size {
@@ -52,7 +53,7 @@ fn encode_struct(value_type: &Type, value: &Value, into: &mut [u8], path: &str) 
         | Value::Text(_)
         | Value::List(_) => {
             match value_type.fields.as_slice() {
-                // The path stays: who gave a bare value does not know the field's name.
+                // The path does not grow: a caller that gives a bare value does not name the field.
                 [only] => encode_field(only, value, into, path),
                 _ => Err(ValueError::Kind {
                     path: path.to_owned(),
@@ -80,7 +81,7 @@ fn encode_field(field: &Field, value: &Value, into: &mut [u8], path: &str) -> Re
         ) => {
             at_most(capacity, values.len(), "elements", path)?;
             let (old, new) = (length(field, into), values.len());
-            // Neither what is past the old end nor what is past the new one is anybody's.
+            // Bytes past the old end or past the new end belong to no element.
             let bytes = field.kind.bytes();
             into[field.offset..][old.min(new) * bytes..capacity * bytes].fill(0);
             set_length(into, length_offset, new);
@@ -193,7 +194,7 @@ pub(super) fn unknown_field(value_type: &Type, path: &str, field: &str) -> Value
     }
 }
 
-/// Whether every field is one number, so that a list in their order says it all.
+/// Returns whether every field is one number, so a list in their order is complete.
 fn is_numbers(value_type: &Type) -> bool {
     let number = |field: &Field| field.form == Form::One && matches!(field.kind, FieldKind::Scalar(_));
     !value_type.fields.is_empty() && value_type.fields.iter().all(number)
@@ -213,7 +214,7 @@ fn expected_struct(value_type: &Type) -> String {
 }
 
 fn set_length(into: &mut [u8], offset: usize, length: usize) {
-    // A capacity is a u32 in the tables.
+    // A capacity is a `u32` in the descriptions.
     into[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
 }
 

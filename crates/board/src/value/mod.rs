@@ -1,5 +1,5 @@
-//! Values without their Rust types: for application files, tools and recordings. A description of the type says what the
-//! bytes are. No units are converted here, and no file format is known.
+//! Values without their Rust types, for application files, tools and recordings. A description of the type
+//! gives the meaning of the bytes. It refuses to convert units and to know file formats.
 
 mod decode;
 mod encode;
@@ -13,45 +13,46 @@ pub use path::get_path;
 /// A value of any type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Yes or no.
+    /// True or false.
     Bool(bool),
     /// A whole number of a signed type.
     Int(i64),
     /// A whole number of an unsigned type.
     UInt(u64),
-    /// A number.
+    /// A floating-point number.
     Float(f64),
     /// Text.
     Text(String),
-    /// Elements of an array or a sequence; or the fields of a structure of numbers, in their order.
+    /// Elements of an array or a sequence, or the fields of a structure of numbers, in order.
     List(Vec<Value>),
-    /// Fields of a structure by name, in their order.
+    /// Fields of a structure by name, in order.
     Map(Vec<(String, Value)>),
 }
 
-/// Why a value does not fit a type, or a path leads nowhere. A path is like `poses[2].position.x`; empty for the whole.
+/// Why a value does not fit a type, or a path names nothing. A path has the form `poses[2].position.x`; an
+/// empty path is the whole value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ValueError {
-    /// No such field.
+    /// The field does not exist.
     #[error("{} has no field `{field}`{}", whole(.path), hint(.nearest, .known))]
     UnknownField {
-        /// What has no such field.
+        /// The value without such a field.
         path: String,
-        /// The field asked for.
+        /// The requested field.
         field: String,
-        /// The nearest there is.
+        /// The nearest existing field.
         nearest: Option<String>,
-        /// All there are.
+        /// All existing fields.
         known: Vec<String>,
     },
-    /// Another kind of value.
+    /// The value has the wrong kind.
     #[error("{} must be {expected}, not {got}", whole(.path))]
     Kind {
         /// Where.
         path: String,
-        /// What belongs there.
+        /// The expected kind.
         expected: String,
-        /// What was given.
+        /// The value that was given.
         got: String,
     },
     /// A number that the field's type cannot hold.
@@ -61,46 +62,46 @@ pub enum ValueError {
         path: String,
         /// The type of the field.
         scalar: &'static str,
-        /// What was given.
+        /// The value that was given.
         got: String,
-        /// Least it can hold.
+        /// The least number that it can hold.
         least: String,
-        /// Greatest it can hold.
+        /// The greatest number that it can hold.
         greatest: String,
     },
-    /// More elements, or bytes of text, than there is room for.
+    /// More elements, or bytes of text, than the capacity.
     #[error("{} has room for {capacity} {what}, and {got} were given", whole(.path))]
     TooLong {
         /// Where.
         path: String,
         /// Elements or bytes.
         what: &'static str,
-        /// Room.
+        /// The capacity.
         capacity: usize,
-        /// Given.
+        /// The number that was given.
         got: usize,
     },
-    /// Another number of elements than a fixed one.
+    /// The number of elements differs from a fixed one.
     #[error("{} needs exactly {expected} values, and {got} were given", whole(.path))]
     Count {
         /// Where.
         path: String,
-        /// Needed.
+        /// The number that is required.
         expected: usize,
-        /// Given.
+        /// The number that was given.
         got: usize,
     },
-    /// An element past the end.
+    /// The index of an element is past the end.
     #[error("{} has {length} elements, counted from 0; there is no [{index}]", whole(.path))]
     NoElement {
-        /// What has too few.
+        /// The list.
         path: String,
-        /// The one asked for.
+        /// The requested index.
         index: usize,
-        /// How many there are.
+        /// The number of elements.
         length: usize,
     },
-    /// A path that cannot be read, or that goes on where there is nothing below.
+    /// A path that cannot be parsed, or that continues below a value without fields.
     #[error("path `{path}`: {wrong}")]
     Path {
         /// The whole path.
@@ -108,14 +109,14 @@ pub enum ValueError {
         /// What is wrong.
         wrong: String,
     },
-    /// Bytes that are not a value of the type.
+    /// The size of the bytes differs from that of the type.
     #[error("a `{value_type}` has {expected} bytes, not {got}")]
     Size {
         /// The type.
         value_type: String,
-        /// Its bytes.
+        /// Its size in bytes.
         expected: usize,
-        /// Given.
+        /// The number of bytes that were given.
         got: usize,
     },
 }

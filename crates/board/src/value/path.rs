@@ -1,4 +1,5 @@
-//! One part of a value by its path: `pose.position.x`, `ranges[3]`, `poses[2].position`. Looks at that part only.
+//! One part of a value by its path: `pose.position.x`, `ranges[3]`, `poses[2].position`. It decodes that part
+//! only.
 
 use jde_abi::describe::{Field, FieldKind, Form, Type};
 
@@ -6,10 +7,11 @@ use super::decode::{decode, decode_element, decode_field, length};
 use super::encode::unknown_field;
 use super::{Value, ValueError};
 
-/// The part of a value that a path names; the empty path names all of it.
+/// Returns the part of a value that a path names. The empty path names the whole value.
 ///
 /// # Errors
-/// A field or an element that is not there; bytes that are not a value of the type.
+/// A field or an element does not exist, the path cannot be parsed, or the size of the bytes differs from
+/// that of the type.
 pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, ValueError> {
     if bytes.len() != value_type.bytes {
         return Err(ValueError::Size {
@@ -56,7 +58,7 @@ pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, Va
     unreachable!("a path that is not empty has a last step")
 }
 
-/// `name` or `name[index]`.
+/// Parses `name` or `name[index]`.
 fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
     let Some((name, rest)) = step.split_once('[') else {
         return Ok((step, None));

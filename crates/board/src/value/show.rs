@@ -1,11 +1,11 @@
-//! How values look in a terminal: one line, no more digits than needed.
+//! The display of values in a terminal: one line, no more digits than needed.
 
 use std::fmt;
 
 use super::Value;
 
 impl Value {
-    /// What it is, for messages: "a text", "-3".
+    /// Returns the value in words for messages, such as "the text `home`" or "-3".
     pub(super) fn named(&self) -> String {
         match self {
             Self::Bool(value) => value.to_string(),
