@@ -1,5 +1,5 @@
-//! Who looks at which schema's panel, what each shows, and what people did to them and is not handed in yet. It draws nothing and
-//! calls no schema: the runner does, on the schema's own turn.
+//! The viewers of each schema's panel, the newest drawing of each panel, and the gestures that wait for
+//! delivery. It draws nothing and calls no schema: the runner does both, in the schema's own turn.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_panel::{Gesture, List, Touch};
 
-/// Most drawings of a panel in a second: what eyes can use.
+/// The most drawings of a panel per second: more is not visible.
 pub const MOST_RATE: f64 = 30.0;
-/// Fewest: whoever wants less looks now and then.
+/// The fewest drawings per second.
 const LEAST_RATE: f64 = 0.01;
-/// Drawing takes at most one part in so many of a schema's time.
+/// Drawing takes at most one part in this many of a schema's time.
 pub(crate) const SHARE: u32 = 20;
-/// What is shown in place of a panel that nobody can draw.
+/// Shown in place of a panel without an instance to draw it.
 const GONE: &str = "it is not there: it failed or was unloaded";
-/// Most gestures that await a schema: some seconds of somebody who clicks as fast as people can.
+/// The most gestures that wait for one schema: several seconds of the fastest clicking.
 const MOST_GESTURES: usize = 64;
 
 /// What a panel showed at one instant.
@@ -27,56 +27,56 @@ pub struct Drawn {
     pub sequence: u64,
     /// When it was drawn, ns since the application's start.
     pub time: Nanos,
-    /// How long that took, of the machine's time.
+    /// How long the drawing took, in machine time.
     pub took: Duration,
-    /// How many drawings of it went wrong so far.
+    /// Failed drawings of this panel so far.
     pub failed: u64,
-    /// What it shows, or why there is nothing to show.
+    /// The widgets, or why there is nothing to show.
     pub list: Result<List, String>,
 }
 
-/// Why nobody can look at a panel, or touch it.
+/// Why a panel cannot be shown or touched.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// No such schema.
+    /// There is no such schema.
     #[error("there is no schema number {0}; the application has {1}")]
     Nobody(usize, usize),
-    /// It has no panel.
+    /// The schema has no panel.
     #[error("`{0}` has no panel of its own")]
     NoPanel(String),
-    /// It takes no gestures.
+    /// The panel takes no gestures.
     #[error("the panel of `{0}` only shows; nothing on it can be touched")]
     Untouchable(String),
-    /// Its instance is gone.
+    /// The schema has no instance at present.
     #[error("`{0}` is not there: it failed or was unloaded, and nobody has woken it since")]
     Gone(String),
-    /// It has not taken up what was done before.
+    /// Too many earlier gestures still wait for the schema.
     #[error("`{0}` has {MOST_GESTURES} gestures to take up yet; try again")]
     Busy(String),
-    /// A gesture that cannot be.
+    /// The gesture is invalid.
     #[error("the gesture is wrong: {0}")]
     Wrong(jde_panel::Broken),
-    /// The turns of then are taken again.
+    /// The application replays recorded turns.
     #[error("a replay of decisions takes the turns of then again; nobody can look or act")]
     Past,
 }
 
-/// Somebody who looks at a panel; dropping it ends that.
+/// A registered viewer of a panel. Dropping it ends the registration.
 pub struct Look {
     panels: Arc<Panels>,
     schema: usize,
     id: u64,
 }
 
-/// Is called after a panel was drawn, on the thread of its schema: it must return at once.
+/// Called after a panel was drawn, on the thread of its schema. It must return at once.
 pub(crate) type News = Arc<dyn Fn() + Send + Sync>;
 
 /// All panels of an application.
 pub(crate) struct Panels {
     easels: Vec<Easel>,
-    /// Panels that somebody looks at.
+    /// Panels that have viewers.
     looked_at: AtomicUsize,
-    /// Gestures handed in so far.
+    /// Gestures delivered so far.
     handed: AtomicU64,
 }
 
@@ -85,28 +85,28 @@ pub(crate) struct Panels {
 struct Easel {
     exists: AtomicBool,
     touchable: AtomicBool,
-    /// How long from one drawing to the next, ns; 0 while nobody looks.
+    /// Time from one drawing to the next, ns; 0 without viewers.
     every: AtomicU64,
     lookers: Mutex<Lookers>,
     shown: Mutex<Shown>,
     hands: Mutex<Hands>,
 }
 
-/// Who takes gestures up, and those that await it.
+/// Whether an instance receives gestures, and the gestures that wait for it.
 #[derive(Default)]
 struct Hands {
     there: bool,
     gestures: VecDeque<(String, Gesture)>,
 }
 
-/// What became of a gesture.
+/// The result of [`Panels::put`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Put {
-    /// It awaits the schema.
+    /// The gesture waits for the schema.
     Kept,
-    /// There is no instance to take it up.
+    /// There is no instance to receive it.
     Gone,
-    /// Too many await it already.
+    /// Too many gestures wait already.
     Full,
 }
 
@@ -124,7 +124,7 @@ struct Shown {
 }
 
 impl Panels {
-    /// Of so many schemas, none of which has one yet.
+    /// Returns the panels of so many schemas, none of which has a panel yet.
     pub(crate) fn new(schemas: usize) -> Self {
         Self {
             easels: (0..schemas).map(|_| Easel::default()).collect(),
@@ -133,7 +133,7 @@ impl Panels {
         }
     }
 
-    /// Whether a schema has a panel, and one that can be touched.
+    /// Declares whether a schema has a panel, and if so, whether it takes gestures.
     pub(crate) fn declare(&self, schema: usize, panel: Option<bool>) {
         let easel = &self.easels[schema];
         easel.exists.store(panel.is_some(), Ordering::Release);
@@ -148,12 +148,13 @@ impl Panels {
         self.easels[schema].touchable.load(Ordering::Acquire)
     }
 
-    /// A schema has an instance now.
+    /// Records that a schema has an instance.
     pub(crate) fn came(&self, schema: usize) {
         lock(&self.easels[schema].hands).there = true;
     }
 
-    /// Its instance is gone; whoever looks is told so. Answers how many gestures it had not taken up: nobody will.
+    /// Records that the instance of a schema has ended, and shows this to the viewers. Returns the number of
+    /// waiting gestures, which are discarded.
     pub(crate) fn went(&self, schema: usize, time: Nanos) -> usize {
         let mut hands = lock(&self.easels[schema].hands);
         let was_there = std::mem::replace(&mut hands.there, false);
@@ -169,17 +170,17 @@ impl Panels {
         lock(&self.easels[schema].hands).there
     }
 
-    /// Says in place of the panel that there is no instance to draw it.
+    /// Shows a message in place of the panel: there is no instance to draw it.
     pub(crate) fn show_gone(&self, schema: usize, time: Nanos) {
         self.show(schema, time, Duration::ZERO, Err(GONE.to_owned()));
     }
 
-    /// Whether anybody looks at any panel.
+    /// Whether any panel has a viewer.
     pub(crate) fn is_any_looked_at(&self) -> bool {
         self.looked_at.load(Ordering::Acquire) > 0
     }
 
-    /// Somebody looks, so often a second.
+    /// Registers a viewer, with the drawings per second that it requests.
     pub(crate) fn look(self: &Arc<Self>, schema: usize, rate: f64, news: News) -> Look {
         let rate = if rate.is_nan() { LEAST_RATE } else { rate };
         let every = Duration::from_secs_f64(1.0 / rate.clamp(LEAST_RATE, MOST_RATE));
@@ -200,13 +201,13 @@ impl Panels {
         }
     }
 
-    /// How long from one drawing to the next, as whoever wants most wants it; nothing while nobody looks.
+    /// Returns the shortest time between drawings that a viewer requests; `None` without viewers.
     pub(crate) fn wanted(&self, schema: usize) -> Option<Duration> {
         let every = self.easels[schema].every.load(Ordering::Acquire);
         (every > 0).then(|| Duration::from_nanos(every))
     }
 
-    /// Shows what was drawn, and tells those who look.
+    /// Publishes a drawing and notifies the viewers.
     pub(crate) fn show(&self, schema: usize, time: Nanos, took: Duration, list: Result<List, String>) {
         let easel = &self.easels[schema];
         let lookers = lock(&easel.lookers);
@@ -233,8 +234,9 @@ impl Panels {
         lock(&self.easels.get(schema)?.shown).newest.clone()
     }
 
-    /// Keeps a gesture until the schema takes it up. The newest place of a drag or slider is all there is to tell of it, as long as
-    /// nothing else was done in between: what is pressed then counts with what was set before.
+    /// Queues a gesture for the schema. A movement of a drag or slider replaces the queued movements of the
+    /// same operator on the same widget, as far as no other gesture follows them: a press takes effect with
+    /// the values set before it.
     pub(crate) fn put(&self, schema: usize, by: &str, gesture: Gesture) -> Put {
         let mut hands = lock(&self.easels[schema].hands);
         if !hands.there {
@@ -259,21 +261,21 @@ impl Panels {
         Put::Kept
     }
 
-    /// The gesture that has awaited a schema longest, and whether there are more.
+    /// Takes the oldest gesture of a schema's queue. Also returns whether more are queued.
     pub(crate) fn take(&self, schema: usize) -> Option<((String, Gesture), bool)> {
         let gestures = &mut lock(&self.easels[schema].hands).gestures;
         let first = gestures.pop_front()?;
         Some((first, !gestures.is_empty()))
     }
 
-    /// The number of the next gesture that is handed in, from 1.
+    /// Returns the number of the next delivered gesture, from 1.
     pub(crate) fn next_handed(&self) -> u64 {
         self.handed.fetch_add(1, Ordering::AcqRel) + 1
     }
 }
 
 impl Easel {
-    /// Draws as often as whoever wants most.
+    /// Sets the drawing interval to the shortest that a viewer requests.
     fn settle(&self, lookers: &Lookers) {
         let least = lookers
             .all
@@ -292,27 +294,28 @@ impl Drop for Look {
         easel.settle(&lookers);
         if lookers.all.is_empty() {
             self.panels.looked_at.fetch_sub(1, Ordering::AcqRel);
-            // What nobody saw come is not shown later as if it were live.
+            // A later viewer must not see an old drawing as if it were live.
             lock(&easel.shown).newest = None;
         }
     }
 }
 
-/// When a panel was drawn, and when it may be again.
+/// When a panel may be drawn again.
 #[derive(Default)]
 pub(crate) struct Pace {
     next: Option<Instant>,
 }
 
 impl Pace {
-    /// When it may be drawn; nothing: at once.
+    /// Returns how long to wait before the next drawing; `None` if it may be drawn at once.
     pub(crate) fn wait(&self, now: Instant) -> Option<Duration> {
         let next = self.next?;
         next.checked_duration_since(now).filter(|wait| !wait.is_zero())
     }
 
-    /// It was drawn at `start`, which took so long, and is wanted that often: on the grid of its rate, so that schemas whose
-    /// periods do not divide it are drawn as often as they can be; and never for more than its share of time.
+    /// Records a drawing that began at `start` and lasted `took`, at the requested interval `every`. The next
+    /// drawing is on the grid of that interval, so that a schema whose period does not divide the interval
+    /// still reaches the requested rate; drawing never takes more than its [`SHARE`] of the time.
     pub(crate) fn drew(&mut self, start: Instant, took: Duration, every: Duration) {
         let grid = self.next.map_or(start + every, |due| due + every);
         let soonest = start + (every / 2).max(took * SHARE);
@@ -324,7 +327,7 @@ fn moves(gesture: &Gesture) -> bool {
     matches!(gesture.touch, Touch::Moved(_) | Touch::Dragged { .. })
 }
 
-/// Whether the next of its kind on its widget tells all that it does.
+/// Whether the next gesture of this kind on the same widget supersedes it.
 fn goes_on(gesture: &Gesture) -> bool {
     gesture.goes_on() || matches!(gesture.touch, Touch::Moved(_))
 }
@@ -346,7 +349,8 @@ mod tests {
         assert_eq!(pace.wait(start), None, "at once, the first time");
         pace.drew(start, MS, every);
         assert_eq!(pace.wait(start + 30 * MS), Some(70 * MS));
-        // A turn of 75 ms each: the one at 150 comes late, and the one at 225 is on time again.
+        // The period is 75 ms: the drawing due at 100 occurs late, at 150, and the one at 225 is on time
+        // again.
         assert_eq!(pace.wait(start + 150 * MS), None);
         pace.drew(start + 150 * MS, MS, every);
         assert_eq!(pace.wait(start + 225 * MS), None);

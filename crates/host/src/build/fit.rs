@@ -1,5 +1,5 @@
-//! Whether another build of a type fits an application that runs: every binding there is must hold, and nothing new may need one.
-//! Lists all reasons against it; changes nothing.
+//! Checks whether another build of a type fits a running application: every present binding must still hold,
+//! and no new port or role may require one. Collects all reasons against it; changes nothing.
 
 use jde_abi::describe::{Child, Kind, Port, Role, Schema};
 use jde_core::Policy;
@@ -11,11 +11,11 @@ use crate::app::{Application, Binding, ChildTarget, Instance, Source};
 pub(crate) struct Fit {
     pub(crate) ports: Vec<Way>,
     pub(crate) roles: Vec<Option<usize>>,
-    /// What of the new is not in force before the application starts anew.
+    /// New parts of the build that take effect only when the application is restarted.
     pub(crate) notes: Vec<String>,
 }
 
-/// The present build and the new one, with what was found so far.
+/// The present build and the new one, with the findings so far.
 struct Fitting<'a> {
     application: &'a Application,
     number: usize,
@@ -24,10 +24,10 @@ struct Fitting<'a> {
     notes: Vec<String>,
 }
 
-/// Finds the places of a build's ports and roles in the application.
+/// Maps a build's ports and roles to those of the application.
 ///
 /// # Errors
-/// Everything that keeps it from taking the place of the present build.
+/// Every reason why it cannot replace the present build.
 pub(crate) fn fit(application: &Application, number: usize, new: &Schema) -> Result<Fit, Vec<String>> {
     let children = application.instances[number].schema.children.iter();
     let named = children.filter(|child| child.many);
@@ -63,7 +63,7 @@ impl<'a> Fitting<'a> {
         &self.instance().schema
     }
 
-    /// What is true of the type as a whole.
+    /// Checks the type as a whole.
     fn whole(&mut self) {
         let (old, new) = (self.old(), self.new);
         if old.kind != new.kind {
@@ -96,7 +96,7 @@ impl<'a> Fitting<'a> {
         }
     }
 
-    /// Ports and roles that it has no more, and somebody needs.
+    /// Finds removed ports and roles that the application needs.
     fn gone(&mut self) {
         let instance = self.instance();
         for (place, port) in self.old().ports.iter().enumerate() {
@@ -120,7 +120,7 @@ impl<'a> Fitting<'a> {
         }
     }
 
-    /// Who needs a port that is there.
+    /// Describes why a port of the present build is needed; `None` if it is not.
     fn need(&self, place: usize, binding: &Binding) -> Option<String> {
         let here = (self.number, place);
         match binding {
@@ -132,14 +132,14 @@ impl<'a> Fitting<'a> {
                 let target = target.as_ref()?;
                 Some(format!("the application binds it to {}", self.variable(*target)))
             }
-            // Nobody binds these by hand: a father that writes no more leaves the child as it is.
+            // These are not bound by hand: if a father no longer writes one, the child keeps its value.
             Binding::ChildModulation { .. } => None,
             Binding::Export => self
                 .reader(here)
                 .or_else(|| (self.application.mission == Some(here)).then(|| "it is the mission".to_owned())),
             Binding::Command => self.writer(here),
             Binding::Modulation { set, .. } => {
-                // Its next start would be refused, whatever the value is.
+                // The next start of the application would be refused, whatever the value.
                 let set = || set.then(|| "the application sets it".to_owned());
                 self.writer(here).or_else(|| self.reader(here)).or_else(set)
             }
@@ -175,7 +175,7 @@ impl<'a> Fitting<'a> {
         Some(user.name.clone())
     }
 
-    /// The place of a role.
+    /// Returns the application's place of a role.
     fn role(&mut self, new: &Child) -> Option<usize> {
         let place = self.old().children.iter().position(|old| old.name == new.name);
         let bound = place.and_then(|place| self.instance().children[place]);
@@ -207,7 +207,7 @@ impl<'a> Fitting<'a> {
         place
     }
 
-    /// Where a port leads.
+    /// Returns where a port leads.
     fn port(&mut self, new: &Port) -> Way {
         let place = self.old().ports.iter().position(|old| self.same_name(new, old));
         let Some(place) = place else {
@@ -233,7 +233,7 @@ impl<'a> Fitting<'a> {
         Way::Bound(place)
     }
 
-    /// Whether a port that is bound is as it was.
+    /// Checks that a bound port has not changed.
     fn same(&mut self, name: &str, old: &Port, new: &Port) {
         if !old.value_type.same_as(&new.value_type) {
             let what = if old.value_type.name == new.value_type.name {
@@ -304,7 +304,7 @@ impl<'a> Fitting<'a> {
         }
     }
 
-    /// A port that the application knows nothing of.
+    /// Returns where a port leads that the application does not know.
     fn new_port(&mut self, new: &Port) -> Way {
         let name = self.name(new, &self.new.children);
         let way = match &new.role {
@@ -344,7 +344,7 @@ impl<'a> Fitting<'a> {
         way
     }
 
-    /// Whether two ports are one by kind, name and child.
+    /// Whether two ports agree in kind, name and child.
     fn same_name(&self, new: &Port, old: &Port) -> bool {
         let child = |port: &Port, children: &'a [Child]| match port.role {
             Role::ChildModulation { child } => Some(children[child].name.as_str()),

@@ -1,7 +1,9 @@
-//! Builds of types of schemas: which one each instance runs, and how the numbers of its ports and roles are the application's.
+//! Builds of schema types: which build each instance runs, and how its port and role numbers map to those of
+//! the application.
 //!
-//! An application never changes; builds do. What a build calls its third port may be the application's first, or nobody's, so that
-//! everything outside the instance, recordings included, keeps the numbers of the application. Calls no schema.
+//! An application never changes; builds do. The third port of a build may be the application's first, or
+//! unknown to it. So everything outside the instance, including recordings, keeps the application's numbers.
+//! Calls no schema.
 
 mod fit;
 mod register;
@@ -19,12 +21,12 @@ use crate::plugin::{Functions, Loaded};
 pub(crate) use fit::{Fit, fit};
 pub(crate) use register::Register;
 
-/// Which build of a plugin it is, for people.
+/// Identifies a build of a plugin, for people.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BuildName {
-    /// The version of the plugin, as its author counts.
+    /// The plugin's version, as its author states it.
     pub version: String,
-    /// Its file; none if it is linked in.
+    /// Its file; `None` if it is linked in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
 }
@@ -40,7 +42,7 @@ impl fmt::Display for BuildName {
     }
 }
 
-/// One build of the type of an instance.
+/// One build of an instance's type.
 pub(crate) struct Build {
     pub(crate) table: Functions,
     pub(crate) state: Option<raw::State>,
@@ -49,9 +51,9 @@ pub(crate) struct Build {
     pub(crate) name: BuildName,
     /// Where each of its ports leads.
     ports: Vec<Way>,
-    /// Each of its roles among those of the application.
+    /// For each of its roles, the application's role.
     roles: Vec<Option<usize>>,
-    /// What its functions are in.
+    /// The library that contains its functions.
     pub(crate) plugin: Loaded,
 }
 
@@ -59,16 +61,17 @@ pub(crate) struct Build {
 pub(crate) enum Way {
     /// To the application's port of that number.
     Bound(usize),
-    /// Nowhere: it is new, and optional.
+    /// Nowhere: it is new and optional.
     Unbound,
-    /// To a value that nobody writes: it is a new modulation, or a new command, whose neutral value is in force.
+    /// To a constant: a new modulation has its default, a new command its neutral value.
     Fixed { value: Aligned, neutral: bool },
-    /// To nobody: it is a new export of so many bytes.
+    /// To no reader: a new export of that many bytes.
     Unheard(usize),
 }
 
 impl Build {
-    /// The one that the application was checked against; `about` is the type as the application has it.
+    /// Returns the build against which the application was checked; `about` is the type as the application
+    /// has it.
     pub(crate) fn original(plugin: Loaded, number: usize, about: &describe::Schema) -> Self {
         let fit = Fit {
             ports: (0..about.ports.len()).map(Way::Bound).collect(),
@@ -83,7 +86,7 @@ impl Build {
         Self::new(plugin, number, state, fit)
     }
 
-    /// Another, in the place that `fit` found for it.
+    /// Returns another build, mapped as `fit` states.
     pub(crate) fn new(plugin: Loaded, number: usize, state: Option<raw::State>, fit: Fit) -> Self {
         Self {
             table: plugin.schema(number),
@@ -99,33 +102,34 @@ impl Build {
         }
     }
 
-    /// How many ports it has.
+    /// The number of its ports.
     pub(crate) fn ports(&self) -> usize {
         self.ports.len()
     }
 
-    /// Where a port leads; none if it has none of that number.
+    /// Returns where a port leads; `None` if the build has no such port.
     pub(crate) fn way(&self, port: u32) -> Option<&Way> {
         self.ports.get(port as usize)
     }
 
-    /// A role of the application by the build's number: none if it has none of that number, and none within if nobody has it.
+    /// Maps the build's role number to the application's: `None` if the build has no such role, `Some(None)`
+    /// if the application does not have it.
     pub(crate) fn role(&self, role: u32) -> Option<Option<usize>> {
         self.roles.get(role as usize).copied()
     }
 
-    /// The build's number of a role of the application.
+    /// Maps the application's role number to the build's.
     pub(crate) fn own_role(&self, role: usize) -> Option<usize> {
         self.roles.iter().position(|own| *own == Some(role))
     }
 
-    /// How many roles it has.
+    /// The number of its roles.
     pub(crate) fn roles(&self) -> usize {
         self.roles.len()
     }
 }
 
-/// The place of a type in another build of its plugin.
+/// Returns the place of a type in another build of its plugin.
 pub(crate) fn place(plugin: &describe::Plugin, schema: &str) -> Option<usize> {
     plugin.schemas.iter().position(|other| other.name == schema)
 }
@@ -139,5 +143,5 @@ impl Way {
     }
 }
 
-/// A build that may be shared.
+/// A shared build.
 pub(crate) type Shared = Arc<Build>;

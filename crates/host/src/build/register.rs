@@ -1,5 +1,6 @@
-//! Which build each instance runs, and which it goes back to while the present one is on trial. Whoever makes an instance asks
-//! here, so that one that is made anew is of the right build wherever the one before it was left.
+//! Which build each instance runs, and to which one it returns if the present one fails on trial. Every new
+//! instance is created from the build registered here, so it is of the right build whatever happened to the
+//! instance before. Creates no instance.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -7,7 +8,7 @@ use super::{BuildName, Shared};
 use crate::reload::{Order, Swap, Takeover};
 use crate::snapshot::ReloadView;
 
-/// What whoever waits for an exchange at the end is told.
+/// The error that a pending exchange receives at the end.
 const OVER: &str = "the application has ended";
 
 /// The builds of an application, by instance.
@@ -17,9 +18,9 @@ pub(crate) struct Register {
 
 #[derive(Default)]
 struct Entry {
-    /// None before the instance is first made.
+    /// `None` before the instance is first created.
     present: Option<Shared>,
-    /// The one before, while the present one is on trial.
+    /// The build before, while the present one is on trial.
     before: Option<Shared>,
     exchange: Exchange,
     reloads: u32,
@@ -27,18 +28,18 @@ struct Entry {
     undone: Option<String>,
 }
 
-/// How far the exchange of builds is that somebody ordered and that is not answered yet.
+/// The progress of an exchange of builds that was requested and not answered yet.
 #[derive(Default)]
 enum Exchange {
     #[default]
     None,
     /// A build waits for its turn to take over.
     Awaited(Swap),
-    /// It is taking over.
+    /// The build is taking over.
     UnderWay { build: BuildName, order: Arc<Order> },
-    /// It took over in the present turn.
+    /// The build took over in the present turn.
     Done { takeover: Takeover, order: Arc<Order> },
-    /// The application has ended, and none is exchanged any more.
+    /// The application has ended; further exchanges are refused.
     Over,
 }
 
@@ -49,22 +50,22 @@ impl Register {
         }
     }
 
-    /// The build that an instance starts with.
+    /// Sets the build with which an instance starts.
     pub(crate) fn begin(&self, instance: usize, build: Shared) {
         self.lock()[instance].present = Some(build);
     }
 
-    /// The build that an instance is to be of.
+    /// Returns the build of which an instance is to be created.
     pub(crate) fn of(&self, instance: usize) -> Shared {
         let present = self.lock()[instance].present.clone();
         present.expect("an instance has a build before it has a runner")
     }
 
-    /// A build is about to take over. It is kept here until it has its turn, so that a call that hangs before then leaves it to whoever
-    /// takes the next.
+    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes it
+    /// from here.
     ///
     /// # Errors
-    /// Another waits already, or the application has ended.
+    /// Another build waits already, or the application has ended.
     pub(crate) fn await_turn(&self, instance: usize, swap: Swap) -> Result<(), String> {
         let exchange = &mut self.lock()[instance].exchange;
         match exchange {
@@ -79,7 +80,7 @@ impl Register {
         }
     }
 
-    /// The application has ended: whoever waits for a build to take over is answered, and no other takes over.
+    /// Refuses all further exchanges, because the application has ended. Pending exchanges are answered.
     pub(crate) fn close(&self) {
         for entry in &mut *self.lock() {
             match std::mem::replace(&mut entry.exchange, Exchange::Over) {
@@ -96,7 +97,7 @@ impl Register {
         matches!(self.lock()[instance].exchange, Exchange::Awaited(_))
     }
 
-    /// It has its turn, if one waited for it.
+    /// Starts the exchange, if a build waits for it.
     pub(crate) fn has_turn(&self, instance: usize) -> Option<Swap> {
         let exchange = &mut self.lock()[instance].exchange;
         match std::mem::take(exchange) {
@@ -114,7 +115,7 @@ impl Register {
         }
     }
 
-    /// It took over; that is answered when its turn is over.
+    /// Records that the build took over. The answer is given at the end of the turn.
     pub(crate) fn announce(&self, instance: usize, takeover: Takeover) {
         let exchange = &mut self.lock()[instance].exchange;
         *exchange = match std::mem::take(exchange) {
@@ -123,7 +124,7 @@ impl Register {
         };
     }
 
-    /// Answers whoever ordered the exchange whose turn it is. Another may be ordered from now on.
+    /// Answers the exchange that is under way. From now on another may be requested.
     pub(crate) fn settle(&self, instance: usize, outcome: Result<(), String>) {
         let exchange = &mut self.lock()[instance].exchange;
         match (std::mem::take(exchange), outcome) {
@@ -135,7 +136,7 @@ impl Register {
         }
     }
 
-    /// The build that is taking over.
+    /// Returns the build that is taking over.
     pub(crate) fn coming(&self, instance: usize) -> Option<BuildName> {
         match &self.lock()[instance].exchange {
             Exchange::UnderWay { build, .. } => Some(build.clone()),
@@ -143,7 +144,7 @@ impl Register {
         }
     }
 
-    /// A build took over, and is on trial if there is one to go back to.
+    /// Records that a build took over. It is on trial if there is a build before it.
     pub(crate) fn took_over(&self, instance: usize, build: Shared, before: Option<Shared>) {
         let entry = &mut self.lock()[instance];
         entry.present = Some(build);
@@ -152,12 +153,13 @@ impl Register {
         entry.undone = None;
     }
 
-    /// The trial is over: there is no going back.
+    /// Ends the trial: the build before is dropped.
     pub(crate) fn passed(&self, instance: usize) {
         self.lock()[instance].before = None;
     }
 
-    /// Goes back to the build before; answers with the one given up, or nothing if there is none to go back to.
+    /// Returns to the build before. The result is the name of the build given up; `None` if there is none
+    /// before.
     pub(crate) fn go_back(&self, instance: usize, reason: &str) -> Option<BuildName> {
         let entry = &mut self.lock()[instance];
         let before = entry.before.take()?;
@@ -166,12 +168,13 @@ impl Register {
         given_up.map(|build| build.name.clone())
     }
 
-    /// A new build never took over.
+    /// Records that a new build did not take over.
     pub(crate) fn never_was(&self, instance: usize, reason: &str) {
         self.lock()[instance].undone = Some(reason.to_owned());
     }
 
-    /// What there is to see of it; nothing if the instance runs what it started with.
+    /// Returns the state of an instance's reloads; `None` if it runs the build with which it started and no
+    /// reload failed.
     pub(crate) fn view(&self, instance: usize) -> Option<ReloadView> {
         let entry = &self.lock()[instance];
         if entry.reloads == 0 && entry.undone.is_none() {
