@@ -1,7 +1,9 @@
-//! Putting another build of a schema in the place of the one that runs, between two of its iterations (R10), and going back.
+//! Replacement of a running schema's build by another one, between two iterations (R10), and the return to
+//! the build before.
 //!
-//! Whether a build fits is found before anything is touched ([`crate::Operating::replace`]); the exchange itself is the runner's,
-//! in a turn of the schema. The hierarchy does not hear of it: the schema keeps its state, its authority and its variables.
+//! Whether a build fits is checked before anything changes ([`crate::Operating::replace`]). The runner
+//! carries out the exchange, in a turn of the schema. The hierarchy is not involved: the schema keeps its
+//! state, its authority and its variables.
 
 mod reloader;
 
@@ -15,19 +17,19 @@ use serde::{Deserialize, Serialize};
 use crate::build::{self, BuildName};
 pub use reloader::{Became, Refused, Reloaded, Reloader};
 
-/// How long a new build is on trial if nobody says otherwise: most mistakes show within seconds, and what shows later is a fault
-/// like any other.
+/// The default trial time of a new build, ns. Most mistakes show within seconds; a later failure is an
+/// ordinary fault.
 pub const PROBATION: Nanos = 3_000_000_000;
-/// Turns of the schema that a trial lasts at least: slow schemas have had a chance to fail by then.
+/// The fewest turns that a trial lasts, so that slow schemas have had a chance to fail.
 pub(crate) const LEAST_TURNS: u32 = 10;
 
 /// How a build takes over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct How {
-    /// How long it is on trial, ns of the application's time, and ten turns at least: until then a fault goes back to the build
-    /// before, which waits asleep. 0 for no trial.
+    /// How long the build is on trial, ns of application time, but at least ten turns. A fault during the
+    /// trial returns to the build before, which stays asleep until then. 0 for no trial.
     pub probation: Nanos,
-    /// It begins anew, whatever the build before remembers.
+    /// Starts without the memory of the build before.
     pub fresh: bool,
 }
 
@@ -36,34 +38,34 @@ pub struct How {
 pub struct Takeover {
     /// The build.
     pub build: BuildName,
-    /// What it took over from the build before; none if it began anew.
+    /// The memory taken over from the build before; `None` if the build started without it.
     pub carried: Option<Carried>,
-    /// From the end of the last turn of the build before to the first look of this one, ns of the application's time: the time in
-    /// which nobody could react. None if the schema sleeps.
+    /// From the end of the last turn of the build before to the first check of this one, ns of application
+    /// time: the schema could not react meanwhile. `None` if it sleeps.
     pub gap: Option<Nanos>,
-    /// How long the exchange took, ns of the machine's time.
+    /// How long the exchange took, ns of machine time.
     pub took: Nanos,
-    /// How long it is on trial, ns of the application's time.
+    /// How long the build is on trial, ns of application time.
     pub probation: Nanos,
-    /// What of it is not in force before the application starts anew.
+    /// Parts of the build that take effect only when the application is restarted.
     pub notes: Vec<String>,
 }
 
-/// What one build took over from another.
+/// The memory that one build took over from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Carried {
-    /// The version in which it was saved.
+    /// The version of its format.
     pub version: u32,
-    /// Its size.
+    /// Its size in bytes.
     pub bytes: usize,
 }
 
-/// A build that is to take over at the schema's next turn. Dropping it changes nothing.
+/// A build that takes over at the schema's next turn. Dropping this value changes nothing.
 pub struct Reload {
     order: Arc<Order>,
 }
 
-/// What the runner is told.
+/// The exchange, for the runner.
 pub(crate) struct Swap {
     pub(crate) build: build::Shared,
     pub(crate) how: How,
@@ -71,7 +73,7 @@ pub(crate) struct Swap {
     pub(crate) order: Arc<Order>,
 }
 
-/// Where the outcome of a reload is left.
+/// Holds the outcome of a reload.
 #[derive(Default)]
 pub(crate) struct Order {
     outcome: Mutex<Option<Result<Takeover, String>>>,
@@ -94,13 +96,15 @@ impl Reload {
         }
     }
 
-    /// How it went, once it is known: the build took over and did its first turn, or why it did not and the one before goes on.
+    /// Returns the outcome, once it is known: the build took over and completed its first turn, or the reason
+    /// why the build before continues.
     #[must_use]
     pub fn outcome(&self) -> Option<Result<Takeover, String>> {
         self.order.lock().clone()
     }
 
-    /// Waits for the outcome, at most so long. In lockstep only another thread than the one that runs the application may.
+    /// Waits for the outcome, at most for `within`. In lockstep, do not call this on the thread that runs the
+    /// application.
     #[must_use]
     pub fn wait(&self, within: Duration) -> Option<Result<Takeover, String>> {
         let outcome = self.order.lock();
@@ -114,7 +118,8 @@ impl Reload {
 }
 
 impl Takeover {
-    /// It in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version 1); gap 31.2 ms".
+    /// Returns the takeover in words: "runs 0.2.0 from libvff.so; 12 bytes of memory carried over (version
+    /// 1); gap 31.2 ms".
     #[must_use]
     pub fn words(&self) -> String {
         let carried = self
@@ -137,7 +142,7 @@ impl fmt::Display for Carried {
 }
 
 impl Order {
-    /// The first outcome counts.
+    /// Sets the outcome; only the first call has an effect.
     pub(crate) fn settle(&self, outcome: Result<Takeover, String>) {
         self.lock().get_or_insert(outcome);
         self.settled.notify_all();

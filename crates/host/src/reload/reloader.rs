@@ -1,5 +1,5 @@
-//! From the name of a schema or a plugin to builds that took over: reads the plugin's file anew, has everything checked before anything
-//! is touched, and says for each schema what became of it.
+//! Reloads schemas by the name of a schema or a plugin: reads the plugin's file again, checks every schema
+//! before any of them changes, and returns the result for each.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,67 +11,68 @@ use super::{How, Takeover};
 use crate::plugin::{Builds, LoadError, Loaded, PluginError, Plugins, Renewed};
 use crate::running::Handle;
 
-/// How long a schema may take to come to the end of its iteration before its answer is no longer waited for.
+/// The longest wait for the outcome of one reload request: all its schemas together.
 const TURN: Duration = Duration::from_secs(3);
 
-/// Reloads the schemas of a running application. Usable from any thread; one reload at a time.
+/// Reloads the schemas of a running application. Usable from any thread; one reload runs at a time.
 pub struct Reloader {
     handle: Handle,
     plugins: Arc<Plugins>,
     one_at_a_time: Mutex<()>,
 }
 
-/// What came of a reload.
+/// The result of a reload.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reloaded {
     /// The plugin's file.
     pub file: PathBuf,
-    /// What became of each schema.
+    /// The result for each schema.
     pub schemas: Vec<(String, Became)>,
-    /// What the process has in memory for reloads.
+    /// The builds that the process keeps in memory because of reloads.
     pub memory: Builds,
 }
 
-/// What became of a schema that was to be reloaded.
+/// The result for one schema.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Became {
     /// The new build took over.
     Reloaded(Takeover),
-    /// It runs what is in the file already.
+    /// It already runs the build in the file.
     Unchanged,
-    /// It runs what is in the file already, but had faulted: it tries again, with a fresh instance and all its restarts.
+    /// It already runs the build in the file, but had faulted: it may start again, with a fresh instance and
+    /// all its restarts.
     Restarted,
-    /// The build before goes on; why.
+    /// The build before continues, for this reason.
     Undone(String),
-    /// It is inside a call and takes over at the end of that.
+    /// It is inside a call, and takes over when the call ends.
     Waiting,
 }
 
 /// Why nothing was reloaded.
 #[derive(Debug, thiserror::Error)]
 pub enum Refused {
-    /// Nothing has that name.
+    /// No schema or plugin has that name.
     #[error("there is no schema and no plugin `{name}` in the application")]
     Unknown {
         /// The name.
         name: String,
-        /// The nearest there is.
+        /// The most similar known name.
         nearest: Option<String>,
     },
-    /// It is part of the program.
+    /// The plugin is linked into the program.
     #[error("`{0}` is linked into the program, so there is no file to reload it from")]
     LinkedIn(String),
-    /// The plugin cannot be used as it is now.
+    /// The plugin's present file cannot be used.
     #[error("{0}")]
     Plugin(#[from] PluginError),
-    /// It does not fit the application.
+    /// The build does not fit the application; the reasons, by schema.
     #[error("{}", list(.0))]
     Misfit(Vec<(String, Vec<String>)>),
 }
 
 impl Refused {
-    /// The nearest name there is, if a name was not known.
+    /// Returns the most similar known name, if a name was unknown.
     #[must_use]
     pub fn nearest(&self) -> Option<&str> {
         match self {
@@ -80,7 +81,7 @@ impl Refused {
         }
     }
 
-    /// Whether the file may only be half there: it is being written, and will be whole later.
+    /// Whether the file may be incomplete because it is still being written.
     #[must_use]
     pub fn may_be_unfinished(&self) -> bool {
         matches!(
@@ -94,7 +95,7 @@ impl Refused {
 }
 
 impl Reloader {
-    /// Of an application, and the plugins that it was checked against.
+    /// Returns a reloader for an application, and the plugins against which it was checked.
     #[must_use]
     pub fn new(handle: Handle, plugins: Arc<Plugins>) -> Self {
         Self {
@@ -104,7 +105,7 @@ impl Reloader {
         }
     }
 
-    /// The files of the application's plugins, each with the plugin's name.
+    /// Returns the files of the application's plugins, each with the plugin's name.
     #[must_use]
     pub fn files(&self) -> Vec<(String, PathBuf)> {
         let plugins = self.handle.application().plugins.iter();
@@ -115,12 +116,13 @@ impl Reloader {
         files.collect()
     }
 
-    /// Has the build that is now in a plugin's file take over, as `by`: for one schema by its name, or for all of a plugin by the
-    /// plugin's. Waits until they had their turns; in lockstep that is another thread's business.
+    /// Has the build that is now in a plugin's file take over, in the name of the operator `by`: for one
+    /// schema by its name, or for all schemas of a plugin by the plugin's name. Waits for their turns, at
+    /// most 3 s. In lockstep, call it on another thread than the one that runs the application.
     ///
     /// # Errors
-    /// [`Refused`]: nothing was touched then. What goes wrong later goes wrong for one schema, which then goes on with the build
-    /// before: see [`Became`].
+    /// [`Refused`]: nothing has changed then. A later failure concerns one schema, which continues with the
+    /// build before: see [`Became`].
     pub fn reload(&self, by: &str, name: &str, how: How) -> Result<Reloaded, Refused> {
         let _turn = self.one_at_a_time.lock().unwrap_or_else(PoisonError::into_inner);
         let schemas = places(&self.handle, name)?;
@@ -157,7 +159,8 @@ impl Reloader {
         if !misfits.is_empty() {
             return Err(Refused::Misfit(misfits));
         }
-        // All are asked before any is waited for: they take their turns beside each other.
+        // All exchanges are requested before any is waited for, so that the schemas take their turns in
+        // parallel.
         let orders: Vec<_> = schemas
             .iter()
             .map(|schema| {
@@ -187,7 +190,7 @@ impl Reloader {
 }
 
 impl Reloaded {
-    /// Whether every schema runs what is in the file.
+    /// Whether every schema runs the build in the file.
     #[must_use]
     pub fn is_done(&self) -> bool {
         let done = |became: &Became| {
@@ -200,7 +203,7 @@ impl Reloaded {
     }
 }
 
-/// The schemas that a name means: one, or all of a plugin.
+/// Returns the schemas that a name denotes: one schema, or all of a plugin.
 fn places(handle: &Handle, name: &str) -> Result<Vec<usize>, Refused> {
     let places = handle.places(name);
     if !places.is_empty() {
@@ -218,7 +221,7 @@ fn places(handle: &Handle, name: &str) -> Result<Vec<usize>, Refused> {
     })
 }
 
-/// One line for a single reason, and one for each of several.
+/// Formats a single reason on one line, and several on a line each.
 fn list(misfits: &[(String, Vec<String>)]) -> String {
     let mut lines = Vec::new();
     for (schema, reasons) in misfits {

@@ -1,5 +1,6 @@
-//! What schemas did in their turns, then and now: every value that they exported, commanded or wrote to a child. Pairs them, turn
-//! by turn and port by port; whether two are the same is for others to say.
+//! The writes of schemas in their turns, in the recording and in the replay: every value that they exported,
+//! commanded or wrote to a child. Pairs them, turn by turn and port by port; whether the two agree is not
+//! judged here.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,12 +15,12 @@ use crate::engine::Engine;
 use crate::instance::Wrote;
 use crate::turn::{Told, Turn};
 
-/// What a port was used for in a turn, then and now.
+/// A write to a port in a turn, in the recording and in the replay.
 #[derive(Clone, Debug)]
 pub struct Deed {
-    /// When that turn was over.
+    /// When that turn ended, ns.
     pub time: Nanos,
-    /// Which schema.
+    /// The schema.
     pub schema: usize,
     /// Its port.
     pub port: String,
@@ -27,26 +28,26 @@ pub struct Deed {
     pub variable: String,
     /// The type of its values.
     pub value_type: Arc<Type>,
-    /// What it did then.
+    /// The recorded write.
     pub then: Done,
-    /// What it does now.
+    /// The write in the replay.
     pub now: Done,
 }
 
-/// What was done with a port.
+/// What was written to a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Done {
     /// Nothing.
     Nothing,
-    /// The value before was taken back.
+    /// The value before was retracted.
     TookBack,
-    /// This was written.
+    /// This value was written.
     Wrote(Vec<u8>),
-    /// Something was written, and nobody knows what: it is not in the recording.
+    /// A value was written that is not in the recording.
     Unknown,
 }
 
-/// Deeds on their way to whoever compares them.
+/// Pairs that have not been fetched yet.
 #[derive(Default)]
 pub(super) struct Deeds {
     done: Vec<Deed>,
@@ -57,13 +58,13 @@ pub(super) struct Deeds {
 /// How far the values of a port have been paired.
 #[derive(Clone, Copy)]
 struct Count {
-    /// The number of the last one of then.
+    /// The number of the last recorded value.
     upto: u32,
-    /// How much further then had counted than now has, if that is known.
+    /// The recorded number minus the number in the replay; `None` if it is unknown.
     ahead: Option<u32>,
 }
 
-/// A port whose deeds are paired.
+/// A port whose writes are paired.
 struct Port<'a> {
     time: Nanos,
     schema: usize,
@@ -78,7 +79,7 @@ impl Deeds {
         std::mem::take(&mut self.done)
     }
 
-    /// A turn of then is over, and what it told is held beside what was done now.
+    /// Pairs the writes of a recorded turn that is over with those of the replay.
     pub(super) fn told(
         &mut self,
         engine: &Engine,
@@ -101,7 +102,7 @@ impl Deeds {
             if then == Turn::UNSEEN && now.is_empty() {
                 continue;
             }
-            // Of ports that it reads, turns tell what it saw.
+            // For ports that it reads, a turn contains the values read.
             let Some(variable) = seat.runner.written_by(number) else {
                 continue;
             };
@@ -117,7 +118,7 @@ impl Deeds {
         }
     }
 
-    /// What was done in turns that nobody took then.
+    /// Records writes in turns that the recording does not contain.
     pub(super) fn told_of_none(&mut self, engine: &Engine, seats: &mut [Option<Seat>]) {
         let time = engine.clock.now();
         for (schema, seat) in seats.iter_mut().enumerate() {
@@ -143,15 +144,16 @@ impl Deeds {
         }
     }
 
-    /// Pairs what a port wrote in a turn: the last value with the last, and so on backwards, since turns tell the number of the last.
+    /// Pairs the writes of a port in a turn from the last value backwards, because turns contain the number
+    /// of the last one.
     fn pair(&mut self, port: &Port<'_>, then: u32, now: Vec<Wrote>, past: &mut dyn Past) {
         let Count { upto, ahead } = *self.count(port);
         let last_now = now
             .last()
             .map(|wrote| (wrote.number as u32, wrote.bytes.is_some()));
         match then {
-            // A command or a modulation that was refused then, for want of authority: whether it is refused now is for those to
-            // say who compare selections.
+            // A command or a modulation was refused for lack of authority. Whether it is refused again shows
+            // in the comparison of selections.
             Turn::NOTHING if !port.is_export => {}
             Turn::UNSEEN | Turn::NOTHING => {
                 let then = if then == Turn::UNSEEN {
@@ -187,7 +189,7 @@ impl Deeds {
                 };
                 let gap = number.wrapping_sub(last);
                 self.count(port).ahead = Some(gap);
-                // What was taken back was written over in the same turn.
+                // A retracted value was overwritten in the same turn.
                 let values = now.into_iter().filter_map(|wrote| wrote.bytes).rev();
                 let mut written = 0;
                 for (place, bytes) in (0..).zip(values) {

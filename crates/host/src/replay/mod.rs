@@ -1,8 +1,10 @@
-//! Decision replay: the schemas of an application take the turns again that were taken once, on one thread and in the order
-//! of then, each seeing the values that it saw then. What its drivers exported comes from elsewhere; no driver is made, and
-//! commands reach nobody. So what is decided depends on the schemas alone, and what is decided otherwise is their doing.
+//! Decision replay: the schemas of an application take recorded turns again, on one thread and in the
+//! recorded order, each with the values that it read then. The values of drivers and of other applications
+//! come from the recording; no driver is created, and commands have no effect. So decisions depend on the
+//! schemas alone, and every different decision is caused by them.
 //!
-//! A schema that is awake now and was not then takes its turns by its own period. Judges nothing: see `jde-log`.
+//! A schema that is awake now and was not awake then takes turns by its own period. Judges nothing: see
+//! `jde-log`.
 
 mod deeds;
 mod past;
@@ -27,32 +29,34 @@ pub use deeds::{Deed, Done};
 pub use past::{Old, Part, Past, Step};
 use player::Player;
 
-/// What of a recorded run has to be there.
+/// A variable whose values a recording must contain.
 #[derive(Clone, Debug)]
 pub struct Source {
     /// The full name of an export of a driver, or of another application.
     pub name: String,
     /// Its type.
     pub value_type: Arc<Type>,
-    /// Whether a schema that is no driver imports it.
+    /// Whether a schema other than a driver imports it.
     pub imported: bool,
 }
 
-/// What a schema has seen.
+/// What a schema read from a port.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sight {
     /// The name of the port.
     pub port: String,
-    /// The number of the value, the time when it was measured, and the value in words if it is short; none if there was none.
+    /// The number of the value, the time when it was measured, and the value in words if it is short; `None`
+    /// if the port had no value.
     pub value: Option<(u64, Nanos, Option<String>)>,
 }
 
-/// An application that takes the turns of the past again. Dropping it brings it to rest.
+/// An application that takes recorded turns again. Dropping it brings it to rest.
 pub struct Replay {
     player: Player,
 }
 
-/// What the drivers of an application export, in its order, and what it imports from others.
+/// Returns the exports of an application's drivers, in the application's order, and then its imports from
+/// other applications.
 #[must_use]
 pub fn sources(application: &Application) -> Vec<Source> {
     let sources = scenery::origins(application).into_iter().map(|origin| {
@@ -76,7 +80,7 @@ pub fn sources(application: &Application) -> Vec<Source> {
     sources.collect()
 }
 
-/// A value as a person reads it: of a type with one field that field alone.
+/// Formats a value for people; a value of a type with one field as that field alone.
 #[must_use]
 pub fn words(value_type: &Type, bytes: &[u8]) -> String {
     match value::decode(value_type, bytes) {
@@ -86,8 +90,8 @@ pub fn words(value_type: &Type, bytes: &[u8]) -> String {
 }
 
 impl Replay {
-    /// Makes all schemas but the drivers ready to take the turns that `past` tells of. The times of what was done by several
-    /// threads are told apart up to `slack`, ns: 0 for a past in virtual time.
+    /// Prepares all schemas except the drivers to take the turns of `past`. `slack` is the time, ns, within
+    /// which the order of actions of different threads is uncertain: 0 for a past in virtual time.
     ///
     /// # Errors
     /// [`StartError`].
@@ -116,36 +120,39 @@ impl Replay {
         Ok(Self { player })
     }
 
-    /// What tools need.
+    /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
         Handle::new(self.player.engine())
     }
 
-    /// Takes one step, of the past or of what happens by itself; answers false once it is over.
+    /// Takes one step: the next of the past, or an earlier one that the past does not contain. Returns false
+    /// at the end.
     pub fn step(&mut self) -> bool {
         self.player.step()
     }
 
-    /// What a schema saw at its last check.
+    /// Returns what a schema read at its last check.
     #[must_use]
     pub fn saw(&self, schema: usize) -> Vec<Sight> {
         self.player.saw(schema)
     }
 
-    /// What schemas did since this was asked last, beside what they did then, in the order of their turns.
+    /// Returns the schemas' writes since the last call, paired with the recorded writes, in the order of
+    /// turns.
     pub fn deeds(&mut self) -> Vec<Deed> {
         self.player.deeds()
     }
 
-    /// Values that were seen then and are not there now, by variable: the newest were shown instead. None of those that the
-    /// drivers exported are unless they were lost; of others there may be once something has been decided otherwise.
+    /// Returns, by variable, how many values were read then and are missing now; the newest values replaced
+    /// them. Values of drivers are missing only if they were lost; others may be missing after a decision
+    /// differed.
     #[must_use]
     pub fn missed(&self) -> Vec<(String, u64)> {
         self.player.missed()
     }
 
-    /// Operators wrote these variables, and the values they wrote are not known.
+    /// Returns the variables that operators wrote with values that are not known.
     #[must_use]
     pub fn unknown(&self) -> Vec<String> {
         self.player.unknown()

@@ -1,4 +1,4 @@
-//! What is told of the past, and by whom.
+//! The interface of a recorded past. Reads no recording itself.
 
 use std::sync::Arc;
 
@@ -7,71 +7,73 @@ use jde_panel::Gesture;
 
 use crate::turn::{Call, Moment, Told};
 
-/// Tells what happened, in the order in which it did.
+/// Supplies the recorded steps in their order, and the recorded values.
 pub trait Past: Send {
-    /// The next step; none at the end.
+    /// Returns the next step; `None` at the end.
     fn next(&mut self) -> Option<Step>;
 
-    /// The next value of a source, given by its place among [`super::sources`], if it was published until then.
+    /// Returns the next value of a source, given by its place among [`super::sources`], if it was published
+    /// at `time` or before.
     fn value_until(&mut self, source: usize, time: Nanos) -> Option<Old>;
 
-    /// The next value of a source whose number is at most that; it may have been published a little later than it was seen.
+    /// Returns the next value of a source whose number is at most `number`. It may have been published
+    /// slightly later than it was read.
     fn value_up_to(&mut self, source: usize, number: u32) -> Option<Old>;
 
-    /// The bytes of the value of that number of a variable that a schema or an operator writes.
+    /// Returns the bytes of the value of that number of a variable that a schema or an operator writes.
     fn written(&mut self, variable: &str, number: u32) -> Option<Vec<u8>>;
 
-    /// The gesture of that number, and whose it was.
+    /// Returns the gesture of that number and the name of its operator.
     fn touched(&mut self, number: u64) -> Option<(String, Gesture)>;
 }
 
-/// A value of the past.
+/// A recorded value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Old {
-    /// When it was published, or taken back.
+    /// When it was published or retracted.
     pub published: Nanos,
     /// When it was measured.
     pub measured: Nanos,
-    /// Its number.
+    /// Its sequence number.
     pub number: u32,
-    /// Its bytes; none if the value before it was taken back then.
+    /// Its bytes; `None` if the value before it was retracted.
     pub bytes: Option<Vec<u8>>,
 }
 
 /// One step of a turn.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// Which.
+    /// The kind of step.
     pub part: Part,
-    /// Whether it is the last of its turn.
+    /// Whether it is the last step of its turn.
     pub last: bool,
-    /// The turn; schemas, groups and ports in it are those of the application that takes it again.
+    /// The turn; its schemas, groups and ports are numbered as in the application that takes it again.
     pub turn: Arc<Told>,
-    /// The transaction it was, or the last before it.
+    /// The number of its transaction, or for a call, of the last transaction before it.
     pub order: u64,
-    /// When it was.
+    /// When it was taken, ns.
     pub time: Nanos,
 }
 
-/// The steps of turns, in their order.
+/// The steps of a turn, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// The call of the check, or the only one.
+    /// The call of the check, or the only call.
     Looked,
-    /// The rules were told of the check, or of whatever there was.
+    /// The rules received the result of the check, or whatever else the turn reported.
     Checked,
-    /// Leave to iterate was asked.
+    /// The schema requested permission to iterate.
     Begun,
     /// The call of the iteration.
     Acted,
-    /// The rules were told that a call failed.
+    /// The rules received the failure of a call.
     Failed,
-    /// The rules were told of the end of the iteration.
+    /// The rules received the end of the iteration.
     Ended,
 }
 
 impl Step {
-    /// The steps of a turn, in their order.
+    /// Returns the steps of a turn, in their order.
     #[must_use]
     pub fn of(turn: &Arc<Told>) -> Vec<Self> {
         let call = |call: &Call| call.happened().then_some((call.after, call.time));
@@ -110,7 +112,7 @@ impl Step {
         }
     }
 
-    /// What the schema was told when it asked for the time, or when the rules were told.
+    /// Returns the time that the schema obtained from the clock in a call, or the time of a transaction.
     pub(super) fn clock(&self) -> Nanos {
         match self.part {
             Part::Looked => self.turn.looked.clock,

@@ -1,5 +1,5 @@
-//! Takes the steps of the past in their order. What follows from one is left to the step that the past has for it; what it has
-//! none for happens by itself, after the slack that threads need to tell of what they did.
+//! Takes the steps of the past in their order. The consequences of a step wait for the step that the past
+//! contains for them. Those without a recorded step take effect on their own, after the slack.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -18,10 +18,10 @@ use crate::instance::Shown;
 use crate::runner::Runner;
 use crate::turn::{Told, Turn};
 
-/// Bytes of the largest value that is told in words.
+/// The largest value that is formatted in words, in bytes.
 const SHORT: usize = 64;
 
-/// Takes the turns of the past again.
+/// Takes recorded turns again.
 pub(super) struct Player {
     engine: Arc<Engine>,
     queue: Arc<Queue>,
@@ -32,7 +32,7 @@ pub(super) struct Player {
     scenery: Scenery,
     unknown: BTreeSet<String>,
     deeds: Deeds,
-    /// Its end has been told.
+    /// The past has no further step, or its end was reached.
     over: bool,
     resting: bool,
 }
@@ -112,7 +112,7 @@ impl Player {
         sights.collect()
     }
 
-    /// What schemas did since this was asked last, beside what they did then.
+    /// Returns the schemas' writes since the last call, paired with the recorded writes.
     pub(super) fn deeds(&mut self) -> Vec<Deed> {
         self.deeds.take()
     }
@@ -125,7 +125,7 @@ impl Player {
         self.unknown.iter().cloned().collect()
     }
 
-    /// The next time at which something happens that the past does not tell of.
+    /// Returns the time of the next step that the past does not contain.
     fn own_time(&self) -> Option<Nanos> {
         let late = |since: Nanos| since.saturating_add(self.slack);
         let timer = self.engine.next_timer().map(late);
@@ -135,7 +135,7 @@ impl Player {
         timer.into_iter().chain(waiting).chain(due).min()
     }
 
-    /// What happens then.
+    /// Takes the step that is due by [`Self::own_time`].
     fn own(&mut self, now: Nanos) {
         if self
             .engine
@@ -167,7 +167,7 @@ impl Player {
         }
     }
 
-    /// Carries out what the last step led to, as far as the past has no step for it.
+    /// Carries out the consequences of the last step, as far as the past has no step for them.
     fn settle(&mut self) {
         let now = self.engine.clock.now();
         while let Some((number, signal)) = self.queue.pop() {
@@ -183,7 +183,7 @@ impl Player {
                 Signal::Replaced => seat.runner.give_up_now(),
                 Signal::Unloaded => seat.runner.unload_now(),
                 Signal::Retimed => seat.runner.retime_now(),
-                // Nobody can look at a replay or act in it.
+                // A replay has no viewers and no operators.
                 Signal::Looked | Signal::Touched | Signal::Swapped => {}
                 Signal::Asked { group, ticket, level } => {
                     let since = now;
@@ -227,7 +227,7 @@ impl Player {
         }
     }
 
-    /// A step was taken: at the last of a turn it is known what was done in it.
+    /// Completes a step. After the last step of a turn, its writes are known and paired.
     fn done(&mut self, step: &Step) {
         let is_schemas = matches!(
             step.turn.kind,
@@ -304,7 +304,7 @@ impl Player {
                     seat.cycle(engine, part, &step.turn);
                 }
                 if part == Part::Failed {
-                    // Nobody told it to sleep: it was let go.
+                    // The fault put it to sleep, so the past has no step for falling asleep.
                     seat.was_awake = false;
                 }
                 if step.last {
@@ -315,7 +315,7 @@ impl Player {
         }
     }
 
-    /// A father did something with a child or a group in its iteration.
+    /// Takes a recorded action of a father on a child or a group, which it requested in its iteration.
     fn lead(&mut self, father: usize, turn: &Turn) {
         let under_way = self
             .seats
@@ -330,7 +330,7 @@ impl Player {
         seat.act(&self.engine);
         let mut leads = seat.leads.iter();
         if let Some(place) = leads.position(|led| led.told() == (turn.way, turn.detail)) {
-            // Nothing came of those before it then.
+            // The requests before it had no effect in the past.
             for led in seat.leads.drain(..=place) {
                 self.engine.carry_on(led);
             }

@@ -1,5 +1,5 @@
-//! What schemas see in a replay: the values of then, of drivers and other applications from the past, of all others from those
-//! who make them now. It takes no step.
+//! The values that schemas read in a replay: those of drivers and other applications from the past, all
+//! others from the schemas that produce them now. It takes no step.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
@@ -15,22 +15,23 @@ use crate::engine::Engine;
 use crate::history::History;
 use crate::turn::{Told, Turn};
 
-/// The values that are there to be seen.
+/// The values that can be read.
 pub(super) struct Scenery {
     sources: Vec<Export>,
     histories: BTreeMap<String, Arc<History>>,
-    /// Kept for as long as histories grow.
+    /// Held so that the histories keep growing.
     watches: Vec<Watch>,
 }
 
-/// What a driver or another application exported.
+/// An export of a driver or of another application.
 struct Export {
     origin: Origin,
     writer: Writer,
     history: Arc<History>,
 }
 
-/// What schemas can import that no schema but a driver, or nobody here, makes.
+/// Returns the importable variables that no schema of the replay produces: those of drivers and of other
+/// applications.
 pub(super) fn origins(application: &Application) -> Vec<Origin> {
     let instances = application.instances.iter().enumerate();
     let drivers = instances.filter(|(_, instance)| is_driver(instance));
@@ -47,7 +48,7 @@ pub(super) fn is_driver(instance: &Instance) -> bool {
     instance.schema.kind == Kind::Driver
 }
 
-/// Whether a schema that is no driver imports it.
+/// Whether a schema other than a driver imports it.
 pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
     let others = application.instances.iter().filter(|other| !is_driver(other));
     let mut bindings = others.flat_map(|other| &other.bindings);
@@ -56,7 +57,7 @@ pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
 }
 
 impl Scenery {
-    /// Has every input of those schemas show what it showed.
+    /// Makes every input of the schemas read from a history.
     pub(super) fn new<'s>(
         engine: &Engine,
         seats: impl Iterator<Item = &'s mut Seat>,
@@ -88,7 +89,7 @@ impl Scenery {
         Ok(scenery)
     }
 
-    /// Publishes what came from elsewhere until then.
+    /// Publishes the recorded values of the sources up to `time`.
     pub(super) fn publish(&mut self, past: &mut dyn Past, time: Nanos) {
         for (place, export) in self.sources.iter_mut().enumerate() {
             while let Some(old) = past.value_until(place, time) {
@@ -97,7 +98,8 @@ impl Scenery {
         }
     }
 
-    /// Has the values be there that an instance saw in a turn; they may have been published a little later than they were seen.
+    /// Publishes the values that an instance read in a turn; they may have been published slightly later than
+    /// they were read.
     pub(super) fn see_to(&mut self, past: &mut dyn Past, instance: &Instance, turn: &Told) {
         for (port, binding) in instance.bindings.iter().enumerate() {
             let Binding::Import {
@@ -120,14 +122,14 @@ impl Scenery {
         }
     }
 
-    /// How often values were looked for that are not there, by variable.
+    /// Returns how often requested values were missing, by variable.
     pub(super) fn missed(&self) -> Vec<(String, u64)> {
         let histories = self.histories.iter();
         let missed = histories.map(|(name, history)| (name.clone(), history.missed()));
         missed.filter(|(_, missed)| *missed > 0).collect()
     }
 
-    /// The history of the variable that an input reads.
+    /// Returns the history of the variable that an input reads.
     fn history(&mut self, reader: &Reader) -> Arc<History> {
         let variable = reader.variable();
         let name = variable.describe().full_name();
@@ -152,7 +154,7 @@ impl Export {
         }
         room.copy_from_slice(bytes);
         if self.writer.publish(old.measured, old.published).is_ok() {
-            // Under the number of then, which turns tell; the board counts anew.
+            // Turns refer to the recorded number; the board counts from 1 again.
             let stamp = Stamp {
                 time: old.measured,
                 sequence: u64::from(old.number),
@@ -164,10 +166,10 @@ impl Export {
     }
 }
 
-/// Has a history take over every value of a variable.
+/// Adds every value of a variable to a history.
 fn follow(variable: &Arc<Variable>, history: &Arc<History>) -> Watch {
     let history = Arc::clone(history);
-    // A variable that is kept by its own watch would never go.
+    // A strong reference in the variable's own watch would keep the variable for ever.
     let weak: Weak<Variable> = Arc::downgrade(variable);
     variable.watch(move || {
         if let Some(variable) = weak.upgrade() {

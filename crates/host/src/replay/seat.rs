@@ -1,4 +1,5 @@
-//! One schema that takes its turns again: which of its steps are done, and what awaits it that the past has yet to tell of.
+//! The state of one schema that takes its turns again: its completed steps, and the pending actions for which
+//! the past has not supplied a step yet.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -14,35 +15,36 @@ use crate::turn::{Told, Turn};
 /// A schema that takes its turns again.
 pub(super) struct Seat {
     pub(super) runner: Runner,
-    /// Its turns are those of the past; otherwise by its own period.
+    /// Its turns come from the past; otherwise it takes turns by its own period.
     pub(super) told: bool,
     /// It was awake in the past.
     pub(super) was_awake: bool,
-    /// It is to wake up or to fall asleep since then, as soon as the past tells of it.
+    /// Pending transitions, each to awake (true) or asleep, and since when; they wait for their step of the
+    /// past.
     pub(super) life: VecDeque<(bool, Nanos)>,
-    /// It is asked since then.
+    /// Pending arbitrations.
     pub(super) asked: Vec<Asked>,
     /// When its next turn is due by its own period.
     pub(super) due: Option<Nanos>,
-    /// What the check of its present turn found.
+    /// The result of the check of its present turn.
     pub(super) checked: Option<Result<instance::Answer, String>>,
-    /// The turn whose iteration it has leave for.
+    /// The turn whose iteration is permitted and not taken yet.
     pub(super) leave: Option<Arc<Told>>,
-    /// A turn of the past has begun, and its last step is to come.
+    /// A turn of the past has begun, and its last step is still to be taken.
     pub(super) in_turn: bool,
-    /// What it asked for its children in that, and was not done yet.
+    /// Actions on its children that the iteration requested and that are not carried out yet.
     pub(super) leads: Vec<Led>,
-    /// How that ended.
+    /// The result of the iteration.
     pub(super) acted: Option<Result<(), String>>,
-    /// What it answered, and the rules have yet to be told.
+    /// The result of an arbitration that the rules have not received yet.
     pub(super) answer: Option<(GroupId, u64, Answer)>,
-    /// Why it failed when it was touched, and the rules have yet to be told.
+    /// The error of a gesture that the rules have not received yet.
     pub(super) touched: Option<String>,
-    /// What it saw at its last check.
+    /// What it read at its last check.
     pub(super) saw: Vec<Shown>,
 }
 
-/// A question to a father.
+/// An arbitration requested of a father.
 pub(super) struct Asked {
     pub(super) since: Nanos,
     pub(super) group: GroupId,
@@ -70,14 +72,14 @@ impl Seat {
         }
     }
 
-    /// Since when something awaits it that the past has not told of.
+    /// Returns since when the oldest pending action waits for the past.
     pub(super) fn waits_since(&self) -> Option<Nanos> {
         let life = self.life.front().map(|(_, since)| *since);
         let asked = self.asked.iter().map(|asked| asked.since);
         life.into_iter().chain(asked).min()
     }
 
-    /// Takes the next step of its life.
+    /// Carries out a transition.
     pub(super) fn live(&mut self, awake: bool, now: Nanos) {
         if awake {
             self.runner.awake_now();
@@ -89,7 +91,7 @@ impl Seat {
         }
     }
 
-    /// Has it take its turns by its own period, if the past tells none of them.
+    /// Lets it take turns by its own period, if the past contains none of them.
     pub(super) fn go_on(&mut self, now: Nanos) {
         self.due = None;
         if !self.told && self.runner.is_awake() {
@@ -98,8 +100,8 @@ impl Seat {
         }
     }
 
-    /// The question that a turn of then answered; it may have been asked anew before that turn began. Older ones of its group are
-    /// void.
+    /// Takes the pending arbitration that a recorded turn answered, or a newer one of the same group, since
+    /// the request may have been repeated before that turn. Older ones of the group are void.
     pub(super) fn question(&mut self, turn: &Turn) -> Option<Asked> {
         let group = |asked: &Asked| u64::from(asked.group.0) == turn.detail;
         let same = |asked: &Asked| group(asked) && asked.ticket == turn.ticket;
@@ -114,7 +116,7 @@ impl Seat {
         Some(question)
     }
 
-    /// Answers every question at once.
+    /// Answers every pending arbitration at once.
     pub(super) fn answer_all(&mut self) {
         for Asked {
             group, ticket, level, ..
@@ -124,20 +126,20 @@ impl Seat {
         }
     }
 
-    /// Tells the rules that it failed when it was touched, if it did.
+    /// Reports the error of a gesture to the rules, if there is one.
     pub(super) fn fail(&mut self) {
         if let Some(reason) = self.touched.take() {
             self.runner.fault_now(reason);
         }
     }
 
-    /// Its present turn is over.
+    /// Ends the present turn.
     pub(super) fn rest(&mut self) {
         (self.checked, self.acted, self.leave) = (None, None, None);
         self.runner.rest_again();
     }
 
-    /// One step of a period.
+    /// Takes one step of a period.
     pub(super) fn cycle(&mut self, engine: &Engine, part: Part, turn: &Arc<Told>) {
         if !self.runner.is_awake() {
             return;
@@ -156,7 +158,7 @@ impl Seat {
             Part::Begun => {
                 let leave = self.runner.begin_again(turn);
                 if leave && !turn.acted.happened() {
-                    // It had no leave then: there is no step of the past for this iteration.
+                    // The iteration was not permitted in the past, so the past has no step for it.
                     let acted = self.runner.act_again();
                     self.runner.acted_again(acted);
                 } else if leave {
@@ -174,7 +176,7 @@ impl Seat {
         }
     }
 
-    /// The iteration that it has leave for. What it asks for its children meanwhile is done when it was done first.
+    /// Takes the permitted iteration. Its actions on children are put off until their recorded steps.
     pub(super) fn act(&mut self, engine: &Engine) {
         if let Some(turn) = self.leave.take() {
             self.runner.recall(Some(&turn));
@@ -184,7 +186,7 @@ impl Seat {
         }
     }
 
-    /// Does what it asked for and the past has no step for.
+    /// Carries out the requested actions for which the past has no step.
     pub(super) fn lead_all(&mut self, engine: &Engine) {
         for led in std::mem::take(&mut self.leads) {
             engine.carry_on(led);

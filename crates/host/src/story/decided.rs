@@ -1,7 +1,8 @@
-//! Selections with their takeovers: a record comes first, and the time to the winner's first iteration a little later.
+//! Pairs selections with their takeovers: a record arrives first, and the time to the winner's first
+//! iteration later.
 //!
-//! It holds a selection back for no longer than that time can come, and for [`WAIT`] at most: what is decided is never kept from
-//! those who read because somebody does not begin.
+//! A selection is held back only while that time can still arrive, and for [`WAIT`] at most. So a winner that
+//! does not begin never hides a decision from readers.
 
 use std::collections::VecDeque;
 
@@ -15,33 +16,36 @@ use crate::event::Event;
 #[cfg(test)]
 mod tests;
 
-/// How long a selection waits for the first iteration of its winner, ns. Takeovers are held to milliseconds (R17), and a call that
-/// hangs is given up after a second unless the application says otherwise; what takes longer is told as late, or as a fault.
+/// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
+/// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
+/// reported as late, or as a fault.
 const WAIT: Nanos = 5_000_000_000;
-/// Selections of one group that wait behind such a one: a sibling of a winner that does not begin may change its mind at any rate.
+/// How many selections of one group wait behind an open one: while a winner does not begin, the readiness of
+/// a sibling may change at any rate.
 const BEHIND: usize = 256;
 
-/// Turns records into [`Decision`]s, in the order of each group, each once its takeover is known or can no longer come.
+/// Turns records into [`Decision`]s, in the order of each group. Each is complete once its takeover time is
+/// known or can no longer arrive.
 pub struct Decided {
     names: Vec<String>,
     /// The group in which each schema competes.
     group_of: Vec<Option<usize>>,
     groups: Vec<Group>,
-    /// Selections that began to wait, in the order of their times: the group, its record's number, and until when. Those that wait no
-    /// longer are passed over.
+    /// Selections that began to wait, in the order of their times: the group, the record's number, and until
+    /// when. Those that wait no longer are skipped.
     waiting: VecDeque<(usize, u64, Nanos)>,
 }
 
 struct Group {
     name: String,
-    /// The selection whose winner has yet to begin.
+    /// The selection whose winner has not begun yet.
     open: Option<Record>,
-    /// Those after it.
+    /// The selections after it.
     behind: Vec<Record>,
 }
 
 impl Decided {
-    /// Of an application.
+    /// Returns the pairing for an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
         let group = |name: &String| Group {
@@ -58,7 +62,7 @@ impl Decided {
         }
     }
 
-    /// Hears an event; answers with the selections that are complete now.
+    /// Processes an event. Returns the selections that are complete now.
     pub fn hear(&mut self, event: &Event) -> Vec<Decision> {
         match event {
             Event::Decided(record) => {
@@ -86,7 +90,7 @@ impl Decided {
                 to,
             } => {
                 let mut told = self.overdue(*time);
-                // It lost the place before it began, or fell asleep before it got it.
+                // It lost before it began, or fell asleep before it was promoted.
                 let is_lost = *from == State::Winner || *to == State::Slept;
                 if let Some(group) = self.group_of[*schema].filter(|_| is_lost)
                     && self.awaits(group, |open| open.choice == Some(SchemaId(*schema as u32)))
@@ -99,7 +103,7 @@ impl Decided {
         }
     }
 
-    /// Selections whose takeover never came, in their order.
+    /// Returns the selections whose takeover did not occur, in their order.
     pub fn rest(&mut self) -> Vec<Decision> {
         let mut told = Vec::new();
         for group in 0..self.groups.len() {
@@ -113,10 +117,11 @@ impl Decided {
     fn decided(&mut self, record: &Record, told: &mut Vec<Decision>) {
         let number = record.group.index();
         if record.changed || self.groups[number].behind.len() >= BEHIND {
-            // A choice that was never carried out gets no takeover time.
+            // A choice that was not carried out gets no takeover time.
             self.close(number, None, told);
         }
-        // Who holds the place already is chosen again: it was to hand over, and does not.
+        // A present winner that is chosen again was about to hand over, and now does not; there is no
+        // takeover to wait for.
         let holds = |id| {
             let mut candidates = record.candidates.iter();
             candidates.any(|candidate| candidate.id == id && candidate.state == State::Winner)
@@ -137,7 +142,7 @@ impl Decided {
         self.groups[group].open.as_ref().is_some_and(which)
     }
 
-    /// Tells the selection of a group that waits, and those behind it.
+    /// Completes the open selection of a group and those behind it.
     fn close(&mut self, number: usize, takeover: Option<Nanos>, told: &mut Vec<Decision>) {
         let group = &mut self.groups[number];
         let Some(open) = group.open.take() else {
@@ -146,7 +151,7 @@ impl Decided {
         let behind = std::mem::take(&mut group.behind);
         told.push(self.decision(&open, takeover));
         told.extend(behind.iter().map(|record| self.decision(record, None)));
-        // Every selection that waited is passed over once.
+        // Every selection that waited is skipped once.
         while let Some((group, number, _)) = self.waiting.front()
             && !self.awaits(*group, |open| open.number == *number)
         {
@@ -154,7 +159,7 @@ impl Decided {
         }
     }
 
-    /// Tells what has waited too long.
+    /// Completes the selections that have waited too long.
     fn overdue(&mut self, now: Nanos) -> Vec<Decision> {
         let mut told = Vec::new();
         while let Some((group, _, _)) = self.waiting.front().filter(|(_, _, until)| *until <= now) {
@@ -191,7 +196,7 @@ impl Decided {
     }
 }
 
-/// A state's name as people write it.
+/// Returns a state's name as it is written in messages.
 #[must_use]
 pub fn state_name(state: State) -> &'static str {
     match state {

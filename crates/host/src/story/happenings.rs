@@ -1,4 +1,4 @@
-//! Events in the words of a story.
+//! The wording of events in a story.
 
 use jde_core::{Health, Nanos};
 
@@ -6,7 +6,7 @@ use super::{Change, Happening, Line, Story, Touched, happening, seconds, state_n
 use crate::event::{Event, OperatorAction};
 
 impl Story {
-    /// The message that an event makes by itself, if it makes one.
+    /// Returns the message of a single event, if it has one. Selections and takeovers have none here.
     pub(super) fn event(&self, event: &Event) -> Option<Line> {
         let name = |schema: &usize| Some(self.schemas[*schema].clone());
         let ms = |time: Nanos| time as f64 / 1e6;

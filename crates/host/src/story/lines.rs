@@ -1,4 +1,4 @@
-//! The messages of a story: what programs write, send, keep and read back. Data only.
+//! The messages of a story, as programs write, send, store and read them. Data only.
 
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
@@ -14,35 +14,35 @@ pub struct Decision {
     pub group: String,
     /// `alone`, `collision`, `absence`, `forced`.
     pub case: String,
-    /// Who was awake, in the father's order, as they were before.
+    /// The candidates that were awake, in the father's order, as they were before the selection.
     pub candidates: Vec<Candidate>,
-    /// Who was chosen before.
+    /// The choice before.
     pub before: Option<String>,
-    /// Who is chosen now.
+    /// The choice.
     pub choice: Option<String>,
     /// `nobody`, `father`, `arbitration-failed`, `absence-policy`, `operator`, or a policy.
     pub decider: String,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
-    /// What led to it, in words.
+    /// The cause, in words.
     pub cause: String,
     /// Whether the choice differs from the one before.
     pub changed: bool,
-    /// Time from the cause to the winner's first iteration, us; none if it was not carried out.
+    /// Time from the cause to the winner's first iteration, us; `None` if the choice was not carried out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub takeover_us: Option<f64>,
 }
 
-/// One who was awake at a selection.
+/// A candidate that was awake at a selection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// Who.
+    /// Its name.
     pub name: String,
     /// `checking`, `ready`, `winner`.
     pub state: String,
     /// Whether its precondition held at its last check.
     pub ready: bool,
-    /// The urgency it offered; none if that was no finite number.
+    /// The urgency that it offered; `None` if that was not finite.
     pub urgency: Option<f64>,
 }
 
@@ -51,15 +51,15 @@ pub struct Candidate {
 pub struct Change {
     /// When, s since the application's start.
     pub time_s: f64,
-    /// Which.
+    /// The schema.
     pub schema: String,
     /// Its state before.
     pub from: String,
-    /// Its state since.
+    /// Its new state.
     pub to: String,
 }
 
-/// Whatever else happened.
+/// Any other event.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Happening {
     /// When, s since the application's start.
@@ -67,25 +67,25 @@ pub struct Happening {
     /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `left-behind`, `came-back`, `late`, `chatters`, `calmed`,
     /// `refused`, `operator`, `drag`, `retracted`, `trigger`, `reloaded`, `reload-undone`, `ended`.
     pub kind: String,
-    /// Whom it is about, if anybody.
+    /// The schema concerned, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
-    /// The operator who did it, if one did.
+    /// The operator who acted, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// What happened, in words.
+    /// The event in words.
     pub text: String,
-    /// What was done to the panel of a schema, if that is what happened.
+    /// The gesture on a panel, if the event is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub touched: Option<Touched>,
 }
 
-/// What somebody did to a panel, exactly.
+/// A gesture on a panel, with its exact data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Touched {
-    /// Counts the gestures of the run that were handed in, from 1.
+    /// The number of the gesture among those delivered in this run, from 1.
     pub number: u64,
-    /// What.
+    /// The gesture.
     #[serde(flatten)]
     pub gesture: Gesture,
 }

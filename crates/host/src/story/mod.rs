@@ -1,5 +1,6 @@
-//! What a run decided and went through, as messages of JSON with a schema each: names and reasons are texts of any length, which
-//! the fixed-size types of variables have no room for. Whoever reads `--decisions`, a recording or the link reads the same lines.
+//! The decisions and events of a run, as JSON messages with one JSON schema per kind. JSON, because names and
+//! reasons have any length, and variables have types of fixed size. `--decisions`, recordings and the link
+//! all carry the same messages.
 
 mod decided;
 mod happenings;
@@ -19,7 +20,7 @@ pub enum Line {
     Decision(Decision),
     /// A change of state.
     Change(Change),
-    /// Whatever else.
+    /// Any other event.
     Happening(Happening),
 }
 
@@ -39,15 +40,15 @@ pub struct Story {
     schemas: Vec<String>,
     groups: Vec<String>,
     decided: Decided,
-    /// Tells also of drags that go on.
+    /// Includes every position of a drag.
     whole: bool,
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 3] = [Self::Decision, Self::Change, Self::Happening];
 
-    /// Where messages of this kind are found: `/jde/decisions`.
+    /// The topic of messages of this kind: `/jde/decisions`.
     #[must_use]
     pub fn topic(self) -> &'static str {
         match self {
@@ -57,7 +58,7 @@ impl Kind {
         }
     }
 
-    /// Name of their JSON schema, and the schema.
+    /// The name of their JSON schema, and the schema.
     #[must_use]
     pub fn schema(self) -> (&'static str, &'static str) {
         match self {
@@ -69,7 +70,7 @@ impl Kind {
 }
 
 impl Story {
-    /// Of an application.
+    /// Returns the story of an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
         Self {
@@ -88,7 +89,8 @@ impl Story {
         }
     }
 
-    /// Of an application, with every place of every drag: what it takes to have all turns taken again.
+    /// Returns the story of an application, with every position of every drag, as a replay of all turns needs
+    /// it.
     #[must_use]
     pub fn whole(application: &Application) -> Self {
         Self {
@@ -97,7 +99,8 @@ impl Story {
         }
     }
 
-    /// The messages that an event makes; those of selections come once the time of their takeover is known.
+    /// Returns the messages of an event. The message of a selection follows once the time of its takeover is
+    /// known.
     pub fn hear(&mut self, event: &Event) -> Vec<Line> {
         let decided = self.decided.hear(event);
         let mut lines: Vec<_> = decided.into_iter().map(Line::Decision).collect();
@@ -105,7 +108,7 @@ impl Story {
         lines
     }
 
-    /// Selections whose takeover never came.
+    /// Returns the selections whose takeover did not occur.
     #[must_use]
     pub fn finish(mut self) -> Vec<Line> {
         self.decided.rest().into_iter().map(Line::Decision).collect()
@@ -122,13 +125,13 @@ fn happening(time: Nanos, kind: &str, schema: Option<String>, text: String) -> L
     })
 }
 
-/// Seconds, exact to the nanosecond for the first hundred days.
+/// Converts to seconds, exact to the nanosecond for the first hundred days.
 pub(crate) fn seconds(time: Nanos) -> f64 {
     time as f64 / 1e9
 }
 
 impl Line {
-    /// That the value of a variable was taken back.
+    /// Returns the message that the value of a variable was retracted.
     #[must_use]
     pub fn retracted(time: Nanos, variable: &str) -> Self {
         happening(
@@ -139,7 +142,7 @@ impl Line {
         )
     }
 
-    /// The variable whose value was taken back, if it says that.
+    /// Returns the variable whose value was retracted, if the message is of that kind.
     #[must_use]
     pub fn retracted_variable(&self) -> Option<&str> {
         match self {
@@ -161,7 +164,7 @@ impl Line {
         }
     }
 
-    /// When, ns since the application's start.
+    /// Its time, ns since the application's start.
     #[must_use]
     pub fn time(&self) -> Nanos {
         let time_s = match self {
@@ -172,7 +175,7 @@ impl Line {
         (time_s * 1e9).round() as Nanos
     }
 
-    /// The message.
+    /// The message as JSON.
     #[must_use]
     pub fn json(&self) -> Vec<u8> {
         let json = match self {
@@ -180,11 +183,11 @@ impl Line {
             Self::Change(change) => serde_json::to_vec(change),
             Self::Happening(happening) => serde_json::to_vec(happening),
         };
-        // Numbers and texts always have a form in JSON.
+        // Serialization of numbers and texts cannot fail.
         json.unwrap_or_default()
     }
 
-    /// Reads a message of a kind back.
+    /// Parses a message of a kind.
     ///
     /// # Errors
     /// It is no such message.

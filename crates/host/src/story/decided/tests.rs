@@ -1,4 +1,4 @@
-//! Which selections wait for a takeover, and for how long: told by the rules themselves, through the engine.
+//! Which selections wait for a takeover, and for how long. The rules of a real engine produce the events.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -49,12 +49,12 @@ const FAMILY: &str = r#"
     type = "decided-tests/act"
 "#;
 
-/// An application whose rules are told by hand, and what is heard of it.
+/// An application whose rules receive their input from the test, with the events that result.
 struct Desk {
     engine: Arc<Engine>,
     heard: Arc<Mutex<Vec<Event>>>,
     decided: Decided,
-    /// Selections that the rules made and that were not told yet.
+    /// Selections that the rules made and that were not emitted yet.
     withheld: BTreeSet<u64>,
     told: Vec<Decision>,
 }
@@ -93,14 +93,14 @@ impl Desk {
         self.engine.checked(self.of(name), check);
     }
 
-    /// It iterates once, if it may.
+    /// Iterates once, if that is permitted.
     fn iterate(&self, name: &str) {
         if self.engine.begin(self.of(name)).0 {
             self.engine.end(self.of(name));
         }
     }
 
-    /// `bottom` has won, and woken both its children.
+    /// Makes `bottom` win and wake both its children.
     fn lead(&self) {
         self.check("bottom", true);
         let father = self.of("bottom");
@@ -115,7 +115,7 @@ impl Desk {
         self.engine.clock.set(time);
     }
 
-    /// Selections that were made and not told yet, after all that has happened so far.
+    /// Returns the selections that were made and not emitted yet, after all events so far.
     fn withheld(&mut self) -> Vec<u64> {
         let heard = std::mem::take(&mut *self.heard.lock().unwrap());
         for event in heard {
@@ -135,7 +135,7 @@ impl Desk {
         self.told.extend(decisions);
     }
 
-    /// All is told, in the order of each group; answers with it.
+    /// Emits the rest and returns all, in the order of each group.
     fn end(mut self) -> Vec<Decision> {
         self.withheld();
         let rest = self.decided.rest();
@@ -191,7 +191,7 @@ fn r15_a_winner_lost_before_its_first_iteration_withholds_nothing() {
     desk.lead();
     desk.check("first", true);
     assert_eq!(desk.withheld().len(), 1, "it has yet to begin");
-    // Its father goes, and nobody selects in its group any more.
+    // Its father sleeps, and its group has no further selection.
     desk.check("top", true);
     desk.iterate("top");
     assert_eq!(desk.withheld(), [0; 0]);
@@ -241,11 +241,11 @@ fn r15_what_waits_behind_a_winner_that_does_not_begin_is_bounded() {
     let mut most = 0;
     for turn in 0..all {
         desk.check("top", turn % 2 == 0);
-        // The handover is carried out at once: who takes over next is somebody else each time.
+        // The handover is carried out at once, and each takeover has another winner.
         most = most.max(desk.withheld().len());
     }
     assert_eq!(most, 1);
-    // An operator holds bottom's place: selections change nothing.
+    // An operator forces `bottom`, so selections change nothing.
     let bottom = SchemaId(desk.of("bottom") as u32);
     desk.engine.operate("somebody", Operator::Force(bottom)).unwrap();
     for turn in 0..all {
