@@ -1,13 +1,14 @@
-//! The path that a robot has driven, as its odometry tells. Bounded: of a long one every other place is kept. It draws nothing.
+//! The path that a robot has driven, by its odometry. It is bounded: a long path is thinned to every second
+//! point. It draws nothing.
 
-/// Nearer places count as one, m.
+/// Nearer points are merged, in m.
 const STEP: f64 = 0.03;
-/// A robot that is elsewhere all at once did not drive there as far as anybody knows, m.
+/// A larger step starts a new path, in m: the robot was moved, or values were lost.
 const JUMP: f64 = 1.0;
-/// Places kept at most: 300 m at the least.
+/// Maximum number of points: a path of at least 300 m before it is thinned.
 const MOST: usize = 10_000;
 
-/// Where a robot has been.
+/// The paths that a robot has driven.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trail {
     of: String,
@@ -18,12 +19,12 @@ pub(crate) struct Trail {
 #[derive(Clone, Copy, Debug)]
 struct TrailPoint {
     at: [f64; 2],
-    /// A path begins here: the robot was put here, or nobody looked for a while.
+    /// A path begins here: the robot was moved, or values were lost.
     begins: bool,
 }
 
 impl Trail {
-    /// Begins anew if this is another variable than before.
+    /// Sets the odometry variable. Another one than before clears the trail.
     pub(crate) fn of(&mut self, variable: &str) {
         if self.of != variable {
             *self = Self {
@@ -33,13 +34,13 @@ impl Trail {
         }
     }
 
-    /// It was here at this time, ns.
+    /// Adds a position, in m, at a time in ns. Positions that are not finite are ignored.
     pub(crate) fn add(&mut self, time: u64, at: [f64; 2]) {
         if !at.iter().all(|part| part.is_finite()) {
             return;
         }
         if time < self.last {
-            // A recording went back: that has not happened yet.
+            // A recording jumped back: the trail lies in the future.
             self.places.clear();
         }
         self.last = time;
@@ -57,7 +58,7 @@ impl Trail {
         self.places.push(TrailPoint { at, begins });
     }
 
-    /// The paths, oldest first, each from place to place, m.
+    /// The paths, oldest first, each with its points in m.
     pub(crate) fn paths(&self) -> impl Iterator<Item = impl ExactSizeIterator<Item = [f64; 2]> + '_> {
         self.places
             .chunk_by(|_, next| !next.begins)
@@ -70,7 +71,7 @@ impl Trail {
             number += 1;
             number % 2 == 1 || place.begins
         });
-        // One that jumps all the time has no path to be thinned.
+        // A trail that consists of jumps cannot be thinned: the oldest points are removed.
         let surplus = self.places.len().saturating_sub(MOST / 4 * 3);
         self.places.drain(..surplus);
     }

@@ -1,5 +1,5 @@
-//! Small widgets of a panel: values, toggles, sliders and choices. Numbers are shown in the units that the person likes, and
-//! handed back in those of SI.
+//! Small widgets of a panel: values, toggles, sliders and choices. Numbers are shown in the user's units and
+//! reported in SI units.
 
 use eframe::egui::{self, RichText, Slider, Ui, vec2};
 use jde_panel::{Ink, Touch};
@@ -8,17 +8,17 @@ use super::layout::ListLayout;
 use crate::style::{self, Style};
 use crate::tap::tap;
 
-/// Names of fields that stand below each other are as wide.
+/// Minimum width of the labels of fields in a column, so that the fields align. In points.
 const NAMES: f32 = 110.0;
 
-/// From where to where a slider goes.
+/// The range of a slider.
 pub(super) struct Range<'a> {
     pub(super) least: f64,
     pub(super) greatest: f64,
     pub(super) unit: &'a str,
 }
 
-/// A number with its name.
+/// Shows a number with its label.
 pub(super) fn value(board: &ListLayout<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
     ui.horizontal(|ui| {
         name(ui, board.style, label, !board.beside);
@@ -63,13 +63,13 @@ pub(super) fn slider(
             (slider.labelled_by(name.id), moved)
         })
         .inner;
-    // A schema may say what is out of range: what is shown of that within it, nobody has moved.
+    // A schema's value may be out of range. That the slider clamps it is not a move by the user.
     if moved && number != before {
         let number = (number / factor).clamp(range.least, range.greatest);
         board.kept.moved(id, said, number);
         board.did(id, Touch::Moved(number));
     } else if response.dragged() {
-        // It stays in the hand that holds it.
+        // The slider keeps its value while the user holds it.
         board.kept.moved(id, said, before / factor);
     }
 }
@@ -104,7 +104,7 @@ pub(super) fn choice(
     }
 }
 
-/// A name; below others as wide as they are, beside others no wider than it needs.
+/// Shows a label. In a column, it is at least [`NAMES`] wide; in a row, only as wide as its text.
 fn name(ui: &mut Ui, style: &Style, label: &str, column: bool) -> egui::Response {
     let words = RichText::new(label).color(style::color_of(Ink::Plain, style).gamma_multiply(0.75));
     let left = ui.cursor().left();

@@ -1,4 +1,5 @@
-//! A picture of a panel: as large as there is room, its pixels on the graphics card until a new list brings others.
+//! An image of a panel: as large as there is space. Its pixels stay on the graphics card until a new list
+//! replaces them.
 
 use eframe::egui::{self, ColorImage, Pos2, Rect, Sense, TextureOptions, Ui, WidgetInfo, vec2};
 use jde_panel::{Ink, Item, Wants};
@@ -7,7 +8,7 @@ use super::layout::{ListLayout, hint};
 use super::state::Texture;
 use crate::{picture, style};
 
-/// Shows it.
+/// Shows the image, and records the gestures on it.
 pub(super) fn show(board: &mut ListLayout<'_>, ui: &mut Ui, item: &Item) {
     let Item::Image {
         id,

@@ -1,4 +1,4 @@
-//! Draws a list: its widgets one below the other, those that stretch sharing what height is left.
+//! Draws a list: its widgets one below the other. Those that stretch share the remaining height.
 
 use eframe::egui::{self, Align, CollapsingHeader, Layout, RichText, Ui, vec2};
 use jde_panel::{Area, Gesture, Ink, Item, List, Shape, Touch, Wants, Words};
@@ -8,7 +8,7 @@ use super::{field, image, plot, table};
 use crate::canvas::{self, Canvas};
 use crate::style::{self, Style};
 
-/// Least height of what stretches.
+/// Minimum height of a widget that stretches, in points.
 const LEAST: f32 = 170.0;
 
 /// A list that is being drawn.
@@ -16,11 +16,11 @@ pub(super) struct ListLayout<'a> {
     pub(super) style: &'a Style,
     pub(super) kept: &'a mut PanelState,
     gestures: Vec<Gesture>,
-    /// Of what stretches.
+    /// Height of a widget that stretches, in points.
     height: f32,
-    /// Somebody hears of what is done.
+    /// The schema receives gestures.
     alive: bool,
-    /// What is drawn stands beside others.
+    /// The current widget is in a row.
     pub(super) beside: bool,
 }
 
@@ -36,7 +36,7 @@ impl<'a> ListLayout<'a> {
         }
     }
 
-    /// Draws it, and answers with what was done to it.
+    /// Draws the list. Returns the gestures on it.
     pub(super) fn show(mut self, ui: &mut Ui, list: &List) -> Vec<Gesture> {
         let room = ui.available_height();
         let large = list.items.iter().filter(|item| stretches(item)).count();
@@ -55,7 +55,7 @@ impl<'a> ListLayout<'a> {
         }
         if (small - self.kept.small).abs() > 0.5 {
             self.kept.small = small;
-            // How much is left is known only now.
+            // The height of the fixed widgets is known only now, so the frame is drawn again.
             ui.ctx().request_discard("the height of a panel's widgets");
         }
         self.gestures
@@ -151,7 +151,7 @@ impl<'a> ListLayout<'a> {
         }
     }
 
-    /// Widgets beside each other: those that stretch share the width.
+    /// Draws widgets in a row. If one stretches, all have the same width.
     fn row(&mut self, ui: &mut Ui, items: &[Item]) {
         if !items.iter().any(stretches) {
             ui.horizontal_wrapped(|ui| self.items(ui, items));
@@ -209,7 +209,7 @@ impl<'a> ListLayout<'a> {
         }
     }
 
-    /// Something was done to a widget.
+    /// Records a gesture on a widget.
     pub(super) fn did(&mut self, id: &str, touch: Touch) {
         self.gestures.push(Gesture {
             widget: id.to_owned(),
@@ -217,7 +217,7 @@ impl<'a> ListLayout<'a> {
         });
     }
 
-    /// Height of what stretches.
+    /// Height of a widget that stretches, in points.
     pub(super) fn height(&self) -> f32 {
         self.height
     }
@@ -237,7 +237,7 @@ impl<'a> ListLayout<'a> {
     }
 }
 
-/// Whether a widget takes what height is left.
+/// Whether a widget takes a share of the remaining height.
 fn stretches(item: &Item) -> bool {
     match item {
         Item::Canvas { .. } | Item::Plot { .. } | Item::Table { .. } | Item::Image { .. } => true,
@@ -253,7 +253,8 @@ fn stretches(item: &Item) -> bool {
     }
 }
 
-/// Whether a widget is nothing without somebody who hears of it; planes and tables can still be looked around in.
+/// Whether a widget is useless without a schema that receives gestures. Planes and tables can still be
+/// viewed.
 fn answers(item: &Item) -> bool {
     matches!(
         item,
@@ -265,7 +266,7 @@ fn answers(item: &Item) -> bool {
     )
 }
 
-/// What can be done on a plane or picture, for who finds no button.
+/// A text about the gestures that a plane or image accepts, as these show no buttons.
 pub(super) fn hint(wants: Wants) -> Option<String> {
     let mut does = Vec::new();
     if wants.clicks {

@@ -1,5 +1,5 @@
-//! The panel that a schema draws of itself: its newest list, and what hands do to it, handed back. It shows what it is given and
-//! when it was drawn; it never makes up what a schema did not say.
+//! The panel that a schema draws: its newest list, and the gestures on it, which are sent to the schema. It
+//! shows only what the schema drew, and the age of that.
 
 mod field;
 mod image;
@@ -24,38 +24,38 @@ use crate::style::{self, Style};
 use layout::ListLayout;
 use state::PanelState;
 
-/// How often lists are asked for: smooth to the eye, and cheap for the schema.
+/// Rate at which lists are requested: smooth to the eye, and cheap for the schema.
 const RATE: Rate = Rate::Hz(20);
-/// A list that is older than this is said to be old.
+/// Age from which the age of a list is shown.
 const OLD: Duration = Duration::from_millis(1500);
 
-/// How visible a panel is that nobody answers for any more.
+/// Opacity of a panel whose schema receives no gestures.
 const FADED: f32 = 0.55;
 
-/// The window.
+/// The window of a panel.
 pub(crate) struct Panel {
     schema: String,
     kept: PanelState,
-    /// The newest list, and when it came.
+    /// The newest list, and when it arrived.
     newest: Option<(Arc<List>, Instant)>,
-    /// What came of the last gesture.
+    /// The outcome of the last gesture.
     outcome: Outcome,
 }
 
-/// What there is to show.
+/// The content to show.
 enum Content<'a> {
-    /// Nothing came yet.
+    /// Nothing has arrived yet.
     Waiting,
-    /// This is a recording, and it was left out.
+    /// The application is a recording without this panel.
     Unrecorded,
-    /// Something else came than a list that can be shown.
+    /// There is no list that can be shown, for this reason.
     Refused(&'a str),
-    /// A list.
+    /// The newest list.
     Shown(&'a Arc<List>),
 }
 
 impl Panel {
-    /// Of a schema, with what one kept before.
+    /// Opens the panel of a schema with its saved state.
     pub(crate) fn open(schema: &str, kept: &serde_json::Value) -> Self {
         Self {
             schema: schema.to_owned(),
@@ -65,7 +65,8 @@ impl Panel {
         }
     }
 
-    /// What its schema is doing, and why it is not drawn, if so. Answers whether it can be touched.
+    /// Shows the state of the schema, and why its panel is old or missing. Returns whether the panel accepts
+    /// gestures.
     fn head(&self, ui: &mut Ui, session: &Session, style: &Style) -> bool {
         let Some(view) = session.view(&self.schema) else {
             ui.label(faint(
@@ -126,7 +127,7 @@ impl Panel {
         !session.is_gone() && !unloaded && !session.is_recording()
     }
 
-    /// Draws what there is; answers with what was done.
+    /// Draws the content. Returns the gestures on it.
     fn body(&mut self, ui: &mut Ui, style: &Style, news: &Content<'_>, alive: bool) -> Vec<Gesture> {
         match news {
             Content::Waiting => {
@@ -219,22 +220,22 @@ fn colored(style: &Style, color: Ink, text: &str) -> RichText {
 
 #[cfg(test)]
 pub(crate) mod bench {
-    //! A board alone, for tests: lists in, gestures out.
+    //! A panel's list without a session, for tests: it takes a list and collects gestures.
 
     use super::*;
 
-    /// A board and what it keeps.
+    /// A list and the state of its window.
     #[derive(Default)]
     pub(crate) struct Bench {
         kept: PanelState,
-        /// What is shown.
+        /// The list to show.
         pub(crate) list: Arc<List>,
-        /// What was done so far.
+        /// The gestures so far.
         pub(crate) gestures: Vec<Gesture>,
     }
 
     impl Bench {
-        /// One that shows a list.
+        /// Creates a bench that shows a list.
         pub(crate) fn of(list: List) -> Self {
             Self {
                 list: Arc::new(list),
@@ -242,7 +243,7 @@ pub(crate) mod bench {
             }
         }
 
-        /// A frame.
+        /// Draws one frame.
         pub(crate) fn show(&mut self, ui: &mut Ui, style: &Style) {
             let list = Arc::clone(&self.list);
             self.kept.take(&list);

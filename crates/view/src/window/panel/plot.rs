@@ -1,4 +1,5 @@
-//! Curves of a panel over an axis. More points than the screen has columns are thinned so that no peak is lost.
+//! Curves of a panel over an axis. Dense points are thinned per column of the screen, so that no peak is
+//! lost.
 
 use eframe::egui::{self, RichText, Ui, WidgetInfo};
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -6,7 +7,7 @@ use jde_panel::{Ink, Trace};
 
 use crate::style::{self, Style};
 
-/// Shows them.
+/// Shows the curves.
 pub(super) fn show(
     style: &Style,
     ui: &mut Ui,
@@ -29,7 +30,7 @@ pub(super) fn show(
         .width(width)
         .x_axis_label(across)
         .y_axis_label(up)
-        // The wheel zooms; what is around would scroll with it otherwise.
+        // The wheel zooms. Otherwise it would also scroll the surrounding area.
         .allow_scroll(false);
     if traces.len() > 1 {
         plot = plot.legend(Legend::default());
@@ -49,7 +50,8 @@ pub(super) fn show(
         .widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, format!("plot of {label}")));
 }
 
-/// Least and greatest of each column, if the points go from left to right; else all of them.
+/// The lowest and highest point of each column, if the points are sorted by x and there are many; otherwise
+/// all points.
 fn thinned(points: &[[f64; 2]], columns: usize) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return Vec::new();

@@ -1,5 +1,5 @@
-//! What a panel's window keeps from list to list: what a person just moved, where they look, how they sorted, and pictures on
-//! the graphics card. A widget is the same one while its `id` is.
+//! What a panel's window keeps from list to list: pending values, views of planes, sort orders, and textures.
+//! Two widgets with the same `id` are the same widget.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,46 +11,46 @@ use jde_panel::{Area, List};
 use super::table::Sorted;
 use crate::canvas::{Gestures, View};
 
-/// What a person moved stays as moved for so long, unless the schema says something new of it: lists that were on their way
-/// when it was touched would throw it back.
+/// How long a widget shows the value that the user set, unless the schema reports a new one. Lists that were
+/// in transit at that time would otherwise reset it.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// What a plane without an area shows is fitted anew when it shrank to this share.
+/// A plane without an area is fitted anew when its content shrinks below this fraction of the fitted area.
 const SHRUNK: f64 = 0.4;
 
-/// What is kept.
+/// The state of a panel's window.
 #[derive(Default)]
 pub(super) struct PanelState {
     list: Option<Arc<List>>,
     moved: HashMap<String, PendingValue>,
     views: HashMap<String, View>,
     homes: HashMap<String, Area>,
-    /// What is under way on pictures.
+    /// Gestures in progress on images.
     pub(super) hands: HashMap<String, Gestures>,
     pub(super) sorted: HashMap<String, Sorted>,
     pub(super) textures: HashMap<String, Texture>,
-    /// Counts lists.
+    /// Number of lists so far.
     pub(super) serial: u64,
-    /// Height of all that is not stretched, as of the frame before.
+    /// Height of the widgets that do not stretch, as of the last frame, in points.
     pub(super) small: f32,
 }
 
-/// A picture on the graphics card.
+/// An image on the graphics card.
 pub(super) struct Texture {
     pub(super) handle: TextureHandle,
-    /// Of which list.
+    /// The serial number of its list.
     pub(super) serial: u64,
 }
 
-/// What a person moved, as a number.
+/// A value that the user set, as a number.
 struct PendingValue {
     to: f64,
-    /// What the list said before.
+    /// The value of the list at that time.
     from: f64,
     until: Instant,
 }
 
 impl PanelState {
-    /// What one kept before.
+    /// Reads the saved state.
     pub(super) fn read(json: &serde_json::Value) -> Self {
         Self {
             views: serde_json::from_value(json["views"].clone()).unwrap_or_default(),
@@ -58,7 +58,7 @@ impl PanelState {
         }
     }
 
-    /// What is kept from one start to the next.
+    /// The state to save for the next start: the views that the user changed.
     pub(super) fn write(&self) -> serde_json::Value {
         let views: HashMap<_, _> = self.views.iter().filter(|(_, view)| !view.is_fitted()).collect();
         if views.is_empty() {
@@ -67,19 +67,19 @@ impl PanelState {
         serde_json::json!({ "views": views })
     }
 
-    /// Takes note of the list that is shown.
+    /// Registers the list that is shown. Does nothing if it is the same.
     pub(super) fn take(&mut self, list: &Arc<List>) {
         if self.list.as_ref().is_some_and(|old| Arc::ptr_eq(old, list)) {
             return;
         }
         self.list = Some(Arc::clone(list));
         self.serial += 1;
-        // What left the panel leaves the graphics card.
+        // Frees the textures of images that are no longer in the panel.
         let serial = self.serial;
         self.textures.retain(|_, texture| texture.serial + 2 > serial);
     }
 
-    /// What a widget is to show, if the list says `said`.
+    /// The value that a widget shows, if the list has `said`.
     pub(super) fn shown(&mut self, ui: &Ui, id: &str, said: f64) -> f64 {
         let Some(moved) = self.moved.get(id) else {
             return said;
@@ -93,23 +93,24 @@ impl PanelState {
         said
     }
 
-    /// A person moved a widget, of which the list says `from`.
+    /// Records that the user moved a widget, for which the list has `from`.
     pub(super) fn moved(&mut self, id: &str, from: f64, to: f64) {
         let until = Instant::now() + PATIENCE;
         self.moved.insert(id.to_owned(), PendingValue { to, from, until });
     }
 
-    /// What a person sees of a plane; given back by [`Self::look_at`].
+    /// Removes and returns the view of a plane. [`Self::look_at`] puts it back.
     pub(super) fn view(&mut self, id: &str) -> View {
         self.views.remove(id).unwrap_or_default()
     }
 
-    /// Keeps what a person sees of a plane.
+    /// Keeps the view of a plane.
     pub(super) fn look_at(&mut self, id: &str, view: View) {
         self.views.insert(id.to_owned(), view);
     }
 
-    /// What a plane shows at first that says nothing of it: all that is drawn, but not jumping with every move of it.
+    /// The home area of a plane that declares none. It contains all shapes, and does not change with each of
+    /// their movements.
     pub(super) fn home(&mut self, id: &str, drawn: Area) -> Area {
         let size = |area: &Area, axis: usize| area.greatest[axis] - area.least[axis];
         let home = self.homes.entry(id.to_owned()).or_insert(drawn);

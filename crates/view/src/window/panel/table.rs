@@ -1,4 +1,5 @@
-//! Texts of a panel in rows and columns: only the rows in view are laid out; a click on a heading sorts by it, numbers as numbers.
+//! Tables of a panel. Only the visible rows are laid out. A click on a heading sorts by its column; numbers
+//! are sorted by value.
 
 use std::cmp::Ordering;
 
@@ -9,7 +10,8 @@ use egui_extras::{Column, TableBuilder};
 #[derive(Default)]
 pub(super) struct Sorted {
     by: Option<(usize, SortOrder)>,
-    /// The rows' places in the order in which they are shown, and of which list.
+    /// The indices of the rows in the order shown. `of` has the list's serial number and the sort that it is
+    /// for.
     order: Vec<usize>,
     of: Option<(u64, Option<(usize, SortOrder)>)>,
 }
@@ -21,7 +23,7 @@ enum SortOrder {
 }
 
 impl SortOrder {
-    /// A triangle that points where the greater ones are.
+    /// Draws a triangle that points towards the greater values.
     fn paint(self, ui: &mut Ui) {
         let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
         let (top, bottom) = match self {
@@ -40,7 +42,7 @@ impl SortOrder {
 }
 
 impl Sorted {
-    /// Puts the rows of a list in order.
+    /// Computes the order of the rows of a list, unless it is up to date.
     pub(super) fn sort(&mut self, serial: u64, rows: &[Vec<String>]) {
         if self.of == Some((serial, self.by)) {
             return;
@@ -59,7 +61,7 @@ impl Sorted {
         }
     }
 
-    /// Up, down, and as it came.
+    /// Cycles a column: ascending, descending, unsorted.
     fn next(&mut self, column: usize) {
         self.by = match self.by {
             Some((by, SortOrder::Up)) if by == column => Some((column, SortOrder::Down)),
@@ -69,7 +71,7 @@ impl Sorted {
     }
 }
 
-/// Shows it.
+/// Shows the table.
 pub(super) fn show(
     ui: &mut Ui,
     height: f32,
@@ -117,9 +119,9 @@ pub(super) fn show(
     });
 }
 
-/// Numbers by size and before texts; texts by their letters.
+/// Orders numbers by value and before texts, and texts alphabetically.
 fn natural(one: &str, other: &str) -> Ordering {
-    // "0.40 m" is a number too.
+    // "0.40 m" counts as a number.
     let number = |text: &str| {
         let head = text.split_whitespace().next().unwrap_or_default();
         head.parse::<f64>().ok().filter(|number| !number.is_nan())

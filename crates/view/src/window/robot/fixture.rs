@@ -1,4 +1,4 @@
-//! A scene that never changes, for pictures; for tests alone.
+//! A robot window with constant data, for pictures; tests only.
 
 use std::f32::consts::PI;
 
@@ -79,7 +79,7 @@ impl FixedRobot {
     }
 }
 
-/// A wall 1 m to the left, a box ahead on the right, and nothing else.
+/// A scan of a wall 1 m to the left and a box ahead on the right.
 pub(crate) fn scan() -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -PI / 2.0,

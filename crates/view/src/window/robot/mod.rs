@@ -1,4 +1,4 @@
-//! Sensors and motors: what the robot senses around its outline, and driving it by hand.
+//! Sensors and motors: the sensor data around the robot's outline, and driving it by hand.
 
 mod drive;
 #[cfg(test)]
@@ -20,7 +20,7 @@ use picture::Pictures;
 use plane::Plane;
 use sensors::{Candidates, Choice, Sensors};
 
-/// Narrower than this, what stands beside the plane stands below it.
+/// Below this width, in points, the column of numbers is shown below the plane instead of beside it.
 const NARROW: f32 = 560.0;
 
 /// The window.
@@ -32,18 +32,18 @@ pub(crate) struct RobotWindow {
     pictures: Pictures,
 }
 
-/// What is kept from one start to the next.
+/// The state saved for the next start.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
 struct SavedState {
     choice: Choice,
     plane: Plane,
-    /// m/s.
+    /// In m/s.
     speed: Option<f64>,
 }
 
 impl RobotWindow {
-    /// With what one kept before. Nobody drives at first.
+    /// Opens the window with its saved state. Driving is off at first.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
         let kept = SavedState::deserialize(kept).unwrap_or_default();
         Self {
@@ -102,7 +102,7 @@ impl Window for RobotWindow {
     }
 }
 
-/// What is shown of what, and how.
+/// The bar of choices: the robot, the laser, and what the plane shows.
 fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, offer: &Candidates) {
     ui.horizontal_wrapped(|ui| {
         if senses.bodies.len() > 1 {

@@ -1,4 +1,4 @@
-//! Images of cameras: turned into textures when a new one has come, and not before.
+//! Camera images. An image is converted to a texture only when a new one arrives.
 
 use std::collections::HashMap;
 
@@ -10,10 +10,10 @@ use crate::picture::{self, Picture};
 use crate::session::Session;
 use crate::style::{self, Style};
 
-/// So often at most.
+/// Maximum rate of images.
 const RATE: Rate = Rate::Hz(20);
 
-/// The pictures of all cameras, as they were last.
+/// The newest image of each camera.
 #[derive(Default)]
 pub(super) struct Pictures {
     shown: HashMap<String, Shown>,
@@ -25,7 +25,7 @@ struct Shown {
 }
 
 impl Pictures {
-    /// Shows the picture of a camera, as wide as there is room.
+    /// Shows the image of a camera, as wide as the space allows.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, camera: &str, style: &Style) {
         let variable = session
             .variables()
@@ -88,7 +88,7 @@ impl Pictures {
         }
     }
 
-    /// Forgets those that nobody shows.
+    /// Frees the images of all other cameras.
     pub(super) fn keep(&mut self, cameras: &[String]) {
         self.shown.retain(|camera, _| cameras.contains(camera));
     }

@@ -1,4 +1,5 @@
-//! The plane around the robot: what it senses, where it has been, and how it moves, in metres. It draws what it is given.
+//! The plane around the robot: its sensor data, its path and its speeds, in metres. It draws only the data
+//! given to it.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -12,34 +13,34 @@ use super::sensors::{Outline, Sensors};
 use crate::canvas::{Canvas, Draw2d, View};
 use crate::style::{self, Style};
 
-/// What is seen around a robot at first, m: more ahead than behind.
+/// The area shown around a robot at first, in m: more ahead than behind.
 const AROUND: Area = Area {
     least: [-1.5, -2.5],
     greatest: [3.5, 2.5],
 };
-/// Room around a path, m.
+/// Margin around a path, in m.
 const MARGIN: f64 = 2.0;
-/// What no longer tells how things are is so faint.
+/// Opacity of stale data.
 const OLD: f32 = 0.3;
-/// A mark where the outline of a robot is not known, m: it points ahead.
+/// The mark for a robot without a known outline, in m. It points ahead.
 const MARK: [[f64; 2]; 3] = [[0.16, 0.0], [-0.1, 0.11], [-0.1, -0.11]];
-/// Corners of a round robot.
+/// Number of corners with which a round robot is drawn.
 const CORNERS: usize = 32;
-/// Where bumpers are drawn around a robot whose radius is not known, m.
+/// Distance of the bumpers from the middle of a robot whose radius is not known, in m.
 const REACH: f64 = 0.25;
-/// Speeds are drawn as the way of so many seconds.
+/// A speed is drawn as the distance covered in this time, in s.
 const SECONDS: f64 = 1.5;
-/// Slower is standing, m/s and rad/s.
+/// A slower robot stands still, in m/s and rad/s.
 const STILL: f64 = 0.005;
 
-/// What a person chose to see, and how.
+/// The user's choice of what the plane shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Plane {
     view: View,
-    /// The robot stays in the middle and ahead is up; else the floor stays as it is.
+    /// The robot stays in the middle with its heading up. Otherwise the floor stays fixed.
     pub(super) ahead_up: bool,
-    /// On the floor: the robot stays in sight.
+    /// On a fixed floor: the view follows the robot.
     pub(super) follow: bool,
     pub(super) laser: bool,
     pub(super) sonars: bool,
@@ -62,10 +63,10 @@ impl Default for Plane {
 }
 
 impl Plane {
-    /// Shows it in all the room there is.
+    /// Shows the plane in all available space.
     pub(super) fn show(&mut self, ui: &mut Ui, senses: &Sensors, style: &Style) {
         let pose = senses.pose();
-        // Where the robot is on the plane, and where the frame of the odometry is.
+        // The poses of the robot and of the odometry's frame on the plane.
         let (robot, floor) = if self.ahead_up {
             (Pose2D::ORIGIN, pose.localize(&Pose2D::ORIGIN))
         } else {
@@ -93,13 +94,13 @@ impl Plane {
         self.view = view;
     }
 
-    /// Back to where it was at first.
+    /// Resets pan and zoom.
     pub(super) fn fit(&mut self) {
         self.view.fit();
     }
 }
 
-/// The path and the robot with some room.
+/// The bounding box of the path and the robot, with a margin.
 fn around(trail: &Trail, pose: Pose2D) -> Area {
     let mut area = Area {
         least: [pose.x, pose.y],
@@ -120,9 +121,9 @@ fn around(trail: &Trail, pose: Pose2D) -> Area {
 struct Drawing<'a, 'p> {
     draw: &'a mut Draw2d<'p>,
     style: &'a Style,
-    /// The robot on the plane.
+    /// The robot's pose on the plane.
     robot: Pose2D,
-    /// The frame of the odometry on the plane.
+    /// The pose of the odometry's frame on the plane.
     floor: Pose2D,
 }
 
@@ -178,8 +179,8 @@ impl Drawing<'_, '_> {
         if fresh { color } else { color.gamma_multiply(OLD) }
     }
 
-    /// What the laser sees to be free, and its rays, faintly. A scan does not tell where on the base its scanner sits, so it is
-    /// drawn from the middle.
+    /// Draws the area that the laser found free, and its rays, faintly. A scan does not contain the pose of
+    /// its scanner on the base, so it is drawn from the middle.
     fn fan(&self, laser: &LaserScan, color: Color32) {
         let mut mesh = Mesh::default();
         let ground = color.gamma_multiply(0.09);
@@ -264,14 +265,14 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// Arcs ahead and behind, in the order of the bumpers; pressed ones are lit.
+    /// Draws the bumpers as arcs in front and at the rear, in their order. Pressed ones are highlighted.
     fn bumpers(&self, bumpers: &Bumpers, outline: Outline, fresh: bool) {
         let reach = 0.05
             + match outline {
                 Outline::Round(radius) => radius,
                 Outline::Pioneer | Outline::Unknown => REACH,
             };
-        // Ahead from left to right, and behind too.
+        // Both in front and at the rear from left to right.
         for (side, from, way) in [
             (&bumpers.front, FRAC_PI_2 * 0.8, -1.0),
             (&bumpers.rear, PI - FRAC_PI_2 * 0.8, 1.0),
@@ -294,7 +295,7 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// The way that it would go in a moment, and how it would turn.
+    /// Draws a speed: an arrow for the distance of [`SECONDS`], and an arc for the turn.
     fn speed(&self, twist: &Twist, width: f32, color: Color32) {
         let (x, y, turn) = (twist.linear.x, twist.linear.y, twist.angular.z);
         if x.hypot(y) > STILL {
@@ -316,7 +317,7 @@ impl Drawing<'_, '_> {
     }
 }
 
-/// A place in a frame, in the frame that the other is in.
+/// Converts a position in a frame to the frame in which that frame is given.
 fn on(frame: &Pose2D, [x, y]: [f64; 2]) -> [f64; 2] {
     let at = frame.transform(&Pose2D::new(x, y, 0.0));
     [at.x, at.y]

@@ -1,4 +1,4 @@
-//! A value of a sensor with what is known of it: how old it is, or why there is none. It draws nothing.
+//! A sensor's value with its age, or why there is none. It draws nothing.
 
 use jde_core::State;
 use jde_link::message::VariableInfo;
@@ -7,20 +7,20 @@ use jde_types::Value;
 
 use crate::session::Session;
 
-/// A value of a driver that iterates slowly is stale after so many of its periods.
+/// A value is stale after this many periods of its driver.
 const PERIODS: f64 = 4.0;
-/// No value is stale sooner, s: the network has a say too.
+/// Minimum age of a stale value, in s. It allows for delays of the network.
 const SOONEST: f64 = 0.5;
-/// Of an application that says nothing for so long, s, nobody knows how things are.
+/// Without a snapshot for this time, in s, all values of the application are stale.
 const SILENT: f64 = 1.0;
 
-/// What a variable says.
+/// The state of a variable.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Reading<T> {
     /// The application has no such variable.
     #[default]
     Absent,
-    /// It has one, of this name, and there is no value.
+    /// The variable of this name has no value.
     None(String, NoReading),
     /// The newest value.
     Here(T, Freshness),
@@ -29,31 +29,31 @@ pub(super) enum Reading<T> {
 /// Why there is no value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum NoReading {
-    /// It has not come yet.
+    /// The first value has not arrived yet.
     Waiting,
-    /// Whoever exports it sleeps.
+    /// The exporting schema, of this name, is SLEPT.
     Asleep(String),
-    /// Whoever exports it took it back, or never gave one.
+    /// The exporting schema, of this name, withdrew its value or never wrote one.
     Silent(String),
-    /// It cannot be listened to.
+    /// Subscribing failed, for this reason.
     Trouble(String),
 }
 
-/// Of which variable a value is, and how old.
+/// The name and age of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Freshness {
-    /// The variable.
+    /// The name of the variable.
     pub(super) name: String,
-    /// s.
+    /// In s.
     pub(super) age: f64,
-    /// It is so old that things may be otherwise.
+    /// Whether the value is too old to describe the present.
     pub(super) stale: bool,
-    /// Whoever exports it sleeps.
+    /// The exporting schema, if it is SLEPT.
     pub(super) asleep: Option<String>,
 }
 
 impl<T> Reading<T> {
-    /// The value, however old.
+    /// The value, of any age.
     pub(super) fn value(&self) -> Option<&T> {
         match self {
             Self::Here(value, _) => Some(value),
@@ -61,12 +61,12 @@ impl<T> Reading<T> {
         }
     }
 
-    /// Whether there is a value that tells how things are.
+    /// Whether there is a value that is not stale.
     pub(super) fn is_fresh(&self) -> bool {
         matches!(self, Self::Here(_, fresh) if !fresh.stale)
     }
 
-    /// The schema that sleeps, if that is why there is no new value.
+    /// The exporting schema, if it is SLEPT and there is therefore no new value.
     pub(super) fn sleeper(&self) -> Option<&str> {
         match self {
             Self::None(_, NoReading::Asleep(owner)) => Some(owner),
@@ -75,7 +75,7 @@ impl<T> Reading<T> {
         }
     }
 
-    /// The variable.
+    /// The name of the variable.
     pub(super) fn name(&self) -> Option<&str> {
         match self {
             Self::Absent => None,
@@ -96,7 +96,7 @@ impl<T> Reading<T> {
 }
 
 impl NoReading {
-    /// In words.
+    /// The reason as a message for the user.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Waiting => "waiting for the first value".to_owned(),
@@ -108,7 +108,7 @@ impl NoReading {
 }
 
 impl Freshness {
-    /// In words.
+    /// The age as a text for the user.
     pub(super) fn words(&self) -> String {
         match (&self.asleep, self.stale) {
             (Some(owner), true) => format!("{}, {owner} sleeps", ago(self.age)),
@@ -118,12 +118,12 @@ impl Freshness {
     }
 }
 
-/// The newest value of a variable; of none, that it is absent. To be asked for in every frame.
+/// The newest value of a variable; [`Reading::Absent`] for `None`. Call in each frame.
 pub(super) fn read<T: Value>(session: &Session, variable: Option<&VariableInfo>, rate: Rate) -> Reading<T> {
     sampled(session, variable, rate).map(|sample| T::from_bytes(sample.bytes.as_deref()?))
 }
 
-/// As [`read`], for what is too large to copy.
+/// As [`read`], for values that are too large to copy.
 pub(super) fn sampled(
     session: &Session,
     variable: Option<&VariableInfo>,
@@ -149,7 +149,7 @@ pub(super) fn sampled(
         };
         return Reading::None(name.clone(), why);
     }
-    // The application's time stands still with it.
+    // Without snapshots, `now` does not advance, so the silence is added to the age.
     let silent = session.silent().as_secs_f64();
     let silent = if silent > SILENT { silent } else { 0.0 };
     let age = (session.now() - sample.time as f64 / 1e9).max(0.0) + silent;
@@ -163,7 +163,7 @@ pub(super) fn sampled(
     Reading::Here(sample, fresh)
 }
 
-/// An age in words.
+/// Formats an age in s.
 fn ago(age: f64) -> String {
     match age {
         age if age < 10.0 => format!("{age:.1} s ago"),

@@ -1,4 +1,4 @@
-//! What an application has of sensors and motors, found by type, and what they say now. It draws nothing.
+//! The sensors and motors of an application, found by type, and their newest values. It draws nothing.
 
 use jde_link::Rate;
 use jde_link::message::VariableInfo;
@@ -11,36 +11,36 @@ use super::super::trail::Trail;
 use super::reading::{Reading, read};
 use crate::session::Session;
 
-/// Senses for drawing come so often.
+/// Rate of values that are drawn.
 const LIVELY: Rate = Rate::Hz(20);
-/// Numbers come so often: nobody reads faster.
+/// Rate of numbers: as fast as they can be read.
 const CALM: Rate = Rate::Hz(5);
 
-/// What a person chose among several.
+/// The user's choice among several robots and lasers.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
 pub(super) struct Choice {
     /// The schema that drives the wheels.
     pub(super) body: Option<String>,
-    /// The laser, as a variable.
+    /// The laser's variable.
     pub(super) laser: Option<String>,
 }
 
-/// What there is to choose from.
+/// The choices that the user has.
 #[derive(Debug, Default)]
 pub(super) struct Candidates {
-    /// Variables that are lasers of the chosen one.
+    /// The laser variables of the chosen robot.
     pub(super) lasers: Vec<String>,
 }
 
-/// What the robot senses now.
+/// The newest sensor data of the robot.
 #[derive(Debug, Default)]
 pub(super) struct Sensors {
-    /// The schema that drives the wheels; empty for none.
+    /// The schema that drives the wheels; empty if there is none.
     pub(super) body: String,
-    /// All schemas that do.
+    /// All schemas that drive wheels.
     pub(super) bodies: Vec<String>,
-    /// What is known of its outline.
+    /// The known outline of the robot.
     pub(super) outline: Outline,
     pub(super) odometry: Reading<Odometry>,
     pub(super) laser: Reading<Box<LaserScan>>,
@@ -49,30 +49,30 @@ pub(super) struct Sensors {
     pub(super) battery: Reading<BatteryState>,
     pub(super) encoders: Reading<WheelEncoders>,
     pub(super) head: Reading<PanTilt>,
-    /// What the base was told last, as long as it is in force.
+    /// The last command to the base, while it is in force.
     pub(super) commanded: Reading<Twist>,
-    /// Where the mission goes.
+    /// The current target of a running mission.
     pub(super) target: Option<Pose2D>,
-    /// Where it has been.
+    /// The path that the robot has driven.
     pub(super) trail: Trail,
-    /// Cameras, as variables.
+    /// The camera variables.
     pub(super) cameras: Vec<String>,
 }
 
-/// What is known of a robot's outline.
+/// The known outline of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Outline {
-    /// Nothing: a mark for where it is.
+    /// Unknown: only a mark is drawn.
     #[default]
     Unknown,
     /// A Pioneer, by the type of its driver.
     Pioneer,
-    /// A simulated Pioneer, whose body is round; its radius, m.
+    /// A simulated Pioneer with a round body of this radius, in m.
     Round(f64),
 }
 
 impl Sensors {
-    /// Takes up what came since the last frame; keeps the path.
+    /// Reads the newest values, and extends the path. Call in each frame. Returns the user's choices.
     pub(super) fn update(&mut self, session: &Session, choice: &Choice) -> Candidates {
         let bodies: Vec<String> = session
             .exports::<Odometry>()
@@ -128,18 +128,18 @@ impl Sensors {
         }
     }
 
-    /// Where it believes it is; the origin if it does not tell.
+    /// The pose by odometry, or the origin without odometry.
     pub(super) fn pose(&self) -> Pose2D {
         self.odometry.value().map_or(Pose2D::ORIGIN, Odometry::pose2d)
     }
 }
 
-/// Whether a sensor may be of this body: it is not of another.
+/// Whether a sensor may belong to a body: it does not belong to another one.
 fn belongs(variable: &VariableInfo, body: &str, bodies: &[String]) -> bool {
     variable.owner == body || !bodies.contains(&variable.owner)
 }
 
-/// The export of a type that is the body's own, or else the first that is of no other body.
+/// The export of a type that belongs to the body, or else the first that belongs to no other body.
 fn one<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> Option<&'a VariableInfo> {
     let mut all = session
         .exports::<T>()
@@ -151,14 +151,14 @@ fn one<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> Opt
     all.find(|variable| variable.owner == body).or(Some(first))
 }
 
-/// What the base is told.
+/// The command to the base that is in force.
 fn commanded(session: &Session, body: &str) -> Reading<Twist> {
     let twist = Twist::describe().name;
     let command = session.variables().iter().find(|variable| {
         variable.access == "command" && variable.owner == body && variable.type_name == twist
     });
     let told = super::reading::sampled(session, command, LIVELY);
-    // When it is over the driver is given the neutral value, which nobody sends.
+    // An expired command is not in force: the driver takes the neutral value, which no schema sends.
     if let Reading::Here(sample, _) = &told
         && (sample.valid_until as f64 / 1e9) < session.now()
     {

@@ -1,4 +1,5 @@
-//! What the sensors say in numbers, a row each, with how old it is; and what the application has not, in words.
+//! Sensor data in numbers, one row per sensor, with its age. Sensors that the application lacks are listed as
+//! text.
 
 use eframe::egui::{self, Color32, RichText, Ui};
 use jde_link::message::Action;
@@ -10,11 +11,11 @@ use super::sensors::Sensors;
 use crate::session::Session;
 use crate::style::{self, Style};
 
-/// Charge below which a battery is low, and nearly empty.
+/// Charge below which a battery is low, and nearly empty, from 0 to 1.
 const LOW: f32 = 0.3;
 const EMPTY: f32 = 0.15;
 
-/// Shows all of them. Without a session nobody can be played: for pictures.
+/// Shows the table. Without a session it has no buttons that wake schemas: for pictures.
 pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, style: &Style) {
     let mut rows = Rows {
         session,
@@ -76,7 +77,7 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, sty
     }
 }
 
-/// How old a value is, calmly: nobody reads hundredths of seconds.
+/// Shows the age of a value, or "live": hundredths of seconds would not be readable.
 pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
     let text = RichText::new(fresh.words()).small();
     let text = if fresh.stale {
@@ -88,7 +89,7 @@ pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
         .on_hover_text(format!("{}, how old it is", fresh.name));
 }
 
-/// A button that wakes whoever sleeps, as an operator.
+/// A button with which an operator wakes a SLEPT schema.
 pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
     let Some(schema) = sleeper else { return };
     let button = ui
@@ -104,12 +105,13 @@ pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
 struct Rows<'a> {
     session: Option<&'a Session>,
     style: &'a Style,
-    /// What the application has not.
+    /// Names of sensors that the application lacks.
     absent: Vec<&'static str>,
 }
 
 impl Rows<'_> {
-    /// A row, or a word for later that there is no such sensor; nothing twice for one sensor.
+    /// Adds a row, or registers an absent sensor. An empty `sensor` marks a second row of one sensor, whose
+    /// absence is not shown again.
     fn row<T>(
         &mut self,
         ui: &mut Ui,
@@ -160,12 +162,12 @@ fn place(odometry: &Odometry, style: &Style) -> String {
     format!("{x:.digits$}, {y:.digits$} {unit}  {}", angle(pose.theta, style))
 }
 
-/// Ahead and turning, in few digits.
+/// Formats the speed ahead and the turn rate.
 pub(super) fn speed(twist: &Twist, style: &Style) -> String {
     let (ahead, unit) = style.units.convert(twist.linear.x, "m/s");
     let digits = if unit == "m/s" { 2 } else { 0 };
     let turn = rate(twist.angular.z, style);
-    // No "-0.00".
+    // Avoids "-0.00".
     let zero = 0.5 * 10_f64.powi(-(digits as i32));
     let ahead = if ahead.abs() < zero { 0.0 } else { ahead };
     format!("{ahead:.digits$} {unit}  {turn}")
@@ -221,7 +223,7 @@ fn length(length: f64, style: &Style) -> String {
     format!("{length:.digits$} {unit}")
 }
 
-/// Where something is that is so far to the left.
+/// Formats a direction: an angle in rad, positive to the left.
 fn aside(toward: f64, style: &Style) -> String {
     if toward.abs() < 5_f64.to_radians() {
         return "ahead".to_owned();
@@ -230,7 +232,7 @@ fn aside(toward: f64, style: &Style) -> String {
     format!("{} {side}", angle(toward.abs(), style))
 }
 
-/// Which bumpers are pressed, in words; whether that is bad.
+/// Which bumpers are pressed, as text, and whether that needs attention.
 fn pressed(bumpers: &Bumpers) -> (String, bool) {
     let count = |side: &[jde_types::Flag]| side.iter().filter(|pressed| pressed.get()).count();
     let (front, rear) = (count(&bumpers.front), count(&bumpers.rear));

@@ -1,4 +1,4 @@
-//! What stands in the cells of a row: the triangle, the name, the value.
+//! The contents of a row's cells: the triangle, the name, the value.
 
 use std::fmt::Write as _;
 
@@ -11,10 +11,10 @@ use super::rows::{Row, RowKind};
 use super::variable::VariableState;
 use crate::style::{self, Style};
 
-/// As much of a list or structure as is read in a line.
+/// Maximum length of a displayed list or structure, in bytes; the rest is cut off.
 const LONGEST: usize = 160;
 
-/// The triangle that folds and unfolds; answers whether it was pressed.
+/// Shows the triangle that folds and unfolds. Returns whether it was clicked.
 pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(12.0, 16.0), Sense::click());
     let word = if open { "fold" } else { "unfold" };
@@ -33,7 +33,7 @@ pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
     response.clicked()
 }
 
-/// The name, with all that is known of it at the pointer.
+/// Shows the name, with the details of the variable on hover.
 pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
     let color = match (&row.what, info.access.as_str()) {
         (RowKind::Variable(_), "modulation") => Ink::Accent,
@@ -43,7 +43,7 @@ pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
     let text = RichText::new(row.name(info)).color(style::color_of(color, style));
     let label = ui.add(egui::Label::new(text).sense(Sense::click()).selectable(false));
     let mut hint = row.path();
-    // Writing to a text cannot fail.
+    // Writing to a string cannot fail.
     let _ = match &row.what {
         RowKind::Variable(_) => write!(hint, "\n{} of type {}", info.access, info.type_name),
         RowKind::Schema(_) | RowKind::Field { .. } => Ok(()),
@@ -71,7 +71,7 @@ pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
     });
 }
 
-/// The button that shows a number over time; answers whether it was pressed.
+/// Shows the button that adds a number to the oscilloscope. Returns whether it was clicked.
 pub(super) fn plot(ui: &mut Ui, name: &str) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(16.0, 16.0), Sense::click());
     let response = response.on_hover_text("Show it over time, in the oscilloscope");
@@ -87,7 +87,7 @@ pub(super) fn plot(ui: &mut Ui, name: &str) -> bool {
     response.clicked()
 }
 
-/// The value in a line, in the units that the person likes.
+/// Shows the value in one line, in the user's units.
 pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, seen: &VariableState) {
     let names = row.names();
     let faint = |text: &str| RichText::new(text).color(style::color_of(Ink::Faint, style));
@@ -104,7 +104,7 @@ pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, 
     }
 }
 
-/// A value in a line.
+/// Formats a value in one line.
 pub(super) fn line(value: &Value, unit: &str, style: &Style) -> String {
     let mut text = String::new();
     put(&mut text, value, unit, style);

@@ -1,4 +1,5 @@
-//! A modulation that is changed in place: typed with its unit, slid, or ticked. What is wrong with it stands beside it.
+//! Editing a modulation in place: by typing with its unit, by a slider, or by a checkbox. An error is shown
+//! beside it.
 
 use std::collections::HashMap;
 
@@ -14,18 +15,19 @@ use super::variable::VariableState;
 use crate::session::{Outcome, Session};
 use crate::style::{self, Style};
 
-/// What is being changed.
+/// The state of editing one value.
 #[derive(Default)]
 pub(super) struct Edit {
-    /// What is typed, while the field has the focus.
+    /// The text in the field while it has the focus.
     text: Option<String>,
-    /// What was asked for, and at which sequence: it is shown until something newer comes.
+    /// The value that the slider ordered, and the sequence number then. It is shown until the order is
+    /// accepted or a newer value arrives.
     asked: Option<(f64, u64)>,
     outcome: Outcome,
     wrong: Option<String>,
 }
 
-/// Shows the value of a row, to be changed.
+/// Shows an editor for the value of a row.
 pub(super) fn show(
     ui: &mut Ui,
     session: &Session,
@@ -72,7 +74,8 @@ pub(super) fn show(
                     }
                     _ => *number,
                 };
-                // From a millisecond to a minute every order of size has its place.
+                // A logarithmic slider gives each order of magnitude equal space, from milliseconds to
+                // minutes.
                 let wide = least > 0.0 && greatest > 100.0 * least;
                 ui.spacing_mut().slider_width = 80.0;
                 let slider = ui.add(
@@ -90,7 +93,8 @@ pub(super) fn show(
             let mut text = edit.text.clone().unwrap_or_else(|| shown.clone());
             let field = ui.add_sized(
                 vec2(96.0, ui.available_height()),
-                // The slider before it comes with the first value, and must not take the focus along.
+                // The slider before it appears with the first value. A fixed id keeps the focus in the field
+                // then.
                 TextEdit::singleline(&mut text)
                     .id_salt(&path)
                     .font(egui::TextStyle::Monospace),
@@ -125,7 +129,7 @@ pub(super) fn show(
     }
 }
 
-/// A value of a field as the part of the whole: what is left out stays.
+/// Wraps the value of a field in its structures. Omitted fields keep their values.
 fn within(names: &[String], value: serde_json::Value) -> serde_json::Value {
     names
         .iter()
@@ -137,7 +141,7 @@ fn refused(info: &VariableInfo, names: &[String], value: &serde_json::Value) -> 
     names.is_empty() && value.as_f64().is_some_and(|number| !info.range.holds(number))
 }
 
-/// The range in the units that the person likes.
+/// The range as text, in the user's units.
 fn bounds(info: &VariableInfo, unit: &str, style: &Style) -> String {
     let show = |number| style.units.show(number, unit);
     match (info.range.least, info.range.greatest) {
@@ -148,7 +152,8 @@ fn bounds(info: &VariableInfo, unit: &str, style: &Style) -> String {
     }
 }
 
-/// What was typed, in units of SI: a number in the unit that is shown, or in that of SI if it says so.
+/// Parses the typed text. A number without a unit is in the displayed unit; the SI unit is accepted too.
+/// Returns the value in SI units.
 fn read(leaf: Leaf, text: &str, unit: &str, style: &Style) -> Result<serde_json::Value, String> {
     let text = text.trim();
     if leaf == Leaf::Text {

@@ -1,5 +1,5 @@
-//! Variables by schema: what each holds now, how old it is, who wrote it; and modulations to be changed in place (R8, R14).
-//! Only rows in view are listened to. It writes nothing but modulations: commands are the schemas' own.
+//! Variables by schema: the newest value, its age and its writer. Modulations can be edited in place (R8,
+//! R14). Only visible rows are subscribed. It writes only modulations: commands belong to the schemas.
 
 mod cell;
 mod edit;
@@ -23,7 +23,7 @@ use edit::Edit;
 use rows::{Row, RowKind};
 use variable::VariableState;
 
-/// How often rows in view are wanted: as often as numbers can be read.
+/// Rate of visible rows: as fast as numbers can be read.
 const RATE: Rate = Rate::Hz(5);
 
 /// The window.
@@ -40,7 +40,7 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// With what one kept before.
+    /// Opens the window with its saved state.
     pub(crate) fn open(kept: &serde_json::Value) -> Self {
         let set = |name: &str| serde_json::from_value(kept[name].clone()).unwrap_or_default();
         Self {
@@ -87,7 +87,7 @@ impl Values {
         }
     }
 
-    /// Who holds modulations of a schema, and a way to let go.
+    /// Shows which operator modulates a schema, and a button that ends it.
     fn held(ui: &mut Ui, session: &Session, style: &Style, name: &str) {
         let hold = session.view(name).and_then(|view| view.operator.as_ref());
         let Some(hold) = hold.filter(|hold| hold.kind == HoldKind::Modulated) else {

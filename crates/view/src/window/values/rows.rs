@@ -1,4 +1,4 @@
-//! The rows of the window: schemas, their variables, and the fields of those that are unfolded.
+//! The rows of the window: schemas, their variables, and the fields of unfolded variables.
 
 use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_link::message::VariableInfo;
@@ -9,41 +9,41 @@ use crate::session::Session;
 /// A row.
 pub(super) struct Row {
     pub(super) what: RowKind,
-    /// How far it stands to the right.
+    /// Level of indentation.
     pub(super) depth: usize,
-    /// It can be unfolded.
+    /// Whether it can be unfolded.
     pub(super) foldable: bool,
-    /// It is a single number, flag or text; its unit.
+    /// The kind and unit of a value without parts, otherwise `None`.
     pub(super) leaf: Option<(Leaf, String)>,
-    /// What it means.
+    /// Its documentation.
     pub(super) doc: String,
 }
 
-/// Of what a row is.
+/// The subject of a row.
 pub(super) enum RowKind {
     /// A schema.
     Schema(String),
     /// A variable, by its full name.
     Variable(String),
-    /// A field of a variable, by its names from the outside in.
+    /// A field of a variable, by its names from the outermost to its own.
     Field { variable: String, names: Vec<String> },
 }
 
 /// A value that has no parts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaf {
-    /// Yes or no.
+    /// A truth value.
     Flag,
     /// A whole number.
     Whole,
-    /// A number.
+    /// A floating-point number.
     Number,
     /// Text.
     Text,
 }
 
 impl Row {
-    /// What names it alone, as the tools write it.
+    /// The unique name of the row, in the notation of all tools.
     pub(super) fn path(&self) -> String {
         match &self.what {
             RowKind::Schema(name) | RowKind::Variable(name) => name.clone(),
@@ -51,7 +51,7 @@ impl Row {
         }
     }
 
-    /// The fields it is in, from the outside in.
+    /// The names of the field, from the outermost to its own; empty for other rows.
     pub(super) fn names(&self) -> &[String] {
         match &self.what {
             RowKind::Field { names, .. } => names,
@@ -59,7 +59,7 @@ impl Row {
         }
     }
 
-    /// Its own name.
+    /// The last part of its name.
     pub(super) fn name<'a>(&'a self, info: &'a VariableInfo) -> &'a str {
         match &self.what {
             RowKind::Schema(name) => name,
@@ -69,7 +69,7 @@ impl Row {
     }
 }
 
-/// All rows that are unfolded and wanted, in the application's order.
+/// The unfolded rows that match the search and the filter, in the application's order.
 pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
     let words = window.search.to_lowercase();
     let mut rows = Vec::new();
@@ -94,7 +94,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
                 doc: String::new(),
             });
         }
-        // What is searched for is shown, folded or not.
+        // A search also finds variables of folded schemas.
         if window.folded.contains(&info.owner) && words.is_empty() {
             continue;
         }
@@ -143,7 +143,7 @@ fn fields(rows: &mut Vec<Row>, window: &Values, variable: &str, value_type: &Typ
     }
 }
 
-/// What a type is that is nothing but one number or flag.
+/// The kind of a type that has one number, flag or text and nothing else.
 pub(super) fn alone(value_type: &Type) -> Option<Leaf> {
     match value_type.fields.as_slice() {
         [field] => leaf(&field.kind, field.form),

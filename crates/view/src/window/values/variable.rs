@@ -1,4 +1,4 @@
-//! What was seen of a variable: its newest value taken apart once, and how often it comes.
+//! The data received of a variable: its newest value, decoded once, and the rate of its values.
 
 use std::sync::Arc;
 
@@ -7,21 +7,21 @@ use jde_board::value::Value;
 use jde_link::Sample;
 use jde_link::message::VariableInfo;
 
-/// Rates are measured over at least so long, ns.
+/// Minimum time over which a rate is measured, in ns.
 const WINDOW: u64 = 1_000_000_000;
 
-/// What was seen of a variable.
+/// The data received of a variable.
 pub(super) struct VariableState {
     value_type: Option<Arc<Type>>,
     sample: Option<Arc<Sample>>,
     value: Option<Value>,
-    /// Sequence and time at the beginning of the window in which the rate is measured.
+    /// Sequence number and time, in ns, at the beginning of the current measurement of the rate.
     begun: Option<(u64, u64)>,
     rate: Option<f64>,
 }
 
 impl VariableState {
-    /// Nothing yet.
+    /// The state before any sample. The type is known from the declaration.
     pub(super) fn new(info: &VariableInfo) -> Self {
         Self {
             value_type: info.value_type().ok().map(Arc::new),
@@ -32,7 +32,7 @@ impl VariableState {
         }
     }
 
-    /// A sample; the same again costs nothing.
+    /// Takes a sample. The same sample again costs nothing.
     pub(super) fn take(&mut self, sample: &Arc<Sample>) {
         if self.sample.as_ref().is_some_and(|old| Arc::ptr_eq(old, sample)) {
             return;
@@ -45,7 +45,7 @@ impl VariableState {
                     self.begun = Some((sample.sequence, sample.time));
                 }
             }
-            // The first one; or a recording went back.
+            // The first sample, or a recording jumped back.
             Some(_) | None => self.begun = Some((sample.sequence, sample.time)),
         }
         self.value = sample.value();
@@ -56,17 +56,18 @@ impl VariableState {
         self.value_type.as_deref()
     }
 
-    /// Whether anything came: a value, or that there is none.
+    /// Whether a sample arrived, with a value or without.
     pub(super) fn is_known(&self) -> bool {
         self.sample.is_some()
     }
 
-    /// Counts its values.
+    /// The sequence number of the newest sample, 0 before the first.
     pub(super) fn sequence(&self) -> u64 {
         self.sample.as_ref().map_or(0, |sample| sample.sequence)
     }
 
-    /// A part of its value by its names from the outside in; a structure of one number is that number.
+    /// A part of the value, by its names from the outermost in. A structure with a single field is replaced
+    /// by that field.
     pub(super) fn part(&self, names: &[String]) -> Option<&Value> {
         let mut value = self.value.as_ref()?;
         for name in names {
@@ -85,7 +86,7 @@ impl VariableState {
         Some(value)
     }
 
-    /// "0.2 s", at so many seconds of the application.
+    /// The age of the value at a time `now` in s, as text: "0.2 s". Empty without a value.
     pub(super) fn age(&self, now: f64) -> String {
         let Some(sample) = self.sample.as_ref().filter(|sample| sample.bytes.is_some()) else {
             return String::new();
@@ -97,7 +98,7 @@ impl VariableState {
         }
     }
 
-    /// "13.3 Hz".
+    /// The rate of the variable, as text: "13.3 Hz".
     pub(super) fn rate(&self) -> String {
         self.rate.map(|rate| format!("{rate:.1} Hz")).unwrap_or_default()
     }

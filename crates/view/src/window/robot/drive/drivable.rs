@@ -1,29 +1,30 @@
-//! Which schemas a hand drives: those that command the body that is looked at, and never another one's.
+//! The schemas for driving by hand: those that command the chosen body, and never those of another one.
 
 use eframe::egui::{self, Ui};
 use jde_link::message::SchemaInfo;
 
 use crate::session::Session;
 
-/// The type of schema that drives a base, and that which turns a head.
+/// The types of the schemas that drive a base and turn a head.
 const BASE: &str = "teleop/base";
 const HEAD: &str = "teleop/head";
 
-/// Them.
+/// The schemas for driving one body by hand.
 pub(super) struct DrivableSchemas<'a> {
     pub(super) base: Option<&'a SchemaInfo>,
     pub(super) head: Option<&'a SchemaInfo>,
 }
 
 impl<'a> DrivableSchemas<'a> {
-    /// Of all schemas, those for this of all bodies.
+    /// Finds the schemas for `body`, among all schemas and for all `bodies`.
     pub(super) fn of(all: &'a [SchemaInfo], body: &str, bodies: &[String]) -> Self {
         let of_type =
             |type_name: &'static str| all.iter().filter(move |schema| schema.type_name == type_name);
         let own = |type_name| of_type(type_name).find(|schema| commanded(schema).any(|owner| owner == body));
-        // What it commands may be between it and the body, as a filter of speeds is: of a lone body there is no other.
+        // A filter of speeds may be between the schema and the body. With a single body, it cannot belong to
+        // another.
         let lone = || of_type(BASE).next().filter(|_| bodies.len() < 2);
-        // A head may be a driver of its own, on nobody knows which body.
+        // A head may have its own driver, which does not show the body that it is mounted on.
         let apart = || {
             of_type(HEAD)
                 .find(|schema| !commanded(schema).any(|owner| bodies.iter().any(|body| body == owner)))
@@ -35,13 +36,13 @@ impl<'a> DrivableSchemas<'a> {
     }
 }
 
-/// The schemas that one commands.
+/// The schemas that a schema commands.
 fn commanded(schema: &SchemaInfo) -> impl Iterator<Item = &str> {
     let actuators = schema.ports.iter().filter(|port| port.role == "actuator");
     actuators.filter_map(|port| Some(port.variable.as_deref()?.split_once('.')?.0))
 }
 
-/// How to add what is not there.
+/// Shows how to add the missing schemas.
 pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
     if body.is_empty() {
         ui.weak("nothing in this application drives");

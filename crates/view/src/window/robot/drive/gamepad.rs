@@ -1,9 +1,9 @@
-//! Game pads: sticks push as pads of the window do, while a shoulder button is held. It orders nothing.
+//! Game pads: while a shoulder button is held, the sticks act as the pads of the window. It orders nothing.
 
 use eframe::egui::{Vec2, vec2};
 use gilrs::{Axis, Button, Gamepad, Gilrs};
 
-/// Pushed less than this share, a stick rests.
+/// Fraction of a stick's travel below which it is at rest.
 const DEAD: f32 = 0.12;
 
 /// The game pads of this machine.
@@ -11,7 +11,7 @@ pub(super) struct Gamepads {
     gilrs: Result<Gilrs, String>,
 }
 
-/// What a hand wants that holds a shoulder button.
+/// The positions of the sticks while a shoulder button is held.
 pub(super) struct Grip {
     /// The left stick.
     pub(super) drive: Vec2,
@@ -26,7 +26,8 @@ impl Gamepads {
         }
     }
 
-    /// Takes up what happened; answers what a hand wants. To be asked in every frame.
+    /// Processes the pending events. Returns the sticks of the first pad with a held shoulder button. Call in
+    /// each frame.
     pub(super) fn grip(&mut self) -> Option<Grip> {
         let gilrs = self.gilrs.as_mut().ok()?;
         while gilrs.next_event().is_some() {}
@@ -40,14 +41,14 @@ impl Gamepads {
         })
     }
 
-    /// Whether there is one, so that it must be looked at again soon.
+    /// Whether a game pad is connected, so that it must be polled.
     pub(super) fn any(&self) -> bool {
         self.gilrs
             .as_ref()
             .is_ok_and(|gilrs| gilrs.gamepads().next().is_some())
     }
 
-    /// What there is, in words.
+    /// The status of the game pads, as text.
     pub(super) fn words(&self) -> String {
         match &self.gilrs {
             Err(reason) => format!("no game pads: {reason}"),
@@ -59,7 +60,7 @@ impl Gamepads {
     }
 }
 
-/// A stick's push from the edge of the dead zone on.
+/// Rescales a stick's position: from 0 at the edge of the dead zone to at most 1.
 fn rested(push: Vec2) -> Vec2 {
     let length = push.length();
     if length < DEAD {

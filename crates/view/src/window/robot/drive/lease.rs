@@ -1,4 +1,5 @@
-//! What a hand holds of one schema: ordered again and again for as long as it is held, and let go of at once.
+//! The hold that manual driving has on one schema: it is renewed while the control is held, and released at
+//! once afterwards.
 
 use std::time::{Duration, Instant};
 
@@ -8,11 +9,11 @@ use serde_json::Value;
 
 use crate::session::Session;
 
-/// What is wanted is changed no more often, a robot's base takes no notice of more; and it is told of as often, well within the
-/// patience of a schema that is driven.
+/// Minimum interval between changes of the wanted value, and interval of its renewal. A base ignores faster
+/// changes, and the renewal is well within the patience of the driven schema.
 pub(super) const BEAT: Duration = Duration::from_millis(40);
 
-/// What a hand holds of one schema.
+/// The hold on one schema.
 #[derive(Default)]
 pub(super) struct DriveLease {
     held: Option<LeasedValue>,
@@ -25,12 +26,12 @@ struct LeasedValue {
 }
 
 impl DriveLease {
-    /// Whether anything is held.
+    /// Whether a value is held.
     pub(super) fn holds(&self) -> bool {
         self.held.is_some()
     }
 
-    /// Orders what is wanted, or lets go as soon as nothing is.
+    /// Holds the wanted value, or releases the hold if `want` is `None`.
     pub(super) fn order(&mut self, ui: &Ui, session: &Session, schema: &str, want: Option<Value>) {
         let Some(want) = want else {
             self.let_go(session);

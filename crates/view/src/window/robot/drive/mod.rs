@@ -1,5 +1,6 @@
-//! Driving by hand: what a person wants becomes the modulation `want` of the application's schemas of the plugin `teleop`, written
-//! again and again under a lease while a hand is there (R14), and let go of as soon as it is not. Who drives is decided there (R13).
+//! Driving by hand: the user's input becomes the modulation `want` of the schemas of the plugin `teleop`. It
+//! is renewed under a lease while the control is held (R14), and released at once afterwards. Whether that
+//! schema wins is decided by the application (R13).
 
 mod drivable;
 #[cfg(feature = "gamepad")]
@@ -25,17 +26,17 @@ use drivable::DrivableSchemas;
 use lease::DriveLease;
 use pad::Pad;
 
-/// Speed at first, m/s: about that of a person who looks around.
+/// Initial speed, in m/s: walking slowly.
 const WALK: f64 = 0.3;
-/// A refusal is shown for so long.
+/// How long a refusal is shown.
 const SHOWN: Duration = Duration::from_secs(6);
 
-/// The part of the window in which a person drives.
+/// The part of the window for driving by hand.
 pub(super) struct Drive {
-    /// Whether hands count at all.
+    /// Whether driving is switched on.
     on: bool,
     since: Instant,
-    /// Speed of a pad pushed all the way, m/s.
+    /// Speed at full deflection of a pad, in m/s.
     speed: f64,
     base: DriveLease,
     head: DriveLease,
@@ -43,16 +44,16 @@ pub(super) struct Drive {
     gamepads: Option<gamepad::Gamepads>,
 }
 
-/// The greatest speeds that a schema allows.
+/// The maximum speeds that a schema allows.
 #[derive(Clone, Copy)]
 struct Limits {
-    /// m/s.
+    /// In m/s.
     fast: f64,
-    /// rad/s.
+    /// In rad/s.
     turn: f64,
 }
 
-/// What the sticks of a game pad want.
+/// The positions of a game pad's sticks, while a shoulder button is held.
 #[derive(Clone, Copy, Default)]
 struct Sticks {
     drive: Option<Vec2>,
@@ -74,12 +75,12 @@ impl Drive {
         }
     }
 
-    /// Speed of a pad pushed all the way, m/s.
+    /// Speed at full deflection of a pad, in m/s.
     pub(super) fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Shows it, and orders what a hand wants.
+    /// Shows the controls, and orders what the user drives.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, senses: &Sensors, style: &Style) {
         let DrivableSchemas { base, head } =
             DrivableSchemas::of(&session.schemas().schemas, &senses.body, &senses.bodies);
@@ -114,7 +115,7 @@ impl Drive {
         let limits = Limits::of(session, base);
         let head = head.map(|head| (head, number(session, head, "turn")));
         let Some(limits) = limits else {
-            // Without them nobody knows how fast a push is, and what was chosen stays as it is.
+            // Without limits, the scale of the pad is not known. The chosen speed is kept.
             self.stop(session);
             ui.weak(format!("waiting for the limits of {}", base.name));
             return;
@@ -150,13 +151,14 @@ impl Drive {
         }
     }
 
-    /// Lets go of everything.
+    /// Releases all holds.
     fn stop(&mut self, session: &Session) {
         self.base.let_go(session);
         self.head.let_go(session);
     }
 
-    /// A robot that is slower than what was chosen leaves the choice as it is, for one that is not.
+    /// Shows the slider of the speed. It is limited by a slow robot, but keeps the chosen speed for a faster
+    /// one.
     fn slider(&mut self, ui: &mut Ui, fast: f64, style: &Style) {
         let (most, unit) = style.units.convert(fast, "m/s");
         let factor = most / fast;
@@ -173,7 +175,7 @@ impl Drive {
         }
     }
 
-    /// Who drives, in words.
+    /// Which schema has control, as text.
     fn status(&self, session: &Session, senses: &Sensors, base: &SchemaInfo, style: &Style) -> (String, Ink) {
         let Some(view) = session.view(&base.name) else {
             return (format!("nothing is known of {}", base.name), Ink::Warn);
@@ -206,7 +208,7 @@ impl Drive {
         }
     }
 
-    /// What was refused since the switch was turned on.
+    /// Shows the last refusal since driving was switched on.
     fn refusals(&self, ui: &mut Ui, session: &Session, style: &Style) {
         let refused = session
             .notices()
@@ -241,7 +243,7 @@ impl Drive {
 }
 
 impl Limits {
-    /// None while they are not known yet.
+    /// Reads the limits. `None` until they have arrived.
     fn of(session: &Session, base: &SchemaInfo) -> Option<Self> {
         Some(Self {
             fast: number(session, base, "fast")?,
@@ -262,7 +264,7 @@ fn winner(session: &Session) -> Option<&str> {
     Some(snapshot.schemas.get(roots.winner?)?.name.as_str())
 }
 
-/// The pads, side by side or below each other as there is room; what hands want of them.
+/// Shows the pads, side by side if there is space. Returns their deflections.
 fn pads(ui: &mut Ui, head: bool, style: &Style) -> (Option<Vec2>, Option<Vec2>) {
     let (mut drive, mut gaze) = (None, None);
     let room = ui.available_width();

@@ -1,4 +1,5 @@
-//! A square pad that springs back: what a hand wants of two axes, by mouse or by keys while it has the focus. It orders nothing.
+//! A square pad that springs back. It reads two axes from the mouse, or from keys while it has the focus. It
+//! orders nothing.
 
 use eframe::egui::{
     self, Align2, CursorIcon, EventFilter, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke,
@@ -9,9 +10,9 @@ use jde_panel::Ink;
 use crate::style::{self, Style};
 use crate::tap::tap;
 
-/// Nearer to the middle than this share is the middle.
+/// Fraction of a deflection that counts as none.
 const DEAD: f32 = 0.06;
-/// Keys that push one way: right, left, up, down.
+/// The keys of each direction: right, left, up, down.
 const KEYS: [(Vec2, [Key; 2]); 4] = [
     (vec2(1.0, 0.0), [Key::ArrowRight, Key::D]),
     (vec2(-1.0, 0.0), [Key::ArrowLeft, Key::A]),
@@ -21,17 +22,17 @@ const KEYS: [(Vec2, [Key; 2]); 4] = [
 
 /// A pad.
 pub(super) struct Pad<'a> {
-    /// What it is called, for those who cannot see it.
+    /// The accessible name.
     pub(super) name: &'a str,
-    /// What pushing to the right, left, up and down does.
+    /// Labels of the directions right, left, up and down.
     pub(super) words: [&'a str; 4],
-    /// Points of the screen.
+    /// Length of a side, in points.
     pub(super) side: f32,
 }
 
 impl Pad<'_> {
-    /// Shows it; answers where a hand holds it, each axis from -1 to 1, x to the right and y up. None if nobody does: then it is
-    /// let go. A window without the focus is held by nobody.
+    /// Shows the pad. Returns its deflection while the user holds it: each axis from -1 to 1, x to the right
+    /// and y up. Returns `None` otherwise, and if the window lacks the focus.
     pub(super) fn show(&self, ui: &mut Ui, style: &Style) -> Option<Vec2> {
         let (rect, response) = ui.allocate_exact_size(Vec2::splat(self.side), Sense::drag());
         let response = response
@@ -66,7 +67,7 @@ impl Pad<'_> {
         if !response.has_focus() {
             return None;
         }
-        // Arrows push, and do not move the focus.
+        // The arrow keys push the pad and do not move the focus.
         let filter = EventFilter {
             horizontal_arrows: true,
             vertical_arrows: true,
@@ -131,7 +132,7 @@ impl Pad<'_> {
     }
 }
 
-/// A push along an axis, within its bounds, and 0 near the middle.
+/// Limits an axis to -1 to 1, with a dead zone around 0.
 fn axis(push: f32) -> f32 {
     let push = push.clamp(-1.0, 1.0);
     if push.abs() < DEAD { 0.0 } else { push }
