@@ -1,10 +1,10 @@
-//! What calls use, and what can be taken from a call that hangs.
+//! Access of calls to their ports, and its removal from a call that hangs.
 //!
-//! A schema's call reads and writes its ports. If it does not return, another thread than its own takes the ports away: whatever
-//! the call still asks for is refused, and a successor of the schema gets ports of its own. A [`Gate`] stands between the two.
-//! Every use passes it, and a call ends once: either it returns, or it is given up.
+//! A schema's call reads and writes its ports. If it does not return, another thread takes the ports away:
+//! all further accesses of the call are refused, and a successor of the schema gets ports of its own. A
+//! [`Gate`] separates the two. Every use passes through it. A call ends once: it returns, or it is given up.
 //!
-//! It knows nothing of ports or schemas, and starts no thread.
+//! The crate refuses to know ports or schemas, and starts no thread.
 //!
 //! ```
 //! use jde_gate::Gate;
@@ -27,20 +27,22 @@ use std::sync::{PoisonError, TryLockError};
 
 use sync::{AtomicU64, Mutex, MutexGuard, Ordering};
 
-/// What the calls of one schema use (`T`), as long as none of them was given up; then what must outlive that call (`R`).
+/// The data that the calls of one schema use (`T`), until one of them is given up. Then the data that must
+/// outlive that call (`R`).
 ///
-/// One thread at a time makes calls; any thread may give one up. Nobody waits for a call, only for a single use, and whoever
-/// gives up not even for that. A call that leaves nothing to put in order returns without the lock.
+/// One thread at a time makes calls; any thread may give one up. No thread waits for a call, only for a
+/// single use, and a thread that gives up a call does not even wait for that. A call that leaves nothing to
+/// tidy returns without the lock.
 #[derive(Debug)]
 pub struct Gate<T, R> {
     inside: Mutex<Inside<T, R>>,
-    /// Since when a call runs, plus one; or one of the words below.
+    /// The start of the running call plus one, or one of the constants below.
     call: AtomicU64,
 }
 
 /// No call runs.
 const NONE: u64 = 0;
-/// The call is being given up, by whoever has the lock.
+/// The holder of the lock is giving up the call.
 const GIVING: u64 = u64::MAX - 1;
 /// The call was given up.
 const CLOSED: u64 = u64::MAX;
@@ -49,13 +51,13 @@ const CLOSED: u64 = u64::MAX;
 enum Inside<T, R> {
     Open(T),
     Closed {
-        /// Dropped with the gate, which the call itself keeps.
+        /// Dropped with the gate, which the call itself keeps alive.
         remains: R,
     },
 }
 
 impl<T, R> Gate<T, R> {
-    /// Open, with no call running.
+    /// Returns an open gate without a running call.
     pub fn new(used: T) -> Self {
         Self {
             inside: Mutex::new(Inside::Open(used)),
@@ -63,10 +65,12 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// A call begins, then: any number but the three largest. False if one was given up: nobody enters any more.
+    /// Begins a call at `since`, which may be any number but the three largest. Returns false if a call was
+    /// given up: then no call can begin any more.
     pub fn enter(&self, since: u64) -> bool {
         debug_assert!(since < GIVING - 1, "the words of the gate are no times");
-        // Only this thread begins and ends calls here; whoever gives one up finds none to give up.
+        // Only this thread begins and ends calls here. A thread that gives up a call finds none at this
+        // point.
         if self.is_closed() {
             return false;
         }
@@ -74,7 +78,7 @@ impl<T, R> Gate<T, R> {
         true
     }
 
-    /// Uses what is inside, which nobody else does meanwhile; nothing if the call was given up.
+    /// Runs `body` with exclusive access to the data. Returns `None` if the call was given up.
     pub fn with<U>(&self, body: impl FnOnce(&mut T) -> U) -> Option<U> {
         match &mut *self.lock() {
             Inside::Open(used) => Some(body(used)),
@@ -82,7 +86,8 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// The call returns, and leaves nothing to put in order. False if it is being given up, or was: ask [`Self::leave`] then.
+    /// Ends the call, which leaves nothing to tidy. Returns false if it was given up, or is being given up:
+    /// use [`Self::leave`] then.
     pub fn leave_at_once(&self) -> bool {
         let call = self.call.load(Ordering::Acquire);
         let swap = || {
@@ -92,9 +97,10 @@ impl<T, R> Gate<T, R> {
         call < GIVING && swap().is_ok()
     }
 
-    /// The call returns, and puts in order what is inside; false if it was given up before. From here on it no longer can be.
+    /// Ends the call and tidies the data. Returns false if it was given up before. From here on it cannot be
+    /// given up.
     pub fn leave(&self, tidy: impl FnOnce(&mut T)) -> bool {
-        // Whoever is giving it up has finished when the lock is free.
+        // When the lock is free, a thread that was giving up the call has finished.
         match &mut *self.lock() {
             Inside::Open(used) => {
                 self.call.store(NONE, Ordering::Release);
@@ -105,17 +111,17 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// Whether a call was given up.
+    /// Returns whether a call was given up.
     pub fn is_closed(&self) -> bool {
         self.call.load(Ordering::Acquire) == CLOSED
     }
 
-    /// Gives up the call that runs since then. `part` answers what a successor gets and what stays with the call; `told` is told
-    /// of the latter, while the call can neither return nor use anything. Nothing if that call has returned, or if something is
-    /// being used at this instant: try again then.
+    /// Gives up the call that runs since `since`. `part` returns the data of a successor and the data that
+    /// stays with the call. `told` gets the latter, while the call can neither return nor use anything.
+    /// Returns `None` if that call has returned, or if the data is in use at this instant: retry then.
     ///
     /// # Errors
-    /// As `part`'s, which must leave the call what it had: it goes on as if nothing had happened.
+    /// The error of `part`, which must leave the data to the call: the call continues as before.
     pub fn give_up<S, E>(
         &self,
         since: u64,
@@ -152,7 +158,7 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// A panic while it was held was that of whoever used it, and is not made worse here.
+    /// A panic under the lock was reported by the use that caused it, so the poison is ignored.
     fn lock(&self) -> MutexGuard<'_, Inside<T, R>> {
         self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }

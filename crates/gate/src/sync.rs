@@ -1,4 +1,4 @@
-//! The machine's lock and atomics, or loom's where every interleaving is tried.
+//! The machine's lock and atomics, or loom's, which tries every interleaving.
 
 #[cfg(loom)]
 pub(crate) use loom::sync::{

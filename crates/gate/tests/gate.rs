@@ -1,4 +1,4 @@
-//! The gate on one thread: what each of its answers means. Threads are in `loom.rs`.
+//! The gate on one thread: the meaning of each of its results. Threads are in `loom.rs`.
 #![cfg(not(loom))]
 
 use jde_gate::Gate;
@@ -11,7 +11,7 @@ fn open() -> Numbers {
     gate
 }
 
-/// Leaves a successor nothing, and the call the count of what it had.
+/// Gives up the call: an empty list for the successor, the number of elements for the call.
 fn give_up(gate: &Numbers, since: u64) -> Option<Vec<u32>> {
     gate.give_up(since, |used| Ok::<_, ()>((Vec::new(), used.len())), |_| ())
         .unwrap()

@@ -8,10 +8,11 @@ use loom::cell::UnsafeCell;
 use loom::sync::Arc;
 use loom::thread;
 
-/// Where uses are counted; loom fails the run in which two threads are there at once, or one before it can see the other's.
+/// Counts the uses. Loom fails a run in which two threads access it at once, or without an order between
+/// them.
 struct Uses(UnsafeCell<u32>);
 
-// SAFETY: the gate keeps threads apart; that it does is what loom looks at.
+// SAFETY: the gate keeps threads apart, which is what loom checks.
 unsafe impl Sync for Uses {}
 
 impl Uses {
@@ -26,10 +27,10 @@ impl Uses {
     }
 }
 
-/// What is inside, and what stays of it.
+/// The data of the gate, and what remains of it.
 type Shared = Arc<Gate<Arc<Uses>, u32>>;
 
-/// A gate, entered at 7, and a second way to what is inside, for whoever has taken it.
+/// Returns a gate, entered at 7, and a second handle to its data, for the thread that gives up the call.
 fn entered() -> (Shared, Arc<Uses>) {
     let uses = Arc::new(Uses(UnsafeCell::new(0)));
     let gate = Arc::new(Gate::new(uses.clone()));
@@ -37,7 +38,7 @@ fn entered() -> (Shared, Arc<Uses>) {
     (gate, uses)
 }
 
-/// Whether it was given up; whoever did it is alone with what was inside from then on.
+/// Returns whether the call was given up. From then on the calling thread has exclusive access to the data.
 fn give_up(gate: &Shared, since: u64, uses: &Uses) -> bool {
     let part = |used: &mut Arc<Uses>| Ok::<_, ()>(((), used.count()));
     let given_up = gate.give_up(since, part, |_| ()).unwrap().is_some();
@@ -47,7 +48,7 @@ fn give_up(gate: &Shared, since: u64, uses: &Uses) -> bool {
     given_up
 }
 
-/// The call on a thread of its own, somebody who gives it up on this one; answers whether it returned and whether it was given up.
+/// Runs the call on a thread of its own and gives it up on this one. Exactly one of the two must succeed.
 fn race(call: fn(&Shared) -> bool) {
     loom::model(move || {
         let (gate, uses) = entered();
@@ -58,7 +59,7 @@ fn race(call: fn(&Shared) -> bool) {
         let given_up = give_up(&gate, 7, &uses);
         let returned = other.join().unwrap();
         assert_eq!(given_up, gate.is_closed());
-        // A lock that was held is no reason to wait: then nobody gave it up, and the call returned.
+        // A held lock is no reason to wait: then the call was not given up and has returned.
         assert_ne!(returned, given_up, "a call ends once");
     });
 }

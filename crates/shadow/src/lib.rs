@@ -1,34 +1,36 @@
-//! An observer that knows the hierarchy only by its effects, and says which rule a list of effects breaks.
+//! An observer that knows the hierarchy only by its effects, and reports which rule a list of effects breaks.
 //!
-//! Shared by the tests of the rules and by the campaign of faults. It refuses to use the code under test for its verdicts:
-//! states and authority are rebuilt from the effects, fathers and members come from the specification.
+//! The tests of the rules and the campaign of faults share it. It refuses to use the code under test for its
+//! verdicts: it rebuilds states and authority from the effects, and takes fathers and members from the
+//! specification.
 
 use jde_core::{Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
 
-/// What the effects so far say. What it answers with as an error names the rule that is broken.
+/// The facts according to the effects so far. Its errors name the rule that is broken.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shadow {
     states: Vec<State>,
     authority: Vec<bool>,
-    /// Iterations that run, as the executor knows it, and whether one was abandoned.
+    /// The running iterations, as the executor knows them, and whether each was abandoned.
     running: Vec<Option<Abandoned>>,
     braked: Vec<bool>,
-    /// Who might command since what it or others commanded was last taken over or braked: a command of it may stand.
+    /// Schemas that had authority since the last takeover or brake of their commands: a command of them may
+    /// be in force.
     stands: Vec<bool>,
-    /// How far those with authority are in taking over.
+    /// How far each schema with authority is in taking over.
     reigns: Vec<Reign>,
-    /// Whose first iteration has ended, until what it did not write lapses.
+    /// The schema whose first iteration has ended, until the commands that it did not write lapse.
     lapses: Option<SchemaId>,
-    /// Who faulted as WINNER and is not restarted yet.
+    /// Schemas that faulted as WINNER and have not restarted.
     fell: Vec<bool>,
-    /// Who was chosen last in each group (R15).
+    /// The last choice of each group (R15).
     chosen: Vec<Option<SchemaId>>,
-    /// Groups that slept since.
+    /// Groups that slept since their last selection.
     slept: Vec<bool>,
     over: bool,
 }
 
-/// How far a schema with authority is in taking over what was commanded before.
+/// How far a schema with authority is in taking over the earlier commands.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 enum Reign {
     New,
@@ -43,7 +45,7 @@ enum Abandoned {
 }
 
 impl Shadow {
-    /// Everybody sleeps.
+    /// Returns an observer for which all schemas sleep.
     #[must_use]
     pub fn new(spec: &Spec) -> Self {
         Self {
@@ -61,7 +63,7 @@ impl Shadow {
         }
     }
 
-    /// An iteration began.
+    /// Records that an iteration began.
     pub fn began(&mut self, id: SchemaId) {
         self.running[id.index()] = Some(Abandoned::No);
         if self.reigns[id.index()] == Reign::New {
@@ -69,7 +71,7 @@ impl Shadow {
         }
     }
 
-    /// An iteration ended; called before the hierarchy hears of it.
+    /// Records that an iteration ended. Must be called before the hierarchy gets the end.
     pub fn ended(&mut self, id: SchemaId) {
         self.running[id.index()] = None;
         if self.reigns[id.index()] == Reign::First {
@@ -78,19 +80,19 @@ impl Shadow {
         }
     }
 
-    /// Whether an iteration of it runs.
+    /// Returns whether an iteration of the schema runs.
     #[must_use]
     pub fn is_running(&self, id: SchemaId) -> bool {
         self.running[id.index()].is_some()
     }
 
-    /// Whether the iteration that runs has lost its place.
+    /// Returns whether the running iteration of the schema was abandoned.
     #[must_use]
     pub fn is_abandoned(&self, id: SchemaId) -> bool {
         self.running[id.index()] == Some(Abandoned::Yes)
     }
 
-    /// The application is shutting down: every group brakes.
+    /// Records that the application shuts down, so every group brakes.
     pub fn shutting_down(&mut self) {
         self.over = true;
     }
@@ -98,7 +100,7 @@ impl Shadow {
     /// Applies the effects of one transaction in order.
     ///
     /// # Errors
-    /// The rule that one of them breaks, and which.
+    /// The rule that an effect breaks, and the effect.
     pub fn apply(&mut self, spec: &Spec, effects: &[Effect]) -> Result<(), String> {
         for effect in effects {
             self.apply_one(spec, effect)
@@ -107,10 +109,11 @@ impl Shadow {
         Ok(())
     }
 
-    /// Compares with the hierarchy after a transaction, and checks what holds between any two.
+    /// Compares the facts with the hierarchy after a transaction, and checks the invariants between
+    /// transactions.
     ///
     /// # Errors
-    /// The rule that does not hold, or where the hierarchy says otherwise than its effects.
+    /// The rule that does not hold, or the difference between the hierarchy and its effects.
     pub fn agrees(&self, h: &Hierarchy) -> Result<(), String> {
         let spec = h.spec();
         if let Some(id) = self.lapses {
@@ -240,7 +243,8 @@ impl Shadow {
                 if let Some(group) = group_of(spec, id) {
                     self.braked[group] = false;
                 }
-                // A sibling that an operator played below may be awake; a loser has emptied its subtree when demoted.
+                // A schema below a sibling, played by an operator, may be awake. A loser has emptied its
+                // subtree when it is demoted.
                 check(
                     self.siblings(spec, id)
                         .all(|s| self.running[s.index()] != Some(Abandoned::No)),
@@ -262,7 +266,8 @@ impl Shadow {
             Effect::Brake { group } => {
                 let index = group.index();
                 let members = &spec.groups[index].members;
-                // Members that went to sleep with a loser that then stayed leave what they commanded to a second brake.
+                // Members that slept during a handover that was then cancelled leave their commands to a
+                // second brake.
                 let silent = members.iter().all(|&m| self.state(m) == State::Slept);
                 check(self.over || silent || !self.braked[index], || {
                     "R9: it brakes twice".into()
@@ -299,7 +304,7 @@ impl Shadow {
                     if from == State::Slept
                         && members.iter().all(|&m| m == id || self.state(m) == State::Slept)
                     {
-                        // The first to wake: the group starts afresh.
+                        // The first member wakes: the group starts afresh.
                         self.braked[group] = false;
                     }
                 }
@@ -313,7 +318,8 @@ impl Shadow {
                     "R15: a cause after its effect".into()
                 })?;
                 let chosen = std::mem::replace(&mut self.chosen[record.group.index()], record.choice);
-                // What a group chose is forgotten when all of it sleeps, and when the choice was put to sleep or nobody.
+                // A group forgets its choice when all its members sleep. A choice that was put to sleep, or
+                // none, is forgotten too.
                 let slept = std::mem::take(&mut self.slept[record.group.index()]);
                 let gone = |id: SchemaId| self.state(id) == State::Slept && !self.fell[id.index()];
                 let forgotten = slept || chosen.is_none_or(gone);
@@ -334,13 +340,13 @@ impl Shadow {
         }
     }
 
-    /// The state of a schema.
+    /// Returns the state of a schema.
     #[must_use]
     pub fn state(&self, id: SchemaId) -> State {
         self.states[id.index()]
     }
 
-    /// Whether it may command and wake children (R7).
+    /// Returns whether the schema may command and wake children (R7).
     #[must_use]
     pub fn has_authority(&self, id: SchemaId) -> bool {
         self.authority[id.index()]
@@ -358,7 +364,7 @@ impl Shadow {
         below(spec, id).iter().all(|&b| self.state(b) == State::Slept)
     }
 
-    /// Who is WINNER, with all its fathers. Those who compete in no group count as roots.
+    /// Returns which schemas are WINNER with all their fathers. Schemas in no group count as roots.
     fn winning_paths(&self, spec: &Spec) -> Vec<bool> {
         let mut fathers = vec![None; spec.schemas.len()];
         for group in &spec.groups {
@@ -372,21 +378,21 @@ impl Shadow {
     }
 }
 
-/// All schemas.
+/// Returns all schemas.
 ///
 /// # Panics
-/// If there are more than numbers for them.
+/// If there are more schemas than identifiers.
 pub fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
     (0..u32::try_from(spec.schemas.len()).expect("a small specification")).map(SchemaId)
 }
 
-/// The place of the group in which it competes.
+/// Returns the index of the group in which the schema competes.
 #[must_use]
 pub fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
     spec.groups.iter().position(|g| g.members.contains(&id))
 }
 
-/// The members of a group and all below them.
+/// Returns the members of a group and everything below them.
 fn level(spec: &Spec, group: usize) -> Vec<SchemaId> {
     let members = &spec.groups[group].members;
     members
@@ -395,7 +401,7 @@ fn level(spec: &Spec, group: usize) -> Vec<SchemaId> {
         .collect()
 }
 
-/// All motor schemas below, looked up the slow way.
+/// Returns all motor schemas below a schema, by a plain search.
 #[must_use]
 pub fn below(spec: &Spec, id: SchemaId) -> Vec<SchemaId> {
     let mut found = Vec::new();

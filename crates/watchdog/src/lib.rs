@@ -1,6 +1,8 @@
-//! Ends a process in which something waits for ever, and says who was where. For tests and campaigns; no robot runs it.
+//! Ends a process that hangs, and reports the state of its threads. For tests and campaigns; no robot runs
+//! it.
 //!
-//! It bounds no behaviour: its limits lie far beyond what any machine needs, so that it tells a hang from a slow machine.
+//! It refuses to bound any behaviour: its limits are far above what any machine needs, so it distinguishes a
+//! hang from a slow machine.
 
 use std::fs;
 use std::panic::Location;
@@ -8,39 +10,39 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// How long a test may take before it counts as one that hangs: a hundred times what the slowest takes on two busy cores.
+/// How long a test may take before it counts as hanging: a hundred times the slowest test on two busy cores.
 pub const HANGS: Duration = Duration::from_secs(300);
 
-/// How long the report may take. It may need a lock that whoever hangs has.
+/// How long the report may take. It may need a lock that a hanging thread holds.
 const REPORT: Duration = Duration::from_secs(2);
 
-/// Watches until it is dropped.
+/// Runs until it is dropped.
 #[derive(Debug)]
 pub struct Watchdog {
-    /// Never sent to: it is closed when this is dropped.
+    /// Carries no message: the drop closes it.
     open: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Its thread has ended when this returns, and holds nothing of the report any more.
+/// When the drop returns, the thread has ended and has dropped the report.
 impl Drop for Watchdog {
     fn drop(&mut self) {
         drop(self.open.take());
         if let Some(thread) = self.thread.take() {
-            // It does not panic, and if it did there would be nothing to add.
+            // The thread does not panic, and if it did there would be nothing to add.
             drop(thread.join());
         }
     }
 }
 
 impl Watchdog {
-    /// If it is not dropped within `limit`, the process says on stderr what `report` answers and what each of its threads does, and ends
-    /// with status 1.
+    /// Starts a watchdog. If it is not dropped within `limit`, the process prints the state of each of its
+    /// threads and the result of `report` on stderr, and exits with status 1.
     ///
-    /// `report` is called on a thread of its own, and may block: what else is known is said before.
+    /// `report` runs on a thread of its own and may block: everything else is printed before it.
     ///
     /// # Panics
-    /// The system has no thread left.
+    /// The system cannot start another thread.
     #[must_use = "it watches for as long as it lives"]
     #[track_caller]
     pub fn new(limit: Duration, report: impl FnOnce() -> String + Send + 'static) -> Self {
@@ -59,7 +61,7 @@ impl Watchdog {
                 let (tell, told) = channel();
                 thread::spawn(move || {
                     eprintln!("{}", report());
-                    // Whoever waits for it may be gone.
+                    // The receiver may have ended already.
                     let _ = tell.send(());
                 });
                 if told.recv_timeout(REPORT).is_err() {
@@ -75,10 +77,10 @@ impl Watchdog {
         }
     }
 
-    /// One of a test, with nothing to add.
+    /// Starts a watchdog for a test, with the limit [`HANGS`] and without a report.
     ///
     /// # Panics
-    /// The system has no thread left.
+    /// The system cannot start another thread.
     #[must_use = "it watches for as long as it lives"]
     #[track_caller]
     pub fn of_a_test() -> Self {
@@ -86,7 +88,8 @@ impl Watchdog {
     }
 }
 
-/// What the system knows of each thread: its name, its state, and the call of the kernel in which it waits.
+/// Returns what the system knows of each thread: its name, its state, and the kernel function in which it
+/// waits.
 fn threads() -> String {
     let tasks = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let mut lines: Vec<String> = tasks

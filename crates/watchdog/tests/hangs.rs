@@ -1,4 +1,4 @@
-//! A test that hangs ends, and the reader is told where. It hangs in a process of its own.
+//! A test that hangs ends with a report of its threads. It hangs in a process of its own.
 
 use std::process::Command;
 use std::thread;
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use jde_watchdog::Watchdog;
 
-/// Says to the test below what to do: to hang with a report, or with one that hangs too.
+/// How the child process hangs: with a report, or with a report that hangs too.
 const HOW: &str = "JDE_TEST_HANGS";
 
 const SOON: Duration = Duration::from_millis(50);
